@@ -1,1 +1,13 @@
-pub fn x(){}
+//! The engine of `dynamics`: from energies and forces, as an expression graph, to the programs that a solver runs.
+//!
+//! The engine knows no tokens and no spans: whoever builds a model tags what it declares with opaque [`Origin`](graph::Origin)s and gets them
+//! back in every finding. It can be used from a procedural macro, a build script or at run time alike.
+//!
+//! Flow: [`graph`] ← [`calculus`] ← [`mechanics`] ← [`check`]; [`graph`] ← [`algebra`], [`schedule`]; [`schedule`] ← [`text`].
+
+pub mod calculus;
+pub mod check;
+pub mod compile;
+pub mod graph;
+pub mod mechanics;
+pub mod schedule;

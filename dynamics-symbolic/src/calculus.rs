@@ -1,0 +1,10 @@
+//! Differentiation on the graph: local partial derivatives, forward and reverse sweeps, the total time derivative.
+
+mod forward;
+mod local;
+mod reverse;
+mod total;
+
+pub use forward::directional;
+pub use reverse::gradient;
+pub use total::{NotDifferentiable, total_derivative};

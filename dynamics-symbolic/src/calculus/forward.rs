@@ -1,0 +1,56 @@
+//! Forward sweep: directional derivatives.
+
+use crate::graph::{Graph, Node, NodeId, Symbol};
+
+use super::local::partials;
+
+/// Derivatives of `roots` along the direction in which every symbol s moves with velocity `seed(s)` (`None`: it does not move).
+pub fn directional(
+    g: &mut Graph,
+    roots: &[NodeId],
+    seed: &mut dyn FnMut(&mut Graph, Symbol) -> Option<NodeId>,
+) -> Vec<NodeId> {
+    let end = roots.iter().map(|r| r.index() + 1).max().unwrap_or(0);
+    let needed = below(g, roots, end);
+    let ids: Vec<NodeId> = g.ids().take(end).filter(|id| needed[id.index()]).collect();
+    let mut tangent: Vec<Option<NodeId>> = vec![None; end];
+    for id in ids {
+        let node = g.node(id);
+        if let Node::Symbol(s) = node {
+            tangent[id.index()] = seed(g, s);
+            continue;
+        }
+        if node.children().all(|c| tangent[c.index()].is_none()) {
+            continue;
+        }
+        let locals = partials(g, id, &|c| tangent[c.index()].is_some());
+        let mut sum: Option<NodeId> = None;
+        for (child, partial) in locals {
+            let Some(speed) = tangent[child.index()] else { continue };
+            let term = g.mul(partial, speed);
+            sum = Some(match sum {
+                Some(s) => g.add(s, term),
+                None => term,
+            });
+        }
+        tangent[id.index()] = sum.filter(|s| !g.is_zero(*s));
+    }
+    let zero = g.zero();
+    roots.iter().map(|r| tangent[r.index()].unwrap_or(zero)).collect()
+}
+
+/// Which of the first `end` nodes the roots are made of.
+pub(super) fn below(g: &Graph, roots: &[NodeId], end: usize) -> Vec<bool> {
+    let mut needed = vec![false; end];
+    for root in roots {
+        needed[root.index()] = true;
+    }
+    for id in g.ids().take(end).rev() {
+        if needed[id.index()] {
+            for child in g.node(id).children() {
+                needed[child.index()] = true;
+            }
+        }
+    }
+    needed
+}

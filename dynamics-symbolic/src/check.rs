@@ -1,0 +1,5 @@
+//! Model checks: one rule per file, called from a visible list.
+
+mod finding;
+
+pub use finding::Finding;

@@ -1,0 +1,366 @@
+//! Smart constructors: folding, signs outermost, parameter-only factors outermost.
+
+use super::fingerprint::{Circle, Fingerprint};
+use super::{Binary, Comparison, Dependence, FunctionId, Graph, Node, NodeId, Number, Symbol, Unary};
+
+impl Graph {
+    /// A number.
+    pub fn number(&mut self, number: Number) -> NodeId {
+        self.intern(Node::Number(number), Fingerprint::number(number))
+    }
+    /// An integer.
+    pub fn integer(&mut self, n: i64) -> NodeId {
+        self.number(Number::integer(n))
+    }
+    /// Zero.
+    pub fn zero(&mut self) -> NodeId {
+        self.integer(0)
+    }
+    /// One.
+    pub fn one(&mut self) -> NodeId {
+        self.integer(1)
+    }
+    /// A symbol.
+    pub fn symbol(&mut self, symbol: Symbol) -> NodeId {
+        let (kind, index) = match symbol {
+            Symbol::Time => (1, 0),
+            Symbol::Coordinate(i) => (2, i),
+            Symbol::Rate(i) => (3, i),
+            Symbol::Acceleration(i) => (4, i),
+            Symbol::Input(i) => (5, i),
+            Symbol::Parameter(i) => (6, i),
+        };
+        self.intern(Node::Symbol(symbol), Fingerprint::atom(kind, index.into()))
+    }
+
+    /// The number that a node is, if it is one.
+    #[must_use]
+    pub fn as_number(&self, id: NodeId) -> Option<Number> {
+        match self.node(id) {
+            Node::Number(n) => Some(n),
+            _ => None,
+        }
+    }
+    /// Whether a node is identically zero.
+    #[must_use]
+    pub fn is_zero(&self, id: NodeId) -> bool {
+        self.fingerprint(id) == Fingerprint::ZERO
+    }
+    /// Whether a node is identically one.
+    #[must_use]
+    pub fn is_one(&self, id: NodeId) -> bool {
+        self.fingerprint(id) == Fingerprint::ONE
+    }
+    /// Whether a node is a number or depends on parameters alone.
+    #[must_use]
+    pub fn is_constant(&self, id: NodeId) -> bool {
+        self.dependence(id).within(Dependence::PARAMETERS)
+    }
+
+    /// A node as (parameter-only factor, rest): p·x.
+    fn split(&mut self, id: NodeId) -> (NodeId, NodeId) {
+        match self.node(id) {
+            _ if self.is_constant(id) => (id, self.one()),
+            Node::Mul(a, b) if self.is_constant(a) => (a, b),
+            _ => (self.one(), id),
+        }
+    }
+
+    /// a + b.
+    pub fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        if self.is_zero(a) {
+            return b;
+        }
+        if self.is_zero(b) {
+            return a;
+        }
+        match (self.node(a), self.node(b)) {
+            (Node::Number(x), Node::Number(y)) => return self.number(x.add(y)),
+            (_, Node::Neg(y)) => return self.sub(a, y),
+            (Node::Neg(x), _) => return self.sub(b, x),
+            _ => {}
+        }
+        let value = self.fingerprint(a).add(self.fingerprint(b));
+        if let Some(known) = self.find(value) {
+            return known;
+        }
+        let ((p, x), (r, y)) = (self.split(a), self.split(b));
+        if x == y && !self.is_one(x) {
+            let factor = self.add(p, r);
+            return self.mul(factor, x);
+        }
+        self.intern(Node::Add(a, b), value)
+    }
+
+    /// a − b.
+    pub fn sub(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        if self.is_zero(b) {
+            return a;
+        }
+        if self.is_zero(a) {
+            return self.neg(b);
+        }
+        match (self.node(a), self.node(b)) {
+            (Node::Number(x), Node::Number(y)) => return self.number(x.add(y.neg())),
+            (_, Node::Neg(y)) => return self.add(a, y),
+            (Node::Neg(x), _) => {
+                let sum = self.add(x, b);
+                return self.neg(sum);
+            }
+            _ => {}
+        }
+        let value = self.fingerprint(a).sub(self.fingerprint(b));
+        if let Some(known) = self.find(value) {
+            return known;
+        }
+        let ((p, x), (r, y)) = (self.split(a), self.split(b));
+        if x == y && !self.is_one(x) {
+            let factor = self.sub(p, r);
+            return self.mul(factor, x);
+        }
+        self.intern(Node::Sub(a, b), value)
+    }
+
+    /// −a.
+    pub fn neg(&mut self, a: NodeId) -> NodeId {
+        match self.node(a) {
+            Node::Number(x) => self.number(x.neg()),
+            Node::Neg(x) => x,
+            Node::Sub(x, y) => self.sub(y, x),
+            _ => {
+                let value = self.fingerprint(a).neg();
+                self.intern(Node::Neg(a), value)
+            }
+        }
+    }
+
+    /// a · b.
+    pub fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        if self.is_zero(a) || self.is_one(b) {
+            return a;
+        }
+        if self.is_zero(b) || self.is_one(a) {
+            return b;
+        }
+        match (self.node(a), self.node(b)) {
+            (Node::Number(x), Node::Number(y)) => return self.number(x.mul(y)),
+            (Node::Neg(x), Node::Neg(y)) => return self.mul(x, y),
+            (Node::Neg(x), _) => {
+                let product = self.mul(x, b);
+                return self.neg(product);
+            }
+            (_, Node::Neg(y)) => {
+                let product = self.mul(a, y);
+                return self.neg(product);
+            }
+            (Node::Unary(Unary::Sqrt, x), _) if a == b => return x,
+            _ => {}
+        }
+        let value = self.fingerprint(a).mul(self.fingerprint(b));
+        if let Some(known) = self.find(value)
+            && !matches!(self.node(known), Node::Add(..) | Node::Sub(..))
+        {
+            return known;
+        }
+        let ((p, x), (r, y)) = (self.split(a), self.split(b));
+        let both = !self.is_one(p) && !self.is_one(r);
+        let trivial = self.is_one(x) || self.is_one(y);
+        if both && !(trivial && self.is_one(x) && self.is_one(y)) {
+            let (factor, rest) = (self.mul(p, r), self.mul(x, y));
+            return self.mul(factor, rest);
+        }
+        if !trivial && (!self.is_one(p) || !self.is_one(r)) {
+            let factor = if self.is_one(p) { r } else { p };
+            let rest = self.mul(x, y);
+            return self.mul(factor, rest);
+        }
+        // Constants first, otherwise in order of creation.
+        let swap = self.is_constant(b) && !self.is_constant(a) || self.is_constant(a) == self.is_constant(b) && b < a;
+        let (a, b) = if swap { (b, a) } else { (a, b) };
+        self.intern(Node::Mul(a, b), value)
+    }
+
+    /// a / b; `None` where b is identically zero.
+    pub fn div(&mut self, a: NodeId, b: NodeId) -> Option<NodeId> {
+        if self.is_zero(b) {
+            return None;
+        }
+        if self.is_zero(a) || self.is_one(b) {
+            return Some(a);
+        }
+        if let Some(n) = self.as_number(b)
+            && let Some(r) = n.recip()
+            && matches!(r, Number::Rational(..))
+            && (self.as_number(a).is_some() || r.value().abs().log2().fract() == 0.0)
+        {
+            let r = self.number(r);
+            return Some(self.mul(a, r));
+        }
+        match (self.node(a), self.node(b)) {
+            (Node::Neg(x), _) => return self.div(x, b).map(|q| self.neg(q)),
+            (_, Node::Neg(y)) => return self.div(a, y).map(|q| self.neg(q)),
+            _ => {}
+        }
+        let value = self.fingerprint(a).div(self.fingerprint(b));
+        if let Some(known) = self.find(value)
+            && !matches!(self.node(known), Node::Add(..) | Node::Sub(..))
+        {
+            return Some(known);
+        }
+        // A division by parameters alone is a multiplication by a hoisted reciprocal.
+        if self.is_constant(b) && !self.is_constant(a) {
+            let one = self.one();
+            let reciprocal = self.intern(Node::Div(one, b), Fingerprint::ONE.div(self.fingerprint(b)));
+            return Some(self.mul(reciprocal, a));
+        }
+        Some(self.intern(Node::Div(a, b), value))
+    }
+
+    /// aⁿ by repeated squaring; `None` for a negative power of zero.
+    pub fn powi(&mut self, a: NodeId, n: i32) -> Option<NodeId> {
+        let mut result = self.one();
+        let mut base = a;
+        let mut left = n.unsigned_abs();
+        while left > 0 {
+            if left & 1 == 1 {
+                result = self.mul(result, base);
+            }
+            left >>= 1;
+            if left > 0 {
+                base = self.mul(base, base);
+            }
+        }
+        if n < 0 {
+            let one = self.one();
+            self.div(one, result)
+        } else {
+            Some(result)
+        }
+    }
+
+    /// Point of the circle of an angle: additive where the angle is a sum or an integer multiple.
+    fn circle(&mut self, angle: NodeId) -> Circle {
+        if let Some(known) = self.circles.get(&angle) {
+            return known;
+        }
+        let point = match self.node(angle) {
+            _ if self.is_zero(angle) => Circle::ZERO_ANGLE,
+            Node::Add(a, b) => self.circle(a).add(self.circle(b)),
+            Node::Sub(a, b) => self.circle(a).add(self.circle(b).neg()),
+            Node::Neg(a) => self.circle(a).neg(),
+            Node::Mul(n, a) => match self.as_number(n) {
+                Some(Number::Rational(n, 1)) if n.unsigned_abs() < 1 << 32 => self.circle(a).times(n as i64),
+                _ => Circle::opaque(self.fingerprint(angle)),
+            },
+            _ => Circle::opaque(self.fingerprint(angle)),
+        };
+        self.circles.insert(angle, point);
+        point
+    }
+
+    /// f(a) for a function of one argument.
+    pub fn unary(&mut self, f: Unary, a: NodeId) -> NodeId {
+        use Unary::{Abs, Asin, Atan, Cbrt, Cos, Cosh, Exp, Sin, Sinh, Tan, Tanh};
+        if self.is_zero(a) {
+            match f {
+                Cos | Cosh | Exp => return self.one(),
+                Sin | Tan | Asin | Atan | Sinh | Tanh | Unary::Sqrt | Cbrt | Abs => return a,
+                _ => {}
+            }
+        }
+        if let Some(n) = self.as_number(a)
+            && let Some(folded) = fold(f, n)
+        {
+            return self.number(folded);
+        }
+        if let Node::Neg(x) = self.node(a) {
+            match f {
+                Sin | Tan | Asin | Atan | Sinh | Tanh | Cbrt => {
+                    let value = self.unary(f, x);
+                    return self.neg(value);
+                }
+                Cos | Cosh | Abs => return self.unary(f, x),
+                _ => {}
+            }
+        }
+        let value = match f {
+            Sin => self.circle(a).sin,
+            Cos => self.circle(a).cos,
+            Tan => {
+                let point = self.circle(a);
+                point.sin.div(point.cos)
+            }
+            _ => Fingerprint::opaque(0x100 + f as u64, &[self.fingerprint(a)]),
+        };
+        self.intern(Node::Unary(f, a), value)
+    }
+
+    /// f(a, b) for a function of two arguments.
+    pub fn binary(&mut self, f: Binary, a: NodeId, b: NodeId) -> NodeId {
+        let value = Fingerprint::opaque(0x200 + f as u64, &[self.fingerprint(a), self.fingerprint(b)]);
+        self.intern(Node::Binary(f, a, b), value)
+    }
+
+    /// `if left ∘ right { then } else { otherwise }`.
+    pub fn select(
+        &mut self,
+        comparison: Comparison,
+        left: NodeId,
+        right: NodeId,
+        then: NodeId,
+        otherwise: NodeId,
+    ) -> NodeId {
+        if then == otherwise {
+            return then;
+        }
+        if let (Some(l), Some(r)) = (self.as_number(left), self.as_number(right)) {
+            let (l, r) = (l.value(), r.value());
+            let holds = match comparison {
+                Comparison::Less => l < r,
+                Comparison::LessEqual => l <= r,
+                Comparison::Equal => l == r,
+            };
+            return if holds { then } else { otherwise };
+        }
+        let arguments = [left, right, then, otherwise].map(|x| self.fingerprint(x));
+        let value = Fingerprint::opaque(0x300 + comparison as u64, &arguments);
+        self.intern(Node::Select { comparison, left, right, then, otherwise }, value)
+    }
+
+    /// Derivative of given order of a smooth parameter function at `argument`.
+    pub fn smooth(&mut self, function: FunctionId, order: u8, argument: NodeId) -> NodeId {
+        let kind = 0x400 + (u64::from(function.0) << 16) + u64::from(order);
+        let value = Fingerprint::opaque(kind, &[self.fingerprint(argument)]);
+        self.intern(Node::Smooth { function, order, argument }, value)
+    }
+}
+
+/// f of a literal, where the result is finite.
+fn fold(f: Unary, n: Number) -> Option<Number> {
+    let x = n.value();
+    let y = evaluate(f, x);
+    let exact =
+        y.fract() == 0.0 && y.abs() < 1e15 && matches!(f, Unary::Sqrt | Unary::Cbrt | Unary::Abs | Unary::Signum);
+    y.is_finite().then(|| if exact { Number::integer(y as i64) } else { Number::Float(y) })
+}
+
+/// f(x) in `f64`.
+pub(super) fn evaluate(f: Unary, x: f64) -> f64 {
+    match f {
+        Unary::Sin => x.sin(),
+        Unary::Cos => x.cos(),
+        Unary::Tan => x.tan(),
+        Unary::Asin => x.asin(),
+        Unary::Acos => x.acos(),
+        Unary::Atan => x.atan(),
+        Unary::Sinh => x.sinh(),
+        Unary::Cosh => x.cosh(),
+        Unary::Tanh => x.tanh(),
+        Unary::Exp => x.exp(),
+        Unary::Ln => x.ln(),
+        Unary::Sqrt => x.sqrt(),
+        Unary::Cbrt => x.cbrt(),
+        Unary::Abs => x.abs(),
+        Unary::Signum => x.signum(),
+    }
+}

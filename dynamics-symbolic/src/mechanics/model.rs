@@ -1,0 +1,136 @@
+//! What a model declares.
+
+use crate::graph::{Graph, NodeId, Origin};
+
+/// A model as declared: an expression graph and the roles of its nodes.
+///
+/// `Symbol::Coordinate(i)` and `Symbol::Rate(i)` belong to `coordinates[i]`, `Symbol::Input(i)` to `inputs[i]`, `Symbol::Parameter(i)` to
+/// `parameters[i]`, `FunctionId(i)` to `functions[i]`.
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    /// Name of the struct.
+    pub name: String,
+    /// All expressions.
+    pub graph: Graph,
+    /// Generalized coordinates, arrays flattened, in the order of q.
+    pub coordinates: Vec<Coordinate>,
+    /// Inputs, arrays flattened.
+    pub inputs: Vec<Input>,
+    /// Scalar parameters; arrays, vectors, matrices flattened.
+    pub parameters: Vec<Parameter>,
+    /// Smooth parameter functions.
+    pub functions: Vec<Function>,
+    /// Energies and dissipation functions.
+    pub energies: Vec<Energy>,
+    /// Applied forces.
+    pub forces: Vec<Force>,
+    /// Named results.
+    pub outputs: Vec<Output>,
+    /// Functions whose zero crossings are located.
+    pub events: Vec<Event>,
+}
+
+macro_rules! named {
+    ($($(#[$doc:meta])* $name:ident),*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq, Eq)]
+        pub struct $name {
+            /// The user's name, array elements as `theta[3]`, vector components as `axis.x`, matrix elements as `inertia[0, 1]`.
+            pub name: String,
+            /// Unit as text for reports, empty where unknown or 1.
+            pub unit: String,
+            /// Where it was declared.
+            pub origin: Origin,
+        }
+    )*};
+}
+named! {
+    /// A generalized coordinate.
+    Coordinate,
+    /// A quantity supplied while the model runs.
+    Input,
+    /// A scalar parameter.
+    Parameter,
+    /// A smooth function among the parameters.
+    Function
+}
+
+/// What an energy function means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnergyRole {
+    /// T.
+    Kinetic,
+    /// V.
+    Potential,
+    /// L directly.
+    Lagrangian,
+    /// Rayleigh's D; generalized force −∂D/∂q̇.
+    Dissipation,
+}
+
+/// An energy function.
+#[derive(Clone, Debug)]
+pub struct Energy {
+    /// The user's name.
+    pub name: String,
+    /// Its meaning.
+    pub role: EnergyRole,
+    /// Its value.
+    pub node: NodeId,
+    /// Where it was declared.
+    pub origin: Origin,
+}
+
+/// One term of a force.
+#[derive(Clone, Debug)]
+pub enum ForceTerm {
+    /// A force vector at a point, components in the world frame, equally many of each.
+    At {
+        /// Position of the point.
+        point: Vec<NodeId>,
+        /// The force.
+        vector: Vec<NodeId>,
+    },
+    /// A magnitude that is work-conjugate to an expression.
+    Along {
+        /// The expression e(q, t).
+        expression: NodeId,
+        /// The magnitude; its power is magnitude·ė.
+        magnitude: NodeId,
+    },
+}
+
+/// An applied force: the sum of its terms.
+#[derive(Clone, Debug)]
+pub struct Force {
+    /// The user's name.
+    pub name: String,
+    /// The terms.
+    pub terms: Vec<ForceTerm>,
+    /// Where it was declared.
+    pub origin: Origin,
+}
+
+/// A named result; may contain accelerations.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// The user's name.
+    pub name: String,
+    /// Scalar components: suffix (`""`, `.x`, `[2]`) and value.
+    pub components: Vec<(String, NodeId)>,
+    /// Unit as text, empty where unknown or 1.
+    pub unit: String,
+    /// Where it was declared.
+    pub origin: Origin,
+}
+
+/// A function whose zero crossings are located; may contain accelerations.
+#[derive(Clone, Debug)]
+pub struct Event {
+    /// The user's name.
+    pub name: String,
+    /// Its value.
+    pub node: NodeId,
+    /// Where it was declared.
+    pub origin: Origin,
+}

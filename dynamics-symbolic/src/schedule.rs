@@ -1,0 +1,5 @@
+//! From nodes to programs: which operations, in which order, computed when.
+
+mod program;
+
+pub use program::{Cost, Program, Step};
