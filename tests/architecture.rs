@@ -1,0 +1,112 @@
+//! Who may use whom: the rules of ARCHITECTURE.md, checked against the sources.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// All Rust files below `folder`, with their text.
+fn sources(folder: &str) -> Vec<(PathBuf, String)> {
+    fn collect(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
+        let mut entries: Vec<_> = fs::read_dir(folder)
+            .unwrap_or_else(|e| panic!("cannot list {}: {e}", folder.display()))
+            .map(|entry| entry.expect("a readable folder entry").path())
+            .collect();
+        entries.sort();
+        for path in entries {
+            if path.is_dir() {
+                collect(&path, found);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let text = fs::read_to_string(&path).expect("a source file is UTF-8");
+                found.push((path, text));
+            }
+        }
+    }
+    let mut found = Vec::new();
+    collect(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut found);
+    assert!(!found.is_empty(), "no sources below {folder}");
+    found
+}
+
+/// The code of a file without comments and without its unit tests.
+fn code(text: &str) -> String {
+    let text = text.split("\n#[cfg(test)]\nmod tests").next().unwrap_or(text);
+    text.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
+}
+
+/// Asserts that no file of `folder` contains one of `words` in its code.
+fn forbid(folder: &str, words: &[&str], why: &str) {
+    for (path, text) in sources(folder) {
+        let code = code(&text);
+        for word in words {
+            assert!(!code.contains(word), "{} uses `{word}`: {why}", path.display());
+        }
+    }
+}
+
+#[test]
+fn the_engine_knows_no_tokens_and_no_spans() {
+    forbid(
+        "dynamics-symbolic/src",
+        &["proc_macro", "syn::", "quote!", "Span", "dynamics_macros", "dynamics_runtime"],
+        "the engine works on opaque origins and is usable without a macro",
+    );
+    let manifest = include_str!("../dynamics-symbolic/Cargo.toml");
+    let dependencies = manifest.split("\n[dependencies]").nth(1).unwrap_or("").split("\n[").next().unwrap_or("");
+    assert!(dependencies.trim().is_empty(), "the engine depends on the standard library alone, not on {dependencies}");
+}
+
+#[test]
+fn the_runtime_knows_no_engine() {
+    forbid("dynamics-runtime/src", &["dynamics_symbolic", "dynamics_macros"], "the runtime sees only what is emitted");
+    let manifest = include_str!("../dynamics-runtime/Cargo.toml");
+    assert!(!manifest.contains("dynamics-symbolic") && !manifest.contains("dynamics-macros"));
+}
+
+#[test]
+fn the_engine_is_layered() {
+    let engine = "dynamics-symbolic/src";
+    let layers =
+        ["crate::calculus", "crate::algebra", "crate::mechanics", "crate::check", "crate::schedule", "crate::text"];
+    forbid(&format!("{engine}/graph"), &layers, "the graph is the bottom layer");
+    forbid(&format!("{engine}/calculus"), &layers[1..], "differentiation needs the graph alone");
+    forbid(&format!("{engine}/algebra"), &layers[2..], "linear algebra needs the graph alone");
+    forbid(&format!("{engine}/mechanics"), &layers[3..], "equations come before checks, programs and texts");
+}
+
+#[test]
+fn emission_never_sees_elaboration() {
+    forbid("dynamics-macros/src/emit", &["crate::elaborate"], "emission prints what was compiled");
+    forbid("dynamics-macros/src/syntax", &["crate::elaborate", "crate::emit"], "parsing comes first");
+    forbid("dynamics-macros/src/elaborate", &["crate::emit"], "elaboration comes before emission");
+}
+
+#[test]
+fn no_result_depends_on_the_order_of_a_hash_map() {
+    for folder in ["dynamics-symbolic/src", "dynamics-macros/src"] {
+        for (path, text) in sources(folder) {
+            let code = code(&text);
+            // The engine's one hash map cannot be iterated; everything else is a BTreeMap or a Vec.
+            let lookup = path.ends_with("graph/arena.rs");
+            assert!(
+                lookup || !(code.contains("HashMap") || code.contains("HashSet")),
+                "{} uses a hash container: iterate a BTreeMap or a Vec so that the same tokens give the same bytes",
+                path.display()
+            );
+            if lookup {
+                for use_ in [".0.iter", ".0.keys", ".0.values", ".0.drain", ".0.into_iter", "in &self.0", "in self.0"] {
+                    assert!(!code.contains(use_), "the lookup of {} is iterated", path.display());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn macros_are_pure_functions_of_their_tokens() {
+    for folder in ["dynamics-symbolic/src", "dynamics-macros/src"] {
+        forbid(
+            folder,
+            &["std::env", "std::fs", "std::time", "std::net", "std::process", "RandomState", "SystemTime"],
+            "the same tokens must give the same bytes on every machine",
+        );
+    }
+}
