@@ -7,7 +7,19 @@
 extern crate alloc;
 
 pub mod error;
+pub mod expr;
+pub mod force;
 pub mod math;
+pub mod matrix;
 pub mod model;
 #[cfg(feature = "alloc")]
 pub mod output;
+pub mod scalar;
+pub mod smooth;
+pub mod vector;
+
+pub use expr::Expr;
+pub use force::Force;
+pub use matrix::Mat3;
+pub use smooth::SmoothFunction;
+pub use vector::{Vec2, Vec3, vec2, vec3};

@@ -76,3 +76,58 @@ pub fn powf(x: f64, y: f64) -> f64 {
         libm::pow(x, y)
     }
 }
+
+/// ab + c; a single rounding is not promised.
+#[inline(always)]
+#[must_use]
+pub fn mul_add(a: f64, b: f64, c: f64) -> f64 {
+    a * b + c
+}
+
+/// xⁿ by repeated squaring: ⌊log₂|n|⌋ + popcount roundings at most.
+#[inline]
+#[must_use]
+pub fn powi(x: f64, n: i32) -> f64 {
+    let mut remaining = n.unsigned_abs();
+    let mut square = x;
+    let mut product = 1.0;
+    while remaining != 0 {
+        if remaining & 1 == 1 {
+            product *= square;
+        }
+        remaining >>= 1;
+        square *= square;
+    }
+    if n < 0 { 1.0 / product } else { product }
+}
+
+macro_rules! methods {
+    ($($name:ident($($argument:ident: $type:ty),*) -> $result:ty;)*) => {
+        /// The elementary functions as methods of `f64` where the standard library, which has them of its own, is absent.
+        ///
+        /// With `std` the inherent methods take precedence, so that a model's source is the same in both worlds.
+        pub trait F64Ext {$(
+            #[doc = concat!("`f64::", stringify!($name), "`.")]
+            #[must_use]
+            fn $name(self, $($argument: $type),*) -> $result;
+        )*}
+
+        impl F64Ext for f64 {$(
+            #[inline(always)]
+            fn $name(self, $($argument: $type),*) -> $result {
+                $name(self, $($argument),*)
+            }
+        )*}
+    };
+}
+
+methods! {
+    sin() -> f64; cos() -> f64; tan() -> f64;
+    asin() -> f64; acos() -> f64; atan() -> f64;
+    sinh() -> f64; cosh() -> f64; tanh() -> f64;
+    exp() -> f64; ln() -> f64; sqrt() -> f64; cbrt() -> f64;
+    sin_cos() -> (f64, f64);
+    atan2(x: f64) -> f64; hypot(y: f64) -> f64;
+    powf(y: f64) -> f64; powi(n: i32) -> f64;
+    mul_add(factor: f64, term: f64) -> f64;
+}

@@ -1,0 +1,66 @@
+//! Smooth functions of one variable as parameters of a model: tracks, cam profiles, characteristic curves.
+
+use crate::expr::Expr;
+
+/// A function f(x) with its first three derivatives, the kind of parameter that a model calls as `self.track.at(q.s)`.
+///
+/// Three derivatives are what the equations need: positions contain f, velocities f′, the generalized forces f″, and their
+/// Jacobian f‴. Where f or a derivative does not exist, return NaN: a run stops there with an error instead of
+/// going on with a wrong number. A jump in f″ or f‴, as at the knots of a cubic spline, costs a step-size control a few small steps.
+///
+/// ```
+/// use dynamics_runtime::{Expr, SmoothFunction};
+///
+/// /// A track of sinusoidal bumps.
+/// struct Bumps {
+///     height: f64,
+///     wave_number: f64,
+/// }
+///
+/// impl SmoothFunction for Bumps {
+///     fn derivatives(&self, x: f64) -> [f64; 4] {
+///         let k = self.wave_number;
+///         let (sin, cos) = (k * x).sin_cos();
+///         [sin, k * cos, -k * k * sin, -k * k * k * cos].map(|d| self.height * d)
+///     }
+/// }
+///
+/// let track = Bumps { height: 0.1, wave_number: 2.0 };
+/// let height = track.at(Expr::coordinate(0.0, 5.0, 0.0));
+/// assert_eq!(height.rate(), 0.1 * 2.0 * 5.0);
+/// ```
+pub trait SmoothFunction {
+    /// [f(x), f′(x), f″(x), f‴(x)].
+    ///
+    /// They must belong to one function: check each against a difference quotient of the one before.
+    fn derivatives(&self, x: f64) -> [f64; 4];
+
+    /// f at something that moves.
+    fn at(&self, x: impl Into<Expr>) -> Expr
+    where
+        Self: Sized,
+    {
+        let x = x.into();
+        let [f, f1, f2, _] = self.derivatives(x.value());
+        x.chain(f, f1, f2)
+    }
+}
+
+macro_rules! through {
+    ($($(#[$condition:meta])* $Pointer:ty),* $(,)?) => {$(
+        $(#[$condition])*
+        impl<F: SmoothFunction + ?Sized> SmoothFunction for $Pointer {
+            #[inline]
+            fn derivatives(&self, x: f64) -> [f64; 4] {
+                (**self).derivatives(x)
+            }
+        }
+    )*};
+}
+
+through! {
+    &F,
+    #[cfg(feature = "alloc")] alloc::boxed::Box<F>,
+    #[cfg(feature = "alloc")] alloc::rc::Rc<F>,
+    #[cfg(feature = "alloc")] alloc::sync::Arc<F>,
+}
