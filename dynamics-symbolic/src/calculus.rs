@@ -3,8 +3,10 @@
 mod forward;
 mod local;
 mod reverse;
+mod substitute;
 mod total;
 
 pub use forward::directional;
 pub use reverse::gradient;
+pub use substitute::{ZeroDenominator, substitute};
 pub use total::{NotDifferentiable, total_derivative};

@@ -1,8 +1,9 @@
 //! The engine's driver: one line per pass.
 
 use crate::check::Finding;
-use crate::mechanics::{Equations, Model};
-use crate::schedule::Program;
+use crate::graph::{Graph, NodeId};
+use crate::mechanics::{Equations, Model, Named, Underivable, derive};
+use crate::schedule::{Program, Staging, schedule};
 
 /// Programs of a model, one per function that the runtime's traits ask for. Results are flattened row by row.
 #[derive(Clone, Debug)]
@@ -60,7 +61,57 @@ pub struct Compiled {
 ///
 /// # Errors
 /// Everything that the checks found.
-pub fn compile(model: Model) -> Result<Compiled, Vec<Finding>> {
-    let _ = model;
-    Err(Vec::new())
+pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
+    let equations = derive(&mut model).map_err(|e| vec![finding(&model, &e)])?;
+    let programs = programs(&model.graph, &equations);
+    Ok(Compiled {
+        model,
+        equations,
+        programs,
+        report: String::new(),
+        listing: String::new(),
+        equations_text: String::new(),
+        latex: String::new(),
+    })
+}
+
+fn finding(model: &Model, reason: &Underivable) -> Finding {
+    match reason {
+        Underivable::Singular(i) => {
+            let coordinate = &model.coordinates[*i];
+            Finding::NoInertia { direction: coordinate.name.clone(), origins: vec![coordinate.origin] }
+        }
+        Underivable::ZeroDenominator => Finding::ZeroDenominator,
+    }
+}
+
+/// One program per function that the runtime's traits ask for.
+fn programs(g: &Graph, e: &Equations) -> Programs {
+    let nodes = |named: &[Named]| named.iter().map(|n| n.node).collect::<Vec<_>>();
+    let pivots: Vec<NodeId> = e.pivots.iter().flat_map(|p| [p.pivot, p.diagonal]).collect();
+    let flat = |rows: &[Vec<NodeId>]| rows.iter().flatten().copied().collect::<Vec<_>>();
+    let staged = |name: &str, results: &[NodeId]| schedule(g, name, results, Staging::Hoisted);
+    let inline = |name: &str, results: &[NodeId]| schedule(g, name, results, Staging::Inline);
+    // Pivots are reported where accelerations enter.
+    let checked =
+        |declared: bool, named: &[Named]| if declared { [nodes(named), pivots.clone()].concat() } else { nodes(named) };
+    Programs {
+        accelerations: staged("accelerations", &[e.accelerations.clone(), pivots.clone()].concat()),
+        mass_matrix: inline("mass_matrix", &flat(&e.mass_matrix)),
+        generalized_force: inline("generalized_force", &e.generalized_force),
+        momenta: inline("momenta", &e.momenta),
+        energy_function: inline("energy_function", &[e.energy_function]),
+        kinetic_energy: e.energies.map(|(t, _)| inline("kinetic_energy", &[t])),
+        potential_energy: e.energies.map(|(_, v)| inline("potential_energy", &[v])),
+        conserved: inline("conserved", &nodes(&e.conserved)),
+        powers: inline("powers", &nodes(&e.powers)),
+        state_jacobian: staged(
+            "state_jacobian",
+            &[e.accelerations.clone(), flat(&e.by_q), flat(&e.by_u), pivots.clone()].concat(),
+        ),
+        input_jacobian: inline("input_jacobian", &[flat(&e.by_inputs), pivots.clone()].concat()),
+        parameter_jacobian: inline("parameter_jacobian", &[flat(&e.by_parameters), pivots.clone()].concat()),
+        outputs: inline("outputs", &checked(e.outputs_use_accelerations, &e.outputs)),
+        events: inline("events", &checked(e.events_use_accelerations, &e.events)),
+    }
 }

@@ -5,6 +5,7 @@
 //!
 //! Flow: [`graph`] ← [`calculus`] ← [`mechanics`] ← [`check`]; [`graph`] ← [`algebra`], [`schedule`]; [`schedule`] ← [`text`].
 
+pub mod algebra;
 pub mod calculus;
 pub mod check;
 pub mod compile;

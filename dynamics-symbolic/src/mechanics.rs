@@ -1,7 +1,12 @@
 //! From a declared model to its equations of motion.
 
+mod derive;
 mod equations;
+mod forces;
+mod inverse;
+mod lagrange;
 mod model;
 
+pub use derive::{Underivable, derive};
 pub use equations::{Derivation, Equations, Named, Pivot};
 pub use model::{Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model, Output, Parameter};

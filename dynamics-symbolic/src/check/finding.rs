@@ -22,6 +22,8 @@ pub enum Finding {
         /// Declarations of the coordinates involved.
         origins: Vec<Origin>,
     },
+    /// An output or event divides by an expression that is zero on every motion.
+    ZeroDenominator,
     /// More operations than rustc can be trusted with.
     TooLarge {
         /// Function that is too large.

@@ -75,7 +75,11 @@ impl Graph {
             return a;
         }
         match (self.node(a), self.node(b)) {
-            (Node::Number(x), Node::Number(y)) => return self.number(x.add(y)),
+            (Node::Number(x), Node::Number(y)) => {
+                if let Some(sum) = x.plus(y) {
+                    return self.number(sum);
+                }
+            }
             (_, Node::Neg(y)) => return self.sub(a, y),
             (Node::Neg(x), _) => return self.sub(b, x),
             _ => {}
@@ -101,7 +105,11 @@ impl Graph {
             return self.neg(b);
         }
         match (self.node(a), self.node(b)) {
-            (Node::Number(x), Node::Number(y)) => return self.number(x.add(y.neg())),
+            (Node::Number(x), Node::Number(y)) => {
+                if let Some(difference) = x.plus(y.opposite()) {
+                    return self.number(difference);
+                }
+            }
             (_, Node::Neg(y)) => return self.add(a, y),
             (Node::Neg(x), _) => {
                 let sum = self.add(x, b);
@@ -124,7 +132,7 @@ impl Graph {
     /// −a.
     pub fn neg(&mut self, a: NodeId) -> NodeId {
         match self.node(a) {
-            Node::Number(x) => self.number(x.neg()),
+            Node::Number(x) => self.number(x.opposite()),
             Node::Neg(x) => x,
             Node::Sub(x, y) => self.sub(y, x),
             _ => {
@@ -143,7 +151,11 @@ impl Graph {
             return b;
         }
         match (self.node(a), self.node(b)) {
-            (Node::Number(x), Node::Number(y)) => return self.number(x.mul(y)),
+            (Node::Number(x), Node::Number(y)) => {
+                if let Some(product) = x.times(y) {
+                    return self.number(product);
+                }
+            }
             (Node::Neg(x), Node::Neg(y)) => return self.mul(x, y),
             (Node::Neg(x), _) => {
                 let product = self.mul(x, b);

@@ -68,4 +68,8 @@ pub struct Equations {
     pub outputs: Vec<Named>,
     /// Events, with accelerations replaced by their values.
     pub events: Vec<Named>,
+    /// Whether an output was declared in terms of accelerations, so that evaluating it can meet a singular M.
+    pub outputs_use_accelerations: bool,
+    /// Likewise for events.
+    pub events_use_accelerations: bool,
 }

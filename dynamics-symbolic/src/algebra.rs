@@ -1,0 +1,5 @@
+//! Linear algebra on the graph.
+
+mod ldl;
+
+pub use ldl::Factors;

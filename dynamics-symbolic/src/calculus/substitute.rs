@@ -1,0 +1,50 @@
+//! Replacing symbols.
+
+use crate::graph::{Graph, Node, NodeId, Symbol};
+
+use super::forward::below;
+
+/// A quotient whose denominator became identically zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ZeroDenominator;
+
+/// `roots` with every symbol s replaced by `value(s)` (`None`: kept).
+///
+/// # Errors
+/// A denominator that becomes identically zero.
+pub fn substitute(
+    g: &mut Graph,
+    roots: &[NodeId],
+    value: &mut dyn FnMut(&mut Graph, Symbol) -> Option<NodeId>,
+) -> Result<Vec<NodeId>, ZeroDenominator> {
+    let end = roots.iter().map(|r| r.index() + 1).max().unwrap_or(0);
+    let needed = below(g, roots, end);
+    let mut new: Vec<Option<NodeId>> = vec![None; end];
+    for id in g.ids().take(end).filter(|id| needed[id.index()]) {
+        let node = g.node(id);
+        if let Node::Symbol(s) = node {
+            new[id.index()] = value(g, s);
+        } else if node.children().any(|c| new[c.index()].is_some()) {
+            new[id.index()] = Some(rebuild(g, node, &|c| new[c.index()].unwrap_or(c))?);
+        }
+    }
+    Ok(roots.iter().map(|r| new[r.index()].unwrap_or(*r)).collect())
+}
+
+fn rebuild(g: &mut Graph, node: Node, at: &dyn Fn(NodeId) -> NodeId) -> Result<NodeId, ZeroDenominator> {
+    Ok(match node {
+        Node::Number(n) => g.number(n),
+        Node::Symbol(s) => g.symbol(s),
+        Node::Add(a, b) => g.add(at(a), at(b)),
+        Node::Sub(a, b) => g.sub(at(a), at(b)),
+        Node::Mul(a, b) => g.mul(at(a), at(b)),
+        Node::Div(a, b) => g.div(at(a), at(b)).ok_or(ZeroDenominator)?,
+        Node::Neg(a) => g.neg(at(a)),
+        Node::Unary(f, a) => g.unary(f, at(a)),
+        Node::Binary(f, a, b) => g.binary(f, at(a), at(b)),
+        Node::Select { comparison, left, right, then, otherwise } => {
+            g.select(comparison, at(left), at(right), at(then), at(otherwise))
+        }
+        Node::Smooth { function, order, argument } => g.smooth(function, order, at(argument)),
+    })
+}

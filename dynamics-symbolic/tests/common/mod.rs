@@ -1,0 +1,189 @@
+//! Models built directly on the graph, as the macro's elaboration would build them.
+#![allow(dead_code, unreachable_pub)]
+
+use dynamics_symbolic::calculus::total_derivative;
+use dynamics_symbolic::graph::{Bindings, FunctionId, Graph, NodeId, Number, Origin, Symbol, Unary};
+use dynamics_symbolic::mechanics::{Coordinate, Energy, EnergyRole, Model, Parameter};
+
+/// A model under construction, with short names for the operations.
+#[derive(Default)]
+pub struct Builder {
+    pub model: Model,
+}
+
+impl Builder {
+    pub fn new(name: &str) -> Self {
+        Self { model: Model { name: name.into(), ..Model::default() } }
+    }
+    pub fn g(&mut self) -> &mut Graph {
+        &mut self.model.graph
+    }
+    pub fn coordinate(&mut self, name: &str) -> NodeId {
+        let i = self.model.coordinates.len() as u32;
+        self.model.coordinates.push(Coordinate { name: name.into(), unit: String::new(), origin: Origin(i) });
+        self.g().symbol(Symbol::Coordinate(i))
+    }
+    pub fn coordinates(&mut self, name: &str, n: usize) -> Vec<NodeId> {
+        (0..n).map(|i| self.coordinate(&format!("{name}[{i}]"))).collect()
+    }
+    pub fn parameter(&mut self, name: &str) -> NodeId {
+        let i = self.model.parameters.len() as u32;
+        self.model.parameters.push(Parameter { name: name.into(), unit: String::new(), origin: Origin(100 + i) });
+        self.g().symbol(Symbol::Parameter(i))
+    }
+    pub fn parameters(&mut self, name: &str, n: usize) -> Vec<NodeId> {
+        (0..n).map(|i| self.parameter(&format!("{name}[{i}]"))).collect()
+    }
+    pub fn energy(&mut self, name: &str, role: EnergyRole, node: NodeId) {
+        self.model.energies.push(Energy { name: name.into(), role, node, origin: Origin(0) });
+    }
+    pub fn ratio(&mut self, n: i128, d: i128) -> NodeId {
+        self.g().number(Number::ratio(n, d))
+    }
+    pub fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.g().add(a, b)
+    }
+    pub fn sub(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.g().sub(a, b)
+    }
+    pub fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.g().mul(a, b)
+    }
+    pub fn neg(&mut self, a: NodeId) -> NodeId {
+        self.g().neg(a)
+    }
+    pub fn sin(&mut self, a: NodeId) -> NodeId {
+        self.g().unary(Unary::Sin, a)
+    }
+    pub fn cos(&mut self, a: NodeId) -> NodeId {
+        self.g().unary(Unary::Cos, a)
+    }
+    pub fn dt(&mut self, a: NodeId) -> NodeId {
+        total_derivative(self.g(), &[a]).expect("positions have velocities")[0]
+    }
+    /// Σ aᵢ².
+    pub fn norm_squared(&mut self, a: &[NodeId]) -> NodeId {
+        let mut sum = self.g().zero();
+        for x in a {
+            let square = self.mul(*x, *x);
+            sum = self.add(sum, square);
+        }
+        sum
+    }
+    /// ½ m |ẋ|².
+    pub fn kinetic(&mut self, m: NodeId, position: &[NodeId]) -> NodeId {
+        let v: Vec<NodeId> = position.iter().map(|x| self.dt(*x)).collect();
+        let half = self.ratio(1, 2);
+        let hm = self.mul(half, m);
+        let square = self.norm_squared(&v);
+        self.mul(hm, square)
+    }
+}
+
+/// Values for the symbols of a model.
+#[derive(Clone, Debug, Default)]
+pub struct Values {
+    pub t: f64,
+    pub q: Vec<f64>,
+    pub u: Vec<f64>,
+    pub a: Vec<f64>,
+    pub w: Vec<f64>,
+    pub p: Vec<f64>,
+}
+
+impl Bindings for Values {
+    fn symbol(&self, symbol: Symbol) -> f64 {
+        match symbol {
+            Symbol::Time => self.t,
+            Symbol::Coordinate(i) => self.q[i as usize],
+            Symbol::Rate(i) => self.u[i as usize],
+            Symbol::Acceleration(i) => self.a[i as usize],
+            Symbol::Input(i) => self.w[i as usize],
+            Symbol::Parameter(i) => self.p[i as usize],
+        }
+    }
+    fn smooth(&self, _: FunctionId, order: u8, x: f64) -> f64 {
+        // sin(x) + x/2.
+        match order {
+            0 => x.sin() + x / 2.0,
+            1 => x.cos() + 0.5,
+            2 => -x.sin(),
+            _ => -x.cos(),
+        }
+    }
+}
+
+/// The double pendulum: coordinates θ₁, θ₂, parameters m₁, m₂, l₁, l₂, g.
+pub fn double_pendulum() -> Model {
+    let mut b = Builder::new("DoublePendulum");
+    let (t1, t2) = (b.coordinate("theta1"), b.coordinate("theta2"));
+    let [m1, m2, l1, l2, g] = ["m1", "m2", "l1", "l2", "g"].map(|n| b.parameter(n));
+    let bob = |b: &mut Builder, l: NodeId, t: NodeId| {
+        let (s, c) = (b.sin(t), b.cos(t));
+        let c = b.neg(c);
+        [b.mul(l, s), b.mul(l, c)]
+    };
+    let bob1 = bob(&mut b, l1, t1);
+    let arm = bob(&mut b, l2, t2);
+    let bob2 = [b.add(bob1[0], arm[0]), b.add(bob1[1], arm[1])];
+    let (k1, k2) = (b.kinetic(m1, &bob1), b.kinetic(m2, &bob2));
+    let kinetic = b.add(k1, k2);
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    let (h1, h2) = (b.mul(m1, bob1[1]), b.mul(m2, bob2[1]));
+    let sum = b.add(h1, h2);
+    let gravity = b.mul(g, sum);
+    b.energy("gravity", EnergyRole::Potential, gravity);
+    b.model
+}
+
+/// A cart with n links in absolute angles: cart mass, n masses, n lengths, g as parameters; velocities by prefix sums.
+pub fn chain(n: usize) -> Model {
+    let mut b = Builder::new("Chain");
+    let x = b.coordinate("x");
+    let theta = b.coordinates("theta", n);
+    let cart = b.parameter("cart");
+    let m = b.parameters("m", n);
+    let l = b.parameters("l", n);
+    let g = b.parameter("g");
+    let mut kinetic = b.kinetic(cart, &[x]);
+    let mut potential = b.g().zero();
+    let mut place = [x, b.g().zero()];
+    for i in 0..n {
+        let (s, c) = (b.sin(theta[i]), b.cos(theta[i]));
+        let (dx, dy) = (b.mul(l[i], s), b.mul(l[i], c));
+        place = [b.add(place[0], dx), b.sub(place[1], dy)];
+        let k = b.kinetic(m[i], &place);
+        kinetic = b.add(kinetic, k);
+        let h = b.mul(m[i], place[1]);
+        let v = b.mul(g, h);
+        potential = b.add(potential, v);
+    }
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    b.energy("gravity", EnergyRole::Potential, potential);
+    b.model
+}
+
+/// n links in relative angles: sin(q₁ + … + q_k).
+pub fn relative_chain(n: usize) -> Model {
+    let mut b = Builder::new("RelativeChain");
+    let q = b.coordinates("q", n);
+    let m = b.parameters("m", n);
+    let l = b.parameters("l", n);
+    let g = b.parameter("g");
+    let zero = b.g().zero();
+    let (mut kinetic, mut potential, mut place, mut angle) = (zero, zero, [zero, zero], zero);
+    for i in 0..n {
+        angle = b.add(angle, q[i]);
+        let (s, c) = (b.sin(angle), b.cos(angle));
+        let (dx, dy) = (b.mul(l[i], s), b.mul(l[i], c));
+        place = [b.add(place[0], dx), b.sub(place[1], dy)];
+        let k = b.kinetic(m[i], &place);
+        kinetic = b.add(kinetic, k);
+        let h = b.mul(m[i], place[1]);
+        let v = b.mul(g, h);
+        potential = b.add(potential, v);
+    }
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    b.energy("gravity", EnergyRole::Potential, potential);
+    b.model
+}
