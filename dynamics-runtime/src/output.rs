@@ -1,5 +1,31 @@
-//! What shows a motion: tables, charts, animations.
+//! What shows a motion: tables (CSV), charts (SVG) and animations (one HTML page without network access).
+//!
+//! Everything renders to a `String` with the feature `alloc`; files are written with `std`. The pictures are built with `libm`
+//! alone, so that the same data give the same bytes on every machine.
+//!
+//! | what | type | from a motion |
+//! |---|---|---|
+//! | a picture of one instant | [`Drawing`] | the `#[drawing]` function |
+//! | a moving picture | animation | `motion.animate("run.html")` |
+//! | curves | [`Chart`], [`Panel`] | `motion.plot("run.svg")` |
+//! | numbers | table | `motion.write_csv("run.csv")` |
 
-/// A picture of the model at one instant.
-#[derive(Clone, Debug, Default)]
-pub struct Drawing {}
+mod chart;
+#[allow(dead_code)]
+mod color;
+mod drawing;
+#[cfg(feature = "std")]
+mod file;
+mod reduce;
+mod svg;
+#[allow(dead_code)]
+mod text;
+mod ticks;
+#[cfg(test)]
+mod xml_check;
+
+pub use chart::{Axis, Chart, Mark, Panel, Scale, Series};
+pub use color::Color;
+pub use drawing::{Drawing, Figure, Point, Shape};
+#[cfg(feature = "std")]
+pub use file::FileError;

@@ -1,0 +1,209 @@
+//! Curves on axes, as SVG without system libraries.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use super::color::Color;
+
+/// How values are spread along an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scale {
+    /// In proportion.
+    #[default]
+    Linear,
+    /// By their decimal logarithm; values that are not positive have no place, and the chart says how many.
+    Log,
+}
+
+/// An axis: what it shows and how.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Axis {
+    pub(super) title: String,
+    pub(super) scale: Scale,
+    pub(super) range: Option<[f64; 2]>,
+}
+
+impl Axis {
+    /// A linear axis; the title names quantity and unit, as in `time in s`.
+    #[must_use]
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), ..Self::default() }
+    }
+
+    /// A logarithmic axis.
+    #[must_use]
+    pub fn log(title: impl Into<String>) -> Self {
+        Self { title: title.into(), scale: Scale::Log, range: None }
+    }
+
+    /// From `lo` to `hi` instead of what the series need; curves are cut at the edges. A range without extent, or one that the
+    /// scale cannot show, counts as none.
+    #[must_use]
+    pub fn range(mut self, lo: f64, hi: f64) -> Self {
+        self.range = Some([lo, hi]);
+        self
+    }
+}
+
+/// How a series is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mark {
+    /// Its points joined.
+    #[default]
+    Line,
+    /// A sign at every point.
+    Points,
+    /// Both.
+    LineAndPoints,
+}
+
+/// A named sequence of points. A value that is not finite is a gap.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    pub(super) name: String,
+    pub(super) points: Vec<[f64; 2]>,
+    pub(super) mark: Mark,
+    pub(super) color: Option<Color>,
+}
+
+impl Series {
+    /// Points (x, y) joined by lines.
+    #[must_use]
+    pub fn new(name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        Self {
+            name: name.into(),
+            points: points.into_iter().map(|(x, y)| [x, y]).collect(),
+            mark: Mark::Line,
+            color: None,
+        }
+    }
+
+    /// Shows it so.
+    #[must_use]
+    pub fn mark(mut self, mark: Mark) -> Self {
+        self.mark = mark;
+        self
+    }
+
+    /// In this colour instead of the next of the cycle.
+    #[must_use]
+    pub fn color(mut self, color: Color) -> Self {
+        self.color = Some(color);
+        self
+    }
+}
+
+/// One pair of axes with its series.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Panel {
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+    pub(super) series: Vec<Series>,
+    pub(super) equal: bool,
+}
+
+impl Panel {
+    /// Empty axes.
+    #[must_use]
+    pub fn new(x: Axis, y: Axis) -> Self {
+        Self { x, y, ..Self::default() }
+    }
+
+    /// Adds a series.
+    #[must_use]
+    pub fn series(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// Adds points (x, y) joined by lines.
+    #[must_use]
+    pub fn line(self, name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        self.series(Series::new(name, points))
+    }
+
+    /// Adds points (x, y), each with a sign.
+    #[must_use]
+    pub fn points(self, name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        self.series(Series::new(name, points).mark(Mark::Points))
+    }
+
+    /// Adds points (x, y), each with a sign, joined by lines: measurements such as error against cost.
+    #[must_use]
+    pub fn curve(self, name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        self.series(Series::new(name, points).mark(Mark::LineAndPoints))
+    }
+
+    /// One unit of x as long as one unit of y (linear axes only): orbits and shapes.
+    #[must_use]
+    pub fn equal_axes(mut self) -> Self {
+        self.equal = true;
+        self
+    }
+}
+
+/// One or more panels, one below the other, under a title.
+///
+/// ```
+/// # use dynamics_runtime::output::{Axis, Chart, Panel};
+/// let errors = [(1e3, 1e-4), (2e3, 3e-6), (4e3, 1e-7)];
+/// let svg = Chart::new("Error against cost")
+///     .panel(Panel::new(Axis::log("evaluations"), Axis::log("error")).curve("RK4", errors))
+///     .to_svg();
+/// assert!(svg.starts_with("<svg"));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    pub(super) title: String,
+    pub(super) panels: Vec<Panel>,
+    pub(super) width: f64,
+    pub(super) panel_height: Option<f64>,
+}
+
+impl Chart {
+    /// A chart without panels.
+    #[must_use]
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), panels: Vec::new(), width: 760.0, panel_height: None }
+    }
+
+    /// Adds a panel below the others.
+    #[must_use]
+    pub fn panel(mut self, panel: Panel) -> Self {
+        self.panels.push(panel);
+        self
+    }
+
+    /// Width of the picture in pixels, 760 unless set; 320 to 4,000.
+    #[must_use]
+    pub fn width(mut self, pixels: f64) -> Self {
+        self.width = if pixels.is_finite() { pixels.clamp(320.0, 4000.0) } else { 760.0 };
+        self
+    }
+
+    /// Height of each panel's axes in pixels, 80 to 4,000; 380 for one panel and 190 for several unless set.
+    #[must_use]
+    pub fn panel_height(mut self, pixels: f64) -> Self {
+        self.panel_height = pixels.is_finite().then(|| pixels.clamp(80.0, 4000.0));
+        self
+    }
+
+    /// The chart as SVG text.
+    #[must_use]
+    pub fn to_svg(&self) -> String {
+        super::svg::render(self)
+    }
+
+    /// Writes the chart as an SVG file, making the folders that the path needs.
+    #[cfg(feature = "std")]
+    pub fn write_svg(&self, path: impl AsRef<std::path::Path>) -> Result<(), super::file::FileError> {
+        super::file::write(path.as_ref(), self.to_svg().as_bytes())
+    }
+}
+
+impl From<Panel> for Chart {
+    /// A chart of one panel without a title.
+    fn from(panel: Panel) -> Self {
+        Self::new("").panel(panel)
+    }
+}

@@ -1,0 +1,511 @@
+//! The picture of a model at one instant.
+//!
+//! Lengths are those of the model, x to the right and y up; line widths are pixels. A picture reads like the sketch in a textbook:
+//!
+//! ```
+//! # use dynamics_runtime::output::{Color, Drawing};
+//! let (anchor, bob) = ([0.0, 0.0], [0.3, -1.2]);
+//! let picture = Drawing::new()
+//!     .pivot(anchor)
+//!     .spring(anchor, bob)
+//!     .trace("bob", bob)
+//!     .color(Color::Red)
+//!     .disc(bob, 0.1)
+//!     .label(bob, "m");
+//! assert_eq!(picture.shapes().len(), 5);
+//! ```
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use super::color::Color;
+use crate::scalar::Scalar;
+use crate::vector::{Vec2, Vec3};
+
+/// A place in a picture: of the plane, or of space with z up, which is shown in a fixed parallel projection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Point {
+    /// x to the right, y up.
+    Planar([f64; 2]),
+    /// z up; x comes toward the viewer and to the right, y goes away and to the right.
+    Spatial([f64; 3]),
+}
+
+/// sin and cos of the viewer's azimuth −60° and of his elevation 25°: a parallel projection in which no axis hides another.
+const AZIMUTH: [f64; 2] = [-0.866_025_403_784_438_6, 0.5];
+const ELEVATION: [f64; 2] = [0.422_618_261_740_699_4, 0.906_307_787_036_649_9];
+
+impl Point {
+    /// Where the point is seen: to the right and up, in the model's lengths. The projection is orthographic, so that a sphere
+    /// is a disc of its own radius.
+    #[must_use]
+    pub fn projected(self) -> [f64; 2] {
+        match self {
+            Self::Planar(point) => point,
+            Self::Spatial([x, y, z]) => {
+                let away = x * AZIMUTH[1] + y * AZIMUTH[0];
+                [y * AZIMUTH[1] - x * AZIMUTH[0], z * ELEVATION[1] - away * ELEVATION[0]]
+            }
+        }
+    }
+
+    fn offset(self, [dx, dy]: [f64; 2]) -> Self {
+        match self {
+            Self::Planar([x, y]) => Self::Planar([x + dx, y + dy]),
+            // In space a plane figure stands upright: its own plane is x–z.
+            Self::Spatial([x, y, z]) => Self::Spatial([x + dx, y, z + dy]),
+        }
+    }
+}
+
+impl<T: Scalar> From<Vec2<T>> for Point {
+    fn from(point: Vec2<T>) -> Self {
+        Self::Planar([point.x.value(), point.y.value()])
+    }
+}
+
+impl<T: Scalar> From<Vec3<T>> for Point {
+    fn from(point: Vec3<T>) -> Self {
+        Self::Spatial([point.x.value(), point.y.value(), point.z.value()])
+    }
+}
+
+impl<T: Scalar> From<[T; 2]> for Point {
+    fn from(point: [T; 2]) -> Self {
+        Self::Planar(point.map(Scalar::value))
+    }
+}
+
+impl<T: Scalar> From<[T; 3]> for Point {
+    fn from(point: [T; 3]) -> Self {
+        Self::Spatial(point.map(Scalar::value))
+    }
+}
+
+/// What is drawn. Lengths are the model's unless a pixel size is named.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Figure {
+    /// Straight lines from point to point; filled if closed and a fill is set.
+    Polyline {
+        /// The corners.
+        points: Vec<Point>,
+        /// Whether the last is joined to the first.
+        closed: bool,
+    },
+    /// A circle, or a disc where it is filled.
+    Circle {
+        /// The centre.
+        center: Point,
+        /// The radius.
+        radius: f64,
+        /// Whether it is a disc.
+        filled: bool,
+    },
+    /// A marker of fixed size in pixels.
+    Dot {
+        /// The centre.
+        center: Point,
+    },
+    /// A zig-zag between two points; its amplitude is in pixels.
+    Spring {
+        /// One end.
+        from: Point,
+        /// The other end.
+        to: Point,
+        /// Number of coils.
+        coils: u32,
+    },
+    /// A line with a head at `to`; the head's size is in pixels.
+    Arrow {
+        /// The tail.
+        from: Point,
+        /// The head.
+        to: Point,
+    },
+    /// Words.
+    Text {
+        /// Where.
+        at: Point,
+        /// The words.
+        text: String,
+        /// Beside the point, to its upper right, and not upon it.
+        beside: bool,
+    },
+    /// The way that a point has come.
+    Trace {
+        /// Identifies the point from one instant to the next.
+        name: String,
+        /// Where the point is now.
+        at: Point,
+        /// How far back in time the trace reaches; `None`: to the beginning.
+        seconds: Option<f64>,
+    },
+    /// A line with a hatch on its right-hand side as seen from `from` to `to`: solid ground.
+    Ground {
+        /// One end.
+        from: Point,
+        /// The other end.
+        to: Point,
+    },
+    /// A support that a body turns about.
+    Pivot {
+        /// Where.
+        at: Point,
+    },
+}
+
+/// A figure with the pen that it is drawn with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    /// What is drawn.
+    pub figure: Figure,
+    /// Colour of lines, of text and of discs.
+    pub color: Color,
+    /// Colour inside a closed figure; `None`: not filled.
+    pub fill: Option<Color>,
+    /// Width of lines in pixels.
+    pub width: f64,
+    /// Whether lines are dashed.
+    pub dashed: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Pen {
+    color: Color,
+    fill: Option<Color>,
+    width: f64,
+    dashed: bool,
+}
+
+impl Default for Pen {
+    fn default() -> Self {
+        Self { color: Color::Auto, fill: None, width: 2.0, dashed: false }
+    }
+}
+
+/// A picture of the model at one instant, built figure by figure; later figures cover earlier ones.
+///
+/// [`color`](Drawing::color), [`fill`](Drawing::fill), [`width`](Drawing::width) and [`dashed`](Drawing::dashed) set the pen
+/// for the figures that follow, [`plain`](Drawing::plain) puts it back. A figure with a coordinate that is not finite is
+/// left out of the instant in which that happens.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Drawing {
+    shapes: Vec<Shape>,
+    pen: Pen,
+}
+
+/// The figures.
+impl Drawing {
+    /// An empty picture.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The picture that a model gets which declares none: a polygon from the origin through the named points, each with a dot
+    /// and a trace.
+    #[must_use]
+    pub fn of_points(points: &[(&str, Point)]) -> Self {
+        let origin = match points.first() {
+            Some((_, Point::Spatial(_))) => Point::Spatial([0.0; 3]),
+            _ => Point::Planar([0.0; 2]),
+        };
+        let mut drawing = Self::new();
+        for &(name, point) in points {
+            drawing = drawing.trace(name, point);
+        }
+        let joints = core::iter::once(origin).chain(points.iter().map(|&(_, point)| point));
+        drawing = drawing.polyline(joints).pivot(origin);
+        for &(_, point) in points {
+            drawing = drawing.dot(point);
+        }
+        drawing
+    }
+
+    /// A straight line: a massless rod, a thread.
+    #[must_use]
+    pub fn line(self, from: impl Into<Point>, to: impl Into<Point>) -> Self {
+        self.figure(Figure::Polyline { points: [from.into(), to.into()].into(), closed: false })
+    }
+
+    /// Straight lines from point to point.
+    #[must_use]
+    pub fn polyline<P: Into<Point>>(self, points: impl IntoIterator<Item = P>) -> Self {
+        self.figure(Figure::Polyline { points: points.into_iter().map(Into::into).collect(), closed: false })
+    }
+
+    /// A closed polygon, filled if the pen has a fill.
+    #[must_use]
+    pub fn polygon<P: Into<Point>>(self, points: impl IntoIterator<Item = P>) -> Self {
+        self.figure(Figure::Polyline { points: points.into_iter().map(Into::into).collect(), closed: true })
+    }
+
+    /// The curve s ↦ `point(s)` for s from `from` to `to`, in `segments` straight pieces: a track, a cam, a rail.
+    #[must_use]
+    pub fn curve<P: Into<Point>>(self, from: f64, to: f64, segments: usize, mut point: impl FnMut(f64) -> P) -> Self {
+        let segments = segments.max(1);
+        self.polyline((0..=segments).map(|k| {
+            let part = k as f64 / segments as f64;
+            point(from * (1.0 - part) + to * part)
+        }))
+    }
+
+    /// A disc of the given radius; in space, a ball.
+    #[must_use]
+    pub fn disc(self, center: impl Into<Point>, radius: impl Scalar) -> Self {
+        self.figure(Figure::Circle { center: center.into(), radius: radius.value(), filled: true })
+    }
+
+    /// A circle of the given radius; in space, the outline of a ball.
+    #[must_use]
+    pub fn circle(self, center: impl Into<Point>, radius: impl Scalar) -> Self {
+        self.figure(Figure::Circle { center: center.into(), radius: radius.value(), filled: false })
+    }
+
+    /// A disc of a few pixels, however large the picture is.
+    #[must_use]
+    pub fn dot(self, center: impl Into<Point>) -> Self {
+        self.figure(Figure::Dot { center: center.into() })
+    }
+
+    /// A rectangle about its centre, turned counter-clockwise by `angle` (rad); filled if the pen has a fill.
+    #[must_use]
+    pub fn rectangle(
+        self,
+        center: impl Into<Point>,
+        width: impl Scalar,
+        height: impl Scalar,
+        angle: impl Scalar,
+    ) -> Self {
+        let center = center.into();
+        let (width, height) = (width.value(), height.value());
+        let (sin, cos) = libm::sincos(angle.value());
+        let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
+        self.polygon(corners.map(|(x, y)| {
+            let (x, y) = (x * width, y * height);
+            center.offset([cos * x - sin * y, sin * x + cos * y])
+        }))
+    }
+
+    /// An arc about `center` from angle `from` to angle `to` (rad, counter-clockwise from the x-axis).
+    #[must_use]
+    pub fn arc(self, center: impl Into<Point>, radius: impl Scalar, from: impl Scalar, to: impl Scalar) -> Self {
+        let (center, radius) = (center.into(), radius.value());
+        self.curve(from.value(), to.value(), 48, |angle| {
+            let (sin, cos) = libm::sincos(angle);
+            center.offset([radius * cos, radius * sin])
+        })
+    }
+
+    /// A coil spring between two points.
+    #[must_use]
+    pub fn spring(self, from: impl Into<Point>, to: impl Into<Point>) -> Self {
+        self.coils(from, to, 9)
+    }
+
+    /// A spring with so many coils.
+    #[must_use]
+    pub fn coils(self, from: impl Into<Point>, to: impl Into<Point>, coils: u32) -> Self {
+        self.figure(Figure::Spring { from: from.into(), to: to.into(), coils })
+    }
+
+    /// An arrow: a force, a velocity.
+    #[must_use]
+    pub fn arrow(self, from: impl Into<Point>, to: impl Into<Point>) -> Self {
+        self.figure(Figure::Arrow { from: from.into(), to: to.into() })
+    }
+
+    /// The whole way that a point has come; `name` tells it from the other traces of the picture.
+    #[must_use]
+    pub fn trace(self, name: impl Into<String>, at: impl Into<Point>) -> Self {
+        self.figure(Figure::Trace { name: name.into(), at: at.into(), seconds: None })
+    }
+
+    /// The way that a point has come in the last `seconds` of the model's time, fading.
+    #[must_use]
+    pub fn tail(self, name: impl Into<String>, at: impl Into<Point>, seconds: f64) -> Self {
+        self.figure(Figure::Trace { name: name.into(), at: at.into(), seconds: Some(seconds) })
+    }
+
+    /// Words beside a point.
+    #[must_use]
+    pub fn label(self, at: impl Into<Point>, text: impl Into<String>) -> Self {
+        self.figure(Figure::Text { at: at.into(), text: text.into(), beside: true })
+    }
+
+    /// Words centred upon a point.
+    #[must_use]
+    pub fn text(self, at: impl Into<Point>, text: impl Into<String>) -> Self {
+        self.figure(Figure::Text { at: at.into(), text: text.into(), beside: false })
+    }
+
+    /// Solid ground: a line, hatched on its right-hand side as seen from `from` to `to`.
+    #[must_use]
+    pub fn ground(self, from: impl Into<Point>, to: impl Into<Point>) -> Self {
+        self.figure(Figure::Ground { from: from.into(), to: to.into() })
+    }
+
+    /// A fixed support that a body turns about.
+    #[must_use]
+    pub fn pivot(self, at: impl Into<Point>) -> Self {
+        self.figure(Figure::Pivot { at: at.into() })
+    }
+
+    /// The axes x, y, z of space, each of the given length, with their names.
+    #[must_use]
+    pub fn axes(self, length: f64) -> Self {
+        let (x, y, z) = ([length, 0.0, 0.0], [0.0, length, 0.0], [0.0, 0.0, length]);
+        let pen = self.pen;
+        let mut drawing = self.plain().color(Color::Faint).width(1.0);
+        for (axis, name) in [(x, "x"), (y, "y"), (z, "z")] {
+            drawing = drawing.arrow([0.0; 3], axis).label(axis, name);
+        }
+        drawing.pen = pen;
+        drawing
+    }
+
+    fn figure(mut self, figure: Figure) -> Self {
+        let Pen { color, fill, width, dashed } = self.pen;
+        self.shapes.push(Shape { figure, color, fill, width, dashed });
+        self
+    }
+}
+
+/// The pen.
+impl Drawing {
+    /// The colour of the figures that follow.
+    #[must_use]
+    pub fn color(mut self, color: Color) -> Self {
+        self.pen.color = color;
+        self
+    }
+
+    /// The colour inside the closed figures that follow.
+    #[must_use]
+    pub fn fill(mut self, color: Color) -> Self {
+        self.pen.fill = Some(color);
+        self
+    }
+
+    /// The line width in pixels of the figures that follow; 2 unless set.
+    #[must_use]
+    pub fn width(mut self, pixels: f64) -> Self {
+        self.pen.width = pixels;
+        self
+    }
+
+    /// Dashed lines in the figures that follow.
+    #[must_use]
+    pub fn dashed(mut self) -> Self {
+        self.pen.dashed = true;
+        self
+    }
+
+    /// The pen as it was at the beginning.
+    #[must_use]
+    pub fn plain(mut self) -> Self {
+        self.pen = Pen::default();
+        self
+    }
+}
+
+/// What was drawn.
+impl Drawing {
+    /// The figures in the order in which they are painted.
+    #[must_use]
+    pub fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+
+    /// Puts another picture on top of this one.
+    #[must_use]
+    pub fn with(mut self, other: Self) -> Self {
+        self.shapes.extend(other.shapes);
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Expr, vec2, vec3};
+
+    fn points(shape: &Shape) -> &[Point] {
+        match &shape.figure {
+            Figure::Polyline { points, .. } => points,
+            other => panic!("{other:?} has no points"),
+        }
+    }
+
+    #[test]
+    fn the_pen_holds_for_what_follows() {
+        let drawing = Drawing::new()
+            .line([0.0, 0.0], [1.0, 0.0])
+            .color(Color::Red)
+            .width(5.0)
+            .dashed()
+            .line([0.0, 0.0], [1.0, 0.0])
+            .plain()
+            .dot([0.0, 0.0]);
+        let seen: Vec<_> = drawing.shapes().iter().map(|shape| (shape.color, shape.width, shape.dashed)).collect();
+        assert_eq!(seen, [(Color::Auto, 2.0, false), (Color::Red, 5.0, true), (Color::Auto, 2.0, false)]);
+    }
+
+    #[test]
+    fn axes_leave_the_pen_alone() {
+        let drawing = Drawing::new().color(Color::Red).axes(1.0).dot([0.0, 0.0]);
+        assert_eq!(drawing.shapes().last().map(|s| s.color), Some(Color::Red));
+    }
+
+    #[test]
+    fn a_turned_rectangle_has_its_corners_where_the_rotation_puts_them() {
+        let drawing = Drawing::new().rectangle([1.0, 2.0], 4.0, 2.0, core::f64::consts::FRAC_PI_2);
+        let expected = [[2.0, 0.0], [2.0, 4.0], [0.0, 4.0], [0.0, 0.0]];
+        for (point, expected) in points(&drawing.shapes()[0]).iter().zip(expected) {
+            let [x, y] = point.projected();
+            assert!((x - expected[0]).abs() < 1e-14 && (y - expected[1]).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn values_that_move_are_drawn_where_they_are() {
+        let s = Expr::coordinate(0.5, 2.0, 0.0);
+        let drawing = Drawing::new().line(vec2(s, 1.0), Vec2::new(3.0, 4.0)).disc(vec3(s, 0.0, 2.0 * s), s).dot([s, s]);
+        assert_eq!(points(&drawing.shapes()[0]), [Point::Planar([0.5, 1.0]), Point::Planar([3.0, 4.0])]);
+        assert_eq!(
+            drawing.shapes()[1].figure,
+            Figure::Circle { center: Point::Spatial([0.5, 0.0, 1.0]), radius: 0.5, filled: true }
+        );
+    }
+
+    #[test]
+    fn the_projection_keeps_lengths_across_the_line_of_sight() {
+        // An orthographic projection has orthonormal rows: the images of the unit vectors give the identity.
+        let images: Vec<_> =
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| Point::Spatial(axis).projected()).to_vec();
+        for (i, j, expected) in [(0, 0, 1.0), (1, 1, 1.0), (0, 1, 0.0)] {
+            let product: f64 = images.iter().map(|image| image[i] * image[j]).sum();
+            assert!((product - expected).abs() < 1e-15);
+        }
+        assert!(images[2][1] > 0.0 && images[2][0] == 0.0, "z is up");
+        assert!(images[0][0] > 0.0 && images[1][0] > 0.0, "x and y go to the right");
+    }
+
+    #[test]
+    fn the_default_picture_goes_from_the_origin_through_the_points() {
+        let drawing = Drawing::of_points(&[("a", Point::Planar([1.0, 0.0])), ("b", Point::Planar([1.0, 1.0]))]);
+        let chain = drawing.shapes().iter().find(|shape| matches!(shape.figure, Figure::Polyline { .. })).unwrap();
+        assert_eq!(points(chain), [Point::Planar([0.0, 0.0]), Point::Planar([1.0, 0.0]), Point::Planar([1.0, 1.0])]);
+        assert_eq!(Drawing::of_points(&[]).shapes().len(), 2);
+    }
+
+    #[test]
+    fn curves_meet_their_ends_exactly() {
+        let drawing = Drawing::new().curve(0.1, 0.7, 7, |s| [s, 2.0 * s]);
+        let points = points(&drawing.shapes()[0]);
+        assert_eq!(points.len(), 8);
+        assert_eq!(points[0], Point::Planar([0.1, 0.2]));
+        assert_eq!(points[7], Point::Planar([0.7, 1.4]));
+    }
+}

@@ -1,0 +1,168 @@
+//! A [`Chart`](super::chart::Chart) as SVG: text is measured before anything is placed, so that nothing overlaps.
+
+mod layout;
+mod measure;
+mod paint;
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Write;
+
+use super::chart::Chart;
+use super::text::{pixel, xml};
+use layout::Plot;
+
+/// Free space around everything.
+const MARGIN: f64 = 14.0;
+/// Height of the title's row.
+const TITLE: f64 = 30.0;
+/// Size of ordinary text.
+const FONT: f64 = 12.0;
+/// Size of the title.
+const TITLE_FONT: f64 = 16.0;
+
+/// The chart as SVG text.
+pub(super) fn render(chart: &Chart) -> String {
+    let plots: Vec<Plot<'_>> = layout::plots(chart);
+    let top = MARGIN + if chart.title.is_empty() { 0.0 } else { TITLE };
+    let height = top + plots.iter().map(Plot::height).sum::<f64>() + MARGIN;
+    let (width, height) = (pixel(chart.width), pixel(height));
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+         role=\"img\" font-family=\"system-ui, 'Segoe UI', 'DejaVu Sans', Arial, sans-serif\" font-size=\"{FONT}\" \
+         fill=\"#1d2530\">\n"
+    );
+    if !chart.title.is_empty() {
+        let _ = writeln!(svg, "<title>{}</title>", xml(&chart.title));
+    }
+    let _ = writeln!(svg, "<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>");
+    if !chart.title.is_empty() {
+        let title = measure::fitted(&chart.title, TITLE_FONT * 1.15, chart.width - 2.0 * MARGIN);
+        let _ = writeln!(
+            svg,
+            "<text x=\"{}\" y=\"{}\" font-size=\"{TITLE_FONT}\" font-weight=\"600\">{}</text>",
+            pixel(MARGIN),
+            pixel(MARGIN + TITLE_FONT),
+            xml(&title)
+        );
+    }
+    let mut y = top;
+    for plot in &plots {
+        paint::plot(&mut svg, plot, y);
+        y += plot.height();
+    }
+    svg.push_str("</svg>\n");
+    svg
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::chart::{Axis, Panel, Series};
+    use super::super::xml_check;
+    use super::*;
+    use alloc::vec;
+
+    fn assert_sound(svg: &str) {
+        xml_check::assert_well_formed(svg);
+        for bad in ["NaN", "inf", "e-", "e1", "e2", "e3"] {
+            for part in svg.split('"').skip(1).step_by(2) {
+                assert!(
+                    !(part.contains(bad) && part.starts_with(|c: char| c.is_ascii_digit() || c == '-')),
+                    "attribute `{part}` holds `{bad}`"
+                );
+            }
+        }
+    }
+
+    fn chart_of(points: Vec<(f64, f64)>, x: Axis, y: Axis) -> String {
+        Chart::from(Panel::new(x, y).line("values", points)).to_svg()
+    }
+
+    #[test]
+    fn a_small_chart_has_its_parts() {
+        let svg = Chart::new("A & B")
+            .panel(
+                Panel::new(Axis::new("time in s"), Axis::new("angle in rad"))
+                    .line("theta<1>", [(0.0, 0.0), (1.0, 2.0)])
+                    .curve("theta2", [(0.0, 1.0), (1.0, 1.0)]),
+            )
+            .to_svg();
+        assert_sound(&svg);
+        assert!(svg.contains("A &amp; B"));
+        assert!(svg.contains("theta&lt;1&gt;") && svg.contains("theta2"), "a legend");
+        assert!(svg.contains("time in s") && svg.contains("angle in rad"));
+        assert_eq!(svg.matches("<polyline").count(), 2 + 2, "two curves, two samples in the legend");
+        assert_eq!(svg.matches("stroke-dasharray").count(), 2, "the second curve is dashed, here and in the legend");
+    }
+
+    #[test]
+    fn a_line_goes_where_its_values_are() {
+        let svg =
+            chart_of(vec![(0.0, 0.0), (10.0, 5.0)], Axis::new("x").range(0.0, 10.0), Axis::new("y").range(0.0, 5.0));
+        let plot = svg.split("<svg x=\"").nth(1).unwrap();
+        let attribute = |name: &str| plot.split(name).nth(1).unwrap().split('"').next().unwrap();
+        let (width, height) = (attribute("width=\""), attribute("height=\""));
+        assert_eq!(attribute("points=\""), format!("0,{height} {width},0"));
+    }
+
+    #[test]
+    fn hard_data_give_sound_pictures() {
+        let axes = || [(Axis::new("x"), Axis::new("y")), (Axis::log("x"), Axis::log("y"))];
+        let hard = [
+            vec![],
+            vec![(1.0, 1.0)],
+            vec![(f64::NAN, 1.0), (1.0, f64::INFINITY)],
+            vec![(0.0, 3.0), (1.0, 3.0), (2.0, 3.0)],
+            vec![(1e-300, 1e-300), (1e300, 1e300)],
+            vec![(-f64::MAX, f64::MAX), (f64::MAX, -f64::MAX)],
+            vec![(0.0, 5e-324), (1.0, 0.0)],
+            vec![(0.0, 1e9), (1.0, 1e9 + 1e-6)],
+            vec![(-1.0, 1.0), (0.0, 0.0), (1.0, -1.0)],
+        ];
+        for points in hard {
+            for (x, y) in axes() {
+                assert_sound(&chart_of(points.clone(), x, y));
+            }
+        }
+        assert_sound(&Chart::new("").to_svg());
+        assert_sound(&chart_of(
+            vec![(0.0, 1e308), (1.0, -1e308)],
+            Axis::new("x").range(0.0, 1e-300),
+            Axis::new("y").range(1.0, 1.0),
+        ));
+    }
+
+    #[test]
+    fn values_that_cannot_be_shown_are_counted() {
+        let svg = chart_of(vec![(1.0, -1.0), (2.0, 0.0), (3.0, 4.0), (4.0, f64::NAN)], Axis::log("x"), Axis::log("y"));
+        assert!(svg.contains("2 points are not positive"), "{svg}");
+        assert!(svg.contains("1 point is not finite"), "{svg}");
+    }
+
+    #[test]
+    fn a_gap_parts_the_line() {
+        let svg = chart_of(
+            vec![(0.0, 0.0), (1.0, 1.0), (2.0, f64::NAN), (3.0, 1.0), (4.0, 0.0), (5.0, f64::NAN), (6.0, 0.5)],
+            Axis::new("x"),
+            Axis::new("values"),
+        );
+        assert_eq!(svg.matches("<polyline").count(), 2);
+        assert_eq!(svg.matches("<circle").count(), 1, "a point by itself is a dot");
+    }
+
+    #[test]
+    fn many_points_make_a_short_file() {
+        let points = (0..400_000).map(|k| (f64::from(k), (f64::from(k) * 0.3).sin()));
+        let svg = Chart::from(Panel::new(Axis::new("x"), Axis::new("y")).series(Series::new("s", points))).to_svg();
+        assert!(svg.len() < 60_000, "{}", svg.len());
+    }
+
+    #[test]
+    fn one_series_named_by_its_axis_needs_no_legend() {
+        let svg =
+            Chart::from(Panel::new(Axis::new("time"), Axis::new("energy")).line("energy", [(0.0, 0.0), (1.0, 1.0)]))
+                .to_svg();
+        assert_eq!(svg.matches(">energy<").count(), 1);
+    }
+}

@@ -1,0 +1,310 @@
+//! Where everything of a chart stands.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use super::super::chart::{Axis, Chart, Mark, Panel, Scale, Series};
+use super::super::color::Color;
+use super::super::ticks::{self, Range, Ticks};
+use super::{FONT, MARGIN, measure};
+
+/// Height of a row of text.
+pub(super) const ROW: f64 = 18.0;
+/// Length of a tick and the space between it and its label.
+pub(super) const TICK: f64 = 5.0;
+/// Length of the sample of a line in the legend.
+pub(super) const SAMPLE: f64 = 26.0;
+/// Space between the panels.
+const BETWEEN: f64 = 12.0;
+
+/// A panel with everything decided but its place on the page.
+pub(super) struct Plot<'a> {
+    /// Left edge, width and height of the axes.
+    pub(super) left: f64,
+    pub(super) width: f64,
+    pub(super) axes_height: f64,
+    pub(super) x: Side,
+    pub(super) y: Side,
+    pub(super) curves: Vec<Curve<'a>>,
+    pub(super) legend: Vec<Vec<Entry>>,
+    pub(super) notes: Vec<String>,
+}
+
+/// An axis with its ticks and its title.
+pub(super) struct Side {
+    pub(super) range: Range,
+    pub(super) log: bool,
+    pub(super) ticks: Ticks,
+    pub(super) title: String,
+    /// Whether the user set the range, so that curves may leave it.
+    pub(super) fixed: bool,
+}
+
+/// A series with its looks.
+pub(super) struct Curve<'a> {
+    pub(super) series: &'a Series,
+    pub(super) look: Look,
+}
+
+/// What tells one series from the next: colour, dashes and sign.
+#[derive(Clone, Copy)]
+pub(super) struct Look {
+    pub(super) color: Color,
+    pub(super) dashes: &'static str,
+    pub(super) sign: usize,
+    pub(super) mark: Mark,
+}
+
+/// A name of the legend at x, counted from the left edge of the axes.
+pub(super) struct Entry {
+    pub(super) x: f64,
+    pub(super) name: String,
+    pub(super) look: Look,
+}
+
+const DASHES: [&str; 4] = ["", "8 4", "8 3 2 3", "2 3"];
+
+impl Plot<'_> {
+    /// Height of the whole panel.
+    pub(super) fn height(&self) -> f64 {
+        let below = TICK + ROW + ROW + self.notes.len() as f64 * ROW;
+        self.above() + self.axes_height + below + BETWEEN
+    }
+
+    /// Height of what stands above the axes.
+    pub(super) fn above(&self) -> f64 {
+        // Half a label stands out above the topmost tick.
+        0.5 * FONT + self.legend.len() as f64 * ROW
+    }
+}
+
+impl Side {
+    /// The value in axis coordinates: not finite where it has no place on the axis.
+    pub(super) fn coordinate(&self, value: f64) -> f64 {
+        coordinate(value, self.log)
+    }
+}
+
+fn coordinate(value: f64, log: bool) -> f64 {
+    match log {
+        true if value > 0.0 => libm::log10(value),
+        true => f64::NAN,
+        false => value,
+    }
+}
+
+/// Decides everything for all panels; their axes stand exactly one below the other.
+pub(super) fn plots(chart: &Chart) -> Vec<Plot<'_>> {
+    let default = if chart.panels.len() > 1 { 190.0 } else { 380.0 };
+    let height = chart.panel_height.unwrap_or(default);
+    // The labels of y decide the left edge, and the left edge how many labels of x there is room for.
+    let rough = chart.width - 2.0 * MARGIN - 70.0;
+    let sized: Vec<_> = chart.panels.iter().map(|panel| sized_ranges(panel, rough, height)).collect();
+    let sides: Vec<_> =
+        chart.panels.iter().zip(&sized).map(|(panel, (_, y, height))| vertical(&panel.y, *y, *height)).collect();
+    let labels = sides
+        .iter()
+        .flat_map(|side| &side.ticks.major)
+        .map(|(_, label)| measure::width(label, FONT))
+        .fold(0.0, f64::max);
+    let left = MARGIN + ROW + labels + TICK + 3.0;
+    // Half the last label of x stands out on the right.
+    let width = chart.width - left - MARGIN - 12.0;
+    chart
+        .panels
+        .iter()
+        .zip(sized)
+        .zip(sides)
+        .map(|((panel, (x, _, axes_height)), y)| {
+            let x = horizontal(&panel.x, x, width);
+            let curves = curves(panel);
+            let legend = legend(panel, &curves, width);
+            let notes = notes(panel, &x, &y);
+            Plot { left, width, axes_height, x, y, curves, legend, notes }
+        })
+        .collect()
+}
+
+/// Ranges of x and y and the height of the axes.
+fn sized_ranges(panel: &Panel, width: f64, height: f64) -> (Range, Range, f64) {
+    let (x, y) = (range(panel, 0), range(panel, 1));
+    let linear = panel.x.scale == Scale::Linear && panel.y.scale == Scale::Linear;
+    if !(panel.equal && linear) {
+        return (x, y, height);
+    }
+    let (dx, dy) = (x.hi - x.lo, y.hi - y.lo);
+    if !(dx.is_finite() && dy.is_finite()) {
+        return (x, y, height);
+    }
+    let height = (width * (dy / dx)).clamp(160.0, 560.0);
+    let unit = (dx / width).max(dy / height);
+    let widened = |range: Range, length: f64| {
+        let middle = 0.5 * (range.lo + range.hi);
+        Range { lo: middle - 0.5 * unit * length, hi: middle + 0.5 * unit * length }
+    };
+    (widened(x, width), widened(y, height), height)
+}
+
+fn axis_of(panel: &Panel, index: usize) -> &Axis {
+    if index == 0 { &panel.x } else { &panel.y }
+}
+
+/// The user's range where it is one, in axis coordinates.
+fn fixed_range(axis: &Axis) -> Option<Range> {
+    let [lo, hi] = axis.range?;
+    let log = axis.scale == Scale::Log;
+    let (lo, hi) = (coordinate(lo, log), coordinate(hi, log));
+    (lo.is_finite() && hi.is_finite() && lo < hi).then_some(Range { lo, hi })
+}
+
+fn range(panel: &Panel, index: usize) -> Range {
+    let axis = axis_of(panel, index);
+    let log = axis.scale == Scale::Log;
+    fixed_range(axis).unwrap_or_else(|| {
+        let other_log = axis_of(panel, 1 - index).scale == Scale::Log;
+        let shown = panel
+            .series
+            .iter()
+            .flat_map(|series| &series.points)
+            .filter(|point| coordinate(point[1 - index], other_log).is_finite())
+            .map(|point| coordinate(point[index], log));
+        let range = Range::around(shown, log);
+        // Time histories begin at the very edge: air is for values.
+        if index == 0 && !log && !panel.equal && panel.series.iter().all(|s| s.mark == Mark::Line) {
+            tight(panel, range)
+        } else {
+            range
+        }
+    })
+}
+
+/// Without air on the sides, where the data have any width.
+fn tight(panel: &Panel, padded: Range) -> Range {
+    let values = || {
+        panel
+            .series
+            .iter()
+            .flat_map(|series| &series.points)
+            .map(|point| point[0])
+            .filter(|x| *x >= padded.lo && *x <= padded.hi)
+    };
+    let in_order = panel.series.iter().all(|s| {
+        s.points.windows(2).all(|pair| pair[0][0] <= pair[1][0])
+            || s.points.windows(2).all(|pair| pair[0][0] >= pair[1][0])
+    });
+    let (lo, hi) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
+    // Only where the padding is the ordinary one: not for a constant.
+    if in_order && hi - lo > 0.9 * (padded.hi - padded.lo) { Range { lo, hi } } else { padded }
+}
+
+fn vertical(axis: &Axis, range: Range, height: f64) -> Side {
+    let count = libm::floor(height / 42.0).max(2.0) as usize;
+    let log = axis.scale == Scale::Log;
+    let ticks = if log { ticks::logarithmic(range, count) } else { ticks::linear(range, count) };
+    side(axis, range, ticks, height + 2.0 * ROW)
+}
+
+/// As many ticks as have room for their labels.
+fn horizontal(axis: &Axis, range: Range, width: f64) -> Side {
+    let log = axis.scale == Scale::Log;
+    let mut count = libm::floor(width / 60.0).max(1.0) as usize;
+    let ticks = loop {
+        let ticks = if log { ticks::logarithmic(range, count) } else { ticks::linear(range, count) };
+        if count == 1 || labels_fit(&ticks, range, width) {
+            break ticks;
+        }
+        count -= 1;
+    };
+    side(axis, range, ticks, width)
+}
+
+fn labels_fit(ticks: &Ticks, range: Range, width: f64) -> bool {
+    let mut right = f64::NEG_INFINITY;
+    ticks.major.iter().all(|(at, label)| {
+        let (middle, half) = (range.part(*at) * width, 0.5 * measure::width(label, FONT));
+        let free = middle - half > right + 8.0;
+        right = middle + half;
+        free
+    })
+}
+
+fn side(axis: &Axis, range: Range, ticks: Ticks, room: f64) -> Side {
+    let factor = match ticks.factor.as_str() {
+        "" => String::new(),
+        factor => format!("  ({factor})"),
+    };
+    let title = measure::fitted(&axis.title, FONT, room - measure::width(&factor, FONT));
+    Side {
+        range,
+        log: axis.scale == Scale::Log,
+        ticks,
+        title: format!("{title}{factor}"),
+        fixed: fixed_range(axis).is_some(),
+    }
+}
+
+fn curves(panel: &Panel) -> Vec<Curve<'_>> {
+    panel
+        .series
+        .iter()
+        .enumerate()
+        .map(|(k, series)| Curve {
+            series,
+            look: Look {
+                color: series.color.unwrap_or(Color::cycle(k)),
+                // Shifted after each round of colours: 32 series differ.
+                dashes: DASHES[(k + k / 8) % DASHES.len()],
+                sign: k,
+                mark: series.mark,
+            },
+        })
+        .collect()
+}
+
+/// The names in rows above the axes; none where the y-axis says it already.
+fn legend(panel: &Panel, curves: &[Curve<'_>], width: f64) -> Vec<Vec<Entry>> {
+    if let [only] = panel.series.as_slice()
+        && (only.name.is_empty() || panel.y.title.starts_with(&only.name))
+    {
+        return Vec::new();
+    }
+    let mut rows: Vec<Vec<Entry>> = Vec::new();
+    let mut x = f64::INFINITY;
+    for curve in curves.iter().filter(|curve| !curve.series.name.is_empty()) {
+        let name = measure::fitted(&curve.series.name, FONT, width - SAMPLE - 8.0);
+        let needs = SAMPLE + 6.0 + measure::width(&name, FONT);
+        if x + needs > width {
+            rows.push(Vec::new());
+            x = 0.0;
+        }
+        if let Some(row) = rows.last_mut() {
+            row.push(Entry { x, name, look: curve.look });
+        }
+        x += needs + 16.0;
+    }
+    rows
+}
+
+/// What the picture cannot show, said in words.
+fn notes(panel: &Panel, x: &Side, y: &Side) -> Vec<String> {
+    let points = || panel.series.iter().flat_map(|series| &series.points);
+    let finite = |point: &&[f64; 2]| point[0].is_finite() && point[1].is_finite();
+    let not_finite = points().filter(|point| !finite(point)).count();
+    let not_positive =
+        points().filter(finite).filter(|point| (x.log && point[0] <= 0.0) || (y.log && point[1] <= 0.0)).count();
+    let mut notes = Vec::new();
+    if points().next().is_none() {
+        notes.push(String::from("there are no points"));
+    }
+    for (count, what) in
+        [(not_finite, "not finite"), (not_positive, "not positive: without place on a logarithmic axis")]
+    {
+        match count {
+            0 => {}
+            1 => notes.push(format!("1 point is {what}")),
+            count => notes.push(format!("{count} points are {what}")),
+        }
+    }
+    notes
+}

@@ -1,0 +1,235 @@
+//! The strokes of a panel.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Write;
+
+use super::super::chart::Mark;
+use super::super::reduce;
+use super::super::text::{pixel, xml};
+use super::layout::{Curve, Look, Plot, ROW, SAMPLE, TICK};
+use super::{FONT, MARGIN};
+
+/// Pixels beyond which a curve that leaves its axes is as good as at infinity.
+const FAR: f64 = 1e5;
+
+/// The panel whose upper edge is at `top`.
+pub(super) fn plot(svg: &mut String, plot: &Plot<'_>, top: f64) {
+    let axes_top = top + plot.above();
+    legend(svg, plot, top);
+    grid(svg, plot, axes_top);
+    let overflow = if plot.x.fixed || plot.y.fixed { "hidden" } else { "visible" };
+    let _ = writeln!(
+        svg,
+        "<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" overflow=\"{overflow}\" fill=\"none\" stroke-width=\"1.6\" \
+         stroke-linejoin=\"round\">",
+        pixel(plot.left),
+        pixel(axes_top),
+        pixel(plot.width),
+        pixel(plot.axes_height)
+    );
+    for curve in &plot.curves {
+        draw(svg, plot, curve);
+    }
+    svg.push_str("</svg>\n");
+    titles(svg, plot, axes_top);
+}
+
+fn legend(svg: &mut String, plot: &Plot<'_>, top: f64) {
+    for (row, entries) in plot.legend.iter().enumerate() {
+        let middle = top + (row as f64 + 0.5) * ROW - 2.0;
+        for entry in entries {
+            let x = plot.left + entry.x;
+            let ends = [[x, middle], [x + SAMPLE, middle]];
+            if entry.look.mark != Mark::Points {
+                let _ = writeln!(
+                    svg,
+                    "<polyline points=\"{}\" fill=\"none\" stroke-width=\"2\"{}/>",
+                    pairs(&ends),
+                    stroke(entry.look)
+                );
+            }
+            if entry.look.mark != Mark::Line {
+                sign(svg, entry.look, [x + 0.5 * SAMPLE, middle]);
+            }
+            let _ = writeln!(
+                svg,
+                "<text x=\"{}\" y=\"{}\">{}</text>",
+                pixel(x + SAMPLE + 6.0),
+                pixel(middle + 0.35 * FONT),
+                xml(&entry.name)
+            );
+        }
+    }
+}
+
+/// Grid, frame and tick labels.
+fn grid(svg: &mut String, plot: &Plot<'_>, top: f64) {
+    let (left, right) = (plot.left, plot.left + plot.width);
+    let bottom = top + plot.axes_height;
+    let at_x = |at: f64| left + plot.x.range.part(at) * plot.width;
+    let at_y = |at: f64| bottom - plot.y.range.part(at) * plot.axes_height;
+    let mut lines = |class: &str, color: &str, xs: &mut dyn Iterator<Item = f64>, ys: &mut dyn Iterator<Item = f64>| {
+        let mut path = String::new();
+        for x in xs {
+            let _ = write!(path, "M{},{}V{}", pixel(x), pixel(top), pixel(bottom));
+        }
+        for y in ys {
+            let _ = write!(path, "M{},{}H{}", pixel(left), pixel(y), pixel(right));
+        }
+        if !path.is_empty() {
+            let _ = writeln!(svg, "<path class=\"{class}\" d=\"{path}\" stroke=\"{color}\" fill=\"none\"/>");
+        }
+    };
+    lines(
+        "minor",
+        "#f0f2f4",
+        &mut plot.x.ticks.minor.iter().map(|at| at_x(*at)),
+        &mut plot.y.ticks.minor.iter().map(|at| at_y(*at)),
+    );
+    lines(
+        "major",
+        "#dde2e7",
+        &mut plot.x.ticks.major.iter().map(|(at, _)| at_x(*at)),
+        &mut plot.y.ticks.major.iter().map(|(at, _)| at_y(*at)),
+    );
+    let _ = writeln!(
+        svg,
+        "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#8a94a0\"/>",
+        pixel(left),
+        pixel(top),
+        pixel(plot.width),
+        pixel(plot.axes_height)
+    );
+    svg.push_str("<g text-anchor=\"middle\" fill=\"#48525e\">\n");
+    for (at, label) in &plot.x.ticks.major {
+        let (x, y) = (pixel(at_x(*at)), pixel(bottom + TICK + FONT));
+        let _ = writeln!(svg, "<text x=\"{x}\" y=\"{y}\">{label}</text>");
+    }
+    svg.push_str("</g>\n<g text-anchor=\"end\" fill=\"#48525e\">\n");
+    for (at, label) in &plot.y.ticks.major {
+        let (x, y) = (pixel(left - TICK), pixel(at_y(*at) + 0.35 * FONT));
+        let _ = writeln!(svg, "<text x=\"{x}\" y=\"{y}\">{label}</text>");
+    }
+    svg.push_str("</g>\n");
+}
+
+fn titles(svg: &mut String, plot: &Plot<'_>, top: f64) {
+    let bottom = top + plot.axes_height;
+    let _ = writeln!(
+        svg,
+        "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+        pixel(plot.left + 0.5 * plot.width),
+        pixel(bottom + TICK + ROW + FONT),
+        xml(&plot.x.title)
+    );
+    let (x, y) = (pixel(MARGIN + FONT - 2.0), pixel(top + 0.5 * plot.axes_height));
+    let _ = writeln!(
+        svg,
+        "<text transform=\"translate({x},{y}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+        xml(&plot.y.title)
+    );
+    for (row, note) in plot.notes.iter().enumerate() {
+        let _ = writeln!(
+            svg,
+            "<text x=\"{}\" y=\"{}\" font-size=\"11\" fill=\"#a2542a\">{}</text>",
+            pixel(plot.left),
+            pixel(bottom + TICK + 2.0 * ROW + (row as f64) * ROW + FONT),
+            xml(note)
+        );
+    }
+}
+
+/// A series: its pieces between gaps, and its signs.
+fn draw(svg: &mut String, plot: &Plot<'_>, curve: &Curve<'_>) {
+    let placed: Vec<Option<[f64; 2]>> = curve
+        .series
+        .points
+        .iter()
+        .map(|point| {
+            let x = plot.x.range.part(plot.x.coordinate(point[0])) * plot.width;
+            let y = (1.0 - plot.y.range.part(plot.y.coordinate(point[1]))) * plot.axes_height;
+            let place = [x, y];
+            place.iter().all(|p| p.is_finite()).then(|| place.map(|p| p.clamp(-FAR, FAR)))
+        })
+        .collect();
+    if curve.look.mark != Mark::Points {
+        for piece in placed.split(Option::is_none) {
+            let piece: Vec<_> = piece.iter().flatten().copied().collect();
+            line(svg, curve.look, &reduce::visible(&piece));
+        }
+    }
+    if curve.look.mark != Mark::Line {
+        let shown: Vec<_> = placed.into_iter().flatten().collect();
+        for place in separate(&shown) {
+            sign(svg, curve.look, place);
+        }
+    }
+}
+
+fn line(svg: &mut String, look: Look, points: &[[f64; 2]]) {
+    match points {
+        [] => {}
+        [[x, y]] => {
+            let _ = writeln!(
+                svg,
+                "<circle cx=\"{}\" cy=\"{}\" r=\"1.6\" fill=\"{}\"/>",
+                pixel(*x),
+                pixel(*y),
+                look.color.on_light()
+            );
+        }
+        points => {
+            let _ = writeln!(svg, "<polyline points=\"{}\"{}/>", pairs(points), stroke(look));
+        }
+    }
+}
+
+/// The places without those that are hidden under the one before.
+fn separate(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut kept: Vec<[f64; 2]> = Vec::new();
+    for place in places {
+        let hidden = kept.last().is_some_and(|last| libm::hypot(place[0] - last[0], place[1] - last[1]) < 0.5);
+        if !hidden {
+            kept.push(*place);
+        }
+    }
+    kept
+}
+
+/// The sign of a series: disc, square, triangle, diamond in turn.
+fn sign(svg: &mut String, look: Look, [x, y]: [f64; 2]) {
+    let fill = look.color.on_light();
+    let corners: &[[f64; 2]] = match look.sign % 4 {
+        0 => {
+            let (x, y) = (pixel(x), pixel(y));
+            let _ = writeln!(svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"3.2\" fill=\"{fill}\"/>");
+            return;
+        }
+        1 => &[[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]],
+        2 => &[[0.0, -4.2], [3.8, 2.8], [-3.8, 2.8]],
+        _ => &[[0.0, -4.2], [4.2, 0.0], [0.0, 4.2], [-4.2, 0.0]],
+    };
+    let corners: Vec<_> = corners.iter().map(|[dx, dy]| [x + dx, y + dy]).collect();
+    let _ = writeln!(svg, "<polygon points=\"{}\" fill=\"{fill}\"/>", pairs(&corners));
+}
+
+fn stroke(look: Look) -> String {
+    let color = look.color.on_light();
+    match look.dashes {
+        "" => format!(" stroke=\"{color}\""),
+        dashes => format!(" stroke=\"{color}\" stroke-dasharray=\"{dashes}\""),
+    }
+}
+
+fn pairs(points: &[[f64; 2]]) -> String {
+    let mut out = String::with_capacity(12 * points.len());
+    for [x, y] in points {
+        if !out.is_empty() {
+            out.push(' ');
+        }
+        let _ = write!(out, "{},{}", pixel(*x), pixel(*y));
+    }
+    out
+}
