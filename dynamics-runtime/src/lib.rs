@@ -9,6 +9,7 @@ extern crate alloc;
 pub mod error;
 pub mod expr;
 pub mod force;
+pub mod integrate;
 pub mod math;
 pub mod matrix;
 pub mod model;

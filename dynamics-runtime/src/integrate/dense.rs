@@ -1,0 +1,112 @@
+//! Interpolants within one step: θ = 0 is its start, θ = 1 its end.
+
+use super::Phase;
+use crate::model::Vector;
+
+/// The solution within one step.
+pub trait Dense<V: Vector> {
+    /// q and u at t₀ + θ h.
+    fn at(&self, theta: f64) -> Phase<V>;
+}
+
+/// The nested form of Hairer's codes: r₁ + θ(r₂ + (1−θ)(r₃ + θ(r₄ + (1−θ)(r₅ + …)))), used alike for q and u.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nested<V, const K: usize>(pub [Phase<V>; K]);
+
+impl<V: Vector, const K: usize> Dense<V> for Nested<V, K> {
+    fn at(&self, theta: f64) -> Phase<V> {
+        let mut out = self.0[K - 1];
+        for j in (0..K - 1).rev() {
+            let factor = if j % 2 == 0 { theta } else { 1.0 - theta };
+            for i in 0..V::LEN {
+                out.q[i] = self.0[j].q[i] + factor * out.q[i];
+                out.u[i] = self.0[j].u[i] + factor * out.u[i];
+            }
+        }
+        out
+    }
+}
+
+/// The quintic that has the given q, q̇ and q̈ at both ends; u is its derivative.
+///
+/// Local error O(h⁶) in q and O(h⁵) in u for exact ends: it costs no evaluation because second-order systems know q̈ at both ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hermite<V> {
+    h: f64,
+    start: Phase<V>,
+    /// h²/2·q̈ at the start.
+    second: V,
+    /// Coefficients of θ³, θ⁴, θ⁵.
+    higher: [V; 3],
+}
+
+impl<V: Vector> Hermite<V> {
+    /// From the states and accelerations at both ends of a step of size h.
+    #[must_use]
+    pub fn new(start: Phase<V>, a0: &V, end: &Phase<V>, a1: &V, h: f64) -> Self {
+        let mut second = V::zeros();
+        let mut higher = [V::zeros(); 3];
+        for i in 0..V::LEN {
+            second[i] = 0.5 * h * h * a0[i];
+            // What is left of position, slope and curvature at θ = 1 after the quadratic part.
+            let position = end.q[i] - start.q[i] - h * start.u[i] - second[i];
+            let slope = h * end.u[i] - h * start.u[i] - 2.0 * second[i];
+            let curvature = h * h * a1[i] - 2.0 * second[i];
+            higher[0][i] = 10.0 * position - 4.0 * slope + 0.5 * curvature;
+            higher[1][i] = -15.0 * position + 7.0 * slope - curvature;
+            higher[2][i] = 6.0 * position - 3.0 * slope + 0.5 * curvature;
+        }
+        Self { h, start, second, higher }
+    }
+}
+
+impl<V: Vector> Dense<V> for Hermite<V> {
+    fn at(&self, theta: f64) -> Phase<V> {
+        let Self { h, start, second, higher: [c3, c4, c5] } = self;
+        let mut out = *start;
+        for i in 0..V::LEN {
+            let cubic = c3[i] + theta * (c4[i] + theta * c5[i]);
+            out.q[i] += theta * (h * start.u[i] + theta * (second[i] + theta * cubic));
+            let slope = 3.0 * c3[i] + theta * (4.0 * c4[i] + theta * 5.0 * c5[i]);
+            out.u[i] += theta * (2.0 * second[i] + theta * slope) / h;
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SVector;
+
+    type V = SVector<f64, 1>;
+
+    fn phase(q: f64, u: f64) -> Phase<V> {
+        Phase { q: V::new(q), u: V::new(u) }
+    }
+
+    #[test]
+    fn hermite_reproduces_a_quintic_and_its_derivative() {
+        let value = |t: f64| 1.0 + t * (2.0 + t * (-3.0 + t * (0.5 + t * (4.0 - 2.0 * t))));
+        let slope = |t: f64| 2.0 + t * (-6.0 + t * (1.5 + t * (16.0 - 10.0 * t)));
+        let curvature = |t: f64| -6.0 + t * (3.0 + t * (48.0 - 40.0 * t));
+        let (t0, h) = (-0.3, 0.8);
+        let end = phase(value(t0 + h), slope(t0 + h));
+        let dense =
+            Hermite::new(phase(value(t0), slope(t0)), &V::new(curvature(t0)), &end, &V::new(curvature(t0 + h)), h);
+        for theta in [0.0, 0.1, 0.5, 0.77, 1.0] {
+            let (y, t) = (dense.at(theta), t0 + theta * h);
+            assert!((y.q[0] - value(t)).abs() < 1e-14);
+            assert!((y.u[0] - slope(t)).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn nested_form_meets_its_ends() {
+        let dense = Nested([phase(1.0, 2.0), phase(3.0, 4.0), phase(9.0, 9.0), phase(7.0, 5.0)]);
+        assert_eq!(dense.at(0.0), phase(1.0, 2.0));
+        assert_eq!(dense.at(1.0), phase(4.0, 6.0));
+        // 1 + ½(3 + ½(9 + ½·7))
+        assert_eq!(dense.at(0.5).q[0], 1.0 + 0.5 * (3.0 + 0.5 * (9.0 + 0.5 * 7.0)));
+    }
+}

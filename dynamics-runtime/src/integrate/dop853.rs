@@ -1,0 +1,130 @@
+//! DOP853: Dormand–Prince 8(5,3).
+//!
+//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁵ down to rounding.
+//! * **Formula**: twelve stages of order 8; two embedded results of order 5 and 3 give the error estimate
+//!   ‖e₅‖² / √(‖e₅‖² + 0.01 ‖e₃‖²), which behaves like order 7 and is not fooled where e₅ vanishes by chance.
+//! * **Order** 8; error estimate 7.
+//! * **Dense output**: order 7, with three further stages that are evaluated only when it is asked for.
+//! * **Stability**: real axis to −6.1.
+//! * **Cost**: 12 evaluations of q̈ per step, 15 with dense output.
+//! * **Source**: Hairer, Nørsett, Wanner, *Solving ODE I*, 2nd ed., §II.5, §II.6, §II.10; code `dop853.f`.
+
+use super::dop853_table::*;
+use super::tableau::{Row, advance, distance, sum, zip};
+use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
+use crate::math;
+use crate::model::Vector;
+
+/// Dormand and Prince's method of order 8(5,3).
+#[derive(Clone, Copy, Debug)]
+pub struct Dop853<V> {
+    k: [Phase<V>; 16],
+    /// The state of the twelfth stage, at the end of the step.
+    twelfth: Phase<V>,
+    h: f64,
+}
+
+impl<V: Vector> Scheme<V> for Dop853<V> {
+    const METHOD: Method = Method::Dop853;
+    const ORDER: u32 = 8;
+    const ERROR_ORDER: u32 = 7;
+    // Hairer's choices in DOP853: no proportional part, bounds 0.333 and 6.
+    const CONTROL: Option<ControllerSettings> =
+        Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 });
+    const WEIGHTS: &'static [f64] = &WEIGHTS;
+    const STABILITY_BORDER: f64 = 6.1;
+    const SCAN: usize = 8;
+    type Dense = Nested<V, 8>;
+
+    fn new() -> Self {
+        Self { k: [Phase::zeros(); 16], twelfth: Phase::zeros(), h: 0.0 }
+    }
+
+    #[inline(always)]
+    fn attempt<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        let Knot { t, y, .. } = start;
+        self.h = h;
+        let k = &mut self.k;
+        let mut evaluate = |stage: usize, y: &Phase<V>| {
+            let u = system.accelerations(t + C[stage] * h, &y.q, &y.u)?;
+            Ok(Phase { q: y.u, u })
+        };
+        k[0] = start.derivative();
+        k[1] = evaluate(1, &advance(y, h, &A1, k))?;
+        k[2] = evaluate(2, &advance(y, h, &A2, k))?;
+        k[3] = evaluate(3, &advance(y, h, &A3, k))?;
+        k[4] = evaluate(4, &advance(y, h, &A4, k))?;
+        k[5] = evaluate(5, &advance(y, h, &A5, k))?;
+        k[6] = evaluate(6, &advance(y, h, &A6, k))?;
+        k[7] = evaluate(7, &advance(y, h, &A7, k))?;
+        k[8] = evaluate(8, &advance(y, h, &A8, k))?;
+        k[9] = evaluate(9, &advance(y, h, &A9, k))?;
+        k[10] = evaluate(10, &advance(y, h, &A10, k))?;
+        self.twelfth = advance(y, h, &A11, k);
+        k[11] = evaluate(11, &self.twelfth)?;
+        let slope = sum(&B, k);
+        let end = zip(y, &slope, |y, k| y + h * k);
+        let e5 = tolerances.square_sum(&sum(&E5, k), y, &end);
+        let e3 = tolerances.square_sum(&zip(&slope, &sum(&B3, k), |b, b3| b - b3), y, &end);
+        let both = e5 + 0.01 * e3;
+        let error = if both > 0.0 {
+            h.abs() * e5 / math::sqrt((2 * V::LEN) as f64 * both)
+        } else {
+            // 0 when both estimates vanish, NaN when they are NaN.
+            both
+        };
+        Ok((end, error))
+    }
+
+    #[inline(always)]
+    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
+        system.accelerations(end_t, &end.q, &end.u)
+    }
+
+    fn dense<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        end: &Knot<V>,
+        h: f64,
+    ) -> Result<Nested<V, 8>, S::Error> {
+        let Knot { t, y, .. } = start;
+        let k = &mut self.k;
+        k[12] = end.derivative();
+        let mut evaluate = |stage: usize, y: &Phase<V>| {
+            let u = system.accelerations(t + C[stage] * h, &y.q, &y.u)?;
+            Ok(Phase { q: y.u, u })
+        };
+        k[13] = evaluate(13, &advance(y, h, &A13, k))?;
+        k[14] = evaluate(14, &advance(y, h, &A14, k))?;
+        k[15] = evaluate(15, &advance(y, h, &A15, k))?;
+        let change = zip(&end.y, y, |y1, y0| y1 - y0);
+        let bend = zip(&start.derivative(), &change, |k, d| h * k - d);
+        let twist = zip(&zip(&change, &end.derivative(), |d, k| d - h * k), &bend, |x, b| x - b);
+        let higher = |row: &Row<12>| {
+            let s = sum(row, k);
+            zip(&s, &s, |s, _| h * s)
+        };
+        Ok(Nested([*y, change, bend, twist, higher(&D4), higher(&D5), higher(&D6), higher(&D7)]))
+    }
+
+    fn stages(&self) -> &[Phase<V>] {
+        &self.k[..12]
+    }
+
+    fn error_vector(&self) -> Phase<V> {
+        let error = sum(&E5, &self.k);
+        zip(&error, &error, |e, _| self.h * e)
+    }
+
+    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
+        let states = distance(&end.y, &self.twelfth);
+        (states > 0.0).then(|| h.abs() * distance(&end.derivative(), &self.k[11]) / states)
+    }
+}

@@ -1,0 +1,145 @@
+//! Dormand–Prince 5(4).
+//!
+//! * **Problem**: smooth, not stiff, tolerances to about 10⁻⁵.
+//! * **Formula**: seven stages, the last at the end of the step and reused as the first of the next (FSAL); the 5th-order
+//!   result is kept, the difference from the embedded 4th-order one is the error estimate.
+//! * **Order** 5; error estimate 4.
+//! * **Dense output**: Shampine's continuous extension of order 4, no further evaluation, continuously differentiable.
+//! * **Stability**: real axis to −3.3.
+//! * **Cost**: 6 evaluations of q̈ per step.
+//! * **Source**: Dormand, Prince, J. Comp. Appl. Math. 6 (1980) 19; Shampine, Math. Comp. 46 (1986) 135; coefficients as in
+//!   Hairer, Nørsett, Wanner, *Solving ODE I*, table II.5.2 and §II.6.
+
+use super::tableau::{Row, advance, distance, sum, zip};
+use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
+use crate::model::Vector;
+
+const C: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
+const A2: Row<1> = [(0, 0.2)];
+const A3: Row<2> = [(0, 3.0 / 40.0), (1, 9.0 / 40.0)];
+const A4: Row<3> = [(0, 44.0 / 45.0), (1, -56.0 / 15.0), (2, 32.0 / 9.0)];
+const A5: Row<4> = [(0, 19372.0 / 6561.0), (1, -25360.0 / 2187.0), (2, 64448.0 / 6561.0), (3, -212.0 / 729.0)];
+const A6: Row<5> =
+    [(0, 9017.0 / 3168.0), (1, -355.0 / 33.0), (2, 46732.0 / 5247.0), (3, 49.0 / 176.0), (4, -5103.0 / 18656.0)];
+/// Weights of the 5th-order result; also the row of the seventh stage.
+const B: Row<5> = [(0, 35.0 / 384.0), (2, 500.0 / 1113.0), (3, 125.0 / 192.0), (4, -2187.0 / 6784.0), (5, 11.0 / 84.0)];
+/// B minus the weights of the 4th-order result.
+const E: Row<6> = [
+    (0, 71.0 / 57600.0),
+    (2, -71.0 / 16695.0),
+    (3, 71.0 / 1920.0),
+    (4, -17253.0 / 339200.0),
+    (5, 22.0 / 525.0),
+    (6, -1.0 / 40.0),
+];
+/// Shampine's dense output.
+const D: Row<6> = [
+    (0, -12715105075.0 / 11282082432.0),
+    (2, 87487479700.0 / 32700410799.0),
+    (3, -10690763975.0 / 1880347072.0),
+    (4, 701980252875.0 / 199316789632.0),
+    (5, -1453857185.0 / 822651844.0),
+    (6, 69997945.0 / 29380423.0),
+];
+
+/// Dormand and Prince's method of order 5(4).
+#[derive(Clone, Copy, Debug)]
+pub struct DormandPrince5<V> {
+    k: [Phase<V>; 7],
+    /// The state of the sixth stage, at the end of the step like the seventh.
+    sixth: Phase<V>,
+    h: f64,
+}
+
+impl<V: Vector> Scheme<V> for DormandPrince5<V> {
+    const METHOD: Method = Method::DormandPrince5;
+    const ORDER: u32 = 5;
+    const ERROR_ORDER: u32 = 4;
+    // Hairer's choices in DOPRI5.
+    const CONTROL: Option<ControllerSettings> =
+        Some(ControllerSettings { safety: 0.9, beta: 0.04, shrink: 0.2, grow: 10.0 });
+    const WEIGHTS: &'static [f64] = &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
+    const STABILITY_BORDER: f64 = 3.25;
+    const SCAN: usize = 4;
+    type Dense = Nested<V, 5>;
+
+    fn new() -> Self {
+        Self { k: [Phase::zeros(); 7], sixth: Phase::zeros(), h: 0.0 }
+    }
+
+    #[inline(always)]
+    fn attempt<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        let Knot { t, y, .. } = start;
+        self.h = h;
+        let k = &mut self.k;
+        let mut evaluate = |stage: usize, y: &Phase<V>| {
+            let u = system.accelerations(t + C[stage] * h, &y.q, &y.u)?;
+            Ok(Phase { q: y.u, u })
+        };
+        k[0] = start.derivative();
+        k[1] = evaluate(1, &advance(y, h, &A2, k))?;
+        k[2] = evaluate(2, &advance(y, h, &A3, k))?;
+        k[3] = evaluate(3, &advance(y, h, &A4, k))?;
+        k[4] = evaluate(4, &advance(y, h, &A5, k))?;
+        self.sixth = advance(y, h, &A6, k);
+        k[5] = evaluate(5, &self.sixth)?;
+        let end = advance(y, h, &B, k);
+        k[6] = evaluate(6, &end)?;
+        let error = h.abs() * tolerances.norm(&sum(&E, k), y, &end);
+        Ok((end, error))
+    }
+
+    #[inline(always)]
+    fn finish<S: System<V>>(&mut self, _: &mut S, _: f64, _: &Phase<V>) -> Result<V, S::Error> {
+        Ok(self.k[6].u)
+    }
+
+    fn dense<S: System<V>>(
+        &mut self,
+        _: &mut S,
+        start: &Knot<V>,
+        end: &Knot<V>,
+        h: f64,
+    ) -> Result<Nested<V, 5>, S::Error> {
+        let change = zip(&end.y, &start.y, |y1, y0| y1 - y0);
+        let bend = zip(&start.derivative(), &change, |k, d| h * k - d);
+        let twist = zip(&zip(&change, &end.derivative(), |d, k| d - h * k), &bend, |x, b| x - b);
+        let mut last = sum(&D, &self.k);
+        last = zip(&last, &last, |x, _| h * x);
+        Ok(Nested([start.y, change, bend, twist, last]))
+    }
+
+    fn stages(&self) -> &[Phase<V>] {
+        &self.k
+    }
+
+    fn error_vector(&self) -> Phase<V> {
+        let error = sum(&E, &self.k);
+        zip(&error, &error, |e, _| self.h * e)
+    }
+
+    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
+        let states = distance(&end.y, &self.sixth);
+        (states > 0.0).then(|| h.abs() * distance(&self.k[6], &self.k[5]) / states)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrate::tableau::tests::assert_row_sums;
+
+    #[test]
+    fn rows_sum_to_their_nodes() {
+        assert_row_sums(&[&A2, &A3, &A4, &A5, &A6, &B], &C[1..]);
+        assert!(E.iter().map(|&(_, e)| e).sum::<f64>().abs() < 1e-16);
+        assert!(D.iter().map(|&(_, d)| d).sum::<f64>().abs() < 1e-14);
+        assert!((DormandPrince5::<nalgebra::SVector<f64, 1>>::WEIGHTS.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,187 @@
+//! Integrators for q̈ = a(t, q, u), u = q̇: one method per file, none of them allocates.
+//!
+//! A [`Stepper`] drives a [`Scheme`] (the method) over a [`System`] (what is integrated): it chooses the step, repeats rejected
+//! steps, watches for stiffness and hands out the dense output of the step just made. It needs neither `alloc` nor `std`.
+//!
+//! | method | order | dense output | evaluations per step | error estimate |
+//! |---|---|---|---|---|
+//! | [`Rk4`] | 4 | quintic Hermite, 4 | 4 | none: fixed step |
+//! | [`DormandPrince5`] | 5 | 4 | 6 (+ 1 reused) | embedded 4th order |
+//! | [`Dop853`] | 8 | 7 | 12 (+ 3 for dense output) | embedded 5th and 3rd order |
+//!
+//! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the stage velocity, so
+//! only accelerations are evaluated.
+
+mod controller;
+mod dense;
+mod dop853;
+mod dop853_table;
+mod dormand_prince5;
+mod event;
+mod first_step;
+mod rk4;
+mod stepper;
+mod tableau;
+
+use core::fmt;
+
+use crate::model::Vector;
+
+pub use controller::{Controller, ControllerSettings};
+pub use dense::{Dense, Hermite, Nested};
+pub use dop853::Dop853;
+pub use dormand_prince5::DormandPrince5;
+pub use event::{Crossing, Direction, Scan, root};
+pub use rk4::Rk4;
+pub use stepper::{Step, StepError, StepOptions, Stepper};
+pub use tableau::{Row, Tolerances};
+
+/// A point (q, u) of phase space, or a derivative (q̇, u̇) there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Phase<V> {
+    /// Generalized coordinates, or q̇ in a derivative.
+    pub q: V,
+    /// Generalized velocities, or q̈ in a derivative.
+    pub u: V,
+}
+
+impl<V: Vector> Phase<V> {
+    /// Both parts zero.
+    #[must_use]
+    pub fn zeros() -> Self {
+        Self { q: V::zeros(), u: V::zeros() }
+    }
+
+    /// Whether every element is finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let finite = |v: &V| v.as_slice().iter().all(|x| x.is_finite());
+        finite(&self.q) && finite(&self.u)
+    }
+}
+
+/// What is integrated: q̈ = a(t, q, u).
+pub trait System<V: Vector> {
+    /// Why q̈ does not exist at a state.
+    type Error;
+    /// q̈ at time t for coordinates q and velocities u = q̇.
+    fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, Self::Error>;
+}
+
+impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> System<V> for F {
+    type Error = E;
+    #[inline(always)]
+    fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, E> {
+        self(t, q, u)
+    }
+}
+
+/// Where a step starts: time, phase and the accelerations there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot<V> {
+    /// Time.
+    pub t: f64,
+    /// q and u.
+    pub y: Phase<V>,
+    /// q̈.
+    pub a: V,
+}
+
+impl<V: Vector> Knot<V> {
+    /// (q̇, q̈): the first stage of every method here.
+    #[inline(always)]
+    pub(crate) fn derivative(&self) -> Phase<V> {
+        Phase { q: self.y.u, u: self.a }
+    }
+}
+
+/// One integration method.
+///
+/// `attempt` makes a trial step and keeps its stages; `finish` evaluates q̈ at its end; `dense` builds the interpolant.
+/// They are called in this order, each at most once per step.
+pub trait Scheme<V: Vector> {
+    /// Which method this is.
+    const METHOD: Method;
+    /// Order of the step.
+    const ORDER: u32;
+    /// Order that the error estimate behaves like: the step follows tolerance^(1/(this + 1)).
+    const ERROR_ORDER: u32;
+    /// Step control suited to the method; `None` where there is no error estimate.
+    const CONTROL: Option<ControllerSettings>;
+    /// Weights b of the step's quadrature, one per stage in the order of evaluation, the first for the start of the step.
+    const WEIGHTS: &'static [f64];
+    /// |h λ| at the border of the region of stability on the negative real axis, for the stiffness test.
+    const STABILITY_BORDER: f64;
+    /// Number of parts in which a step is scanned for events.
+    const SCAN: usize;
+    /// The interpolant.
+    type Dense: Dense<V>;
+
+    /// Stage storage.
+    fn new() -> Self;
+    /// Tries a step of size h. Returns the new phase and the scaled norm of the local error estimate (0 without estimate).
+    fn attempt<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error>;
+    /// q̈ at the end of the step just tried.
+    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error>;
+    /// The interpolant of the step just finished; may evaluate further stages.
+    fn dense<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        end: &Knot<V>,
+        h: f64,
+    ) -> Result<Self::Dense, S::Error>;
+    /// Stage derivatives of the step just tried, in the order of evaluation, to find what is not finite.
+    fn stages(&self) -> &[Phase<V>];
+    /// The vector whose norm `attempt` returned, unscaled, to name the coordinate that forces small steps.
+    fn error_vector(&self) -> Phase<V>;
+    /// Hairer's estimate |h λ| of the dominant eigenvalue, from two stages at the end of the step; `None` where the
+    /// method has none.
+    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64>;
+}
+
+/// The integration methods.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Method {
+    /// The classical Runge–Kutta method of order 4, fixed step.
+    Rk4,
+    /// Dormand and Prince's method of order 5(4).
+    DormandPrince5,
+    /// Dormand and Prince's method of order 8(5,3).
+    Dop853,
+}
+
+impl Method {
+    /// Order of the step.
+    #[must_use]
+    pub const fn order(self) -> u32 {
+        match self {
+            Self::Rk4 => 4,
+            Self::DormandPrince5 => 5,
+            Self::Dop853 => 8,
+        }
+    }
+
+    /// Whether the method estimates its error, and so can choose its step.
+    #[must_use]
+    pub const fn is_adaptive(self) -> bool {
+        !matches!(self, Self::Rk4)
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Rk4 => "RK4 (order 4)",
+            Self::DormandPrince5 => "Dormand–Prince 5(4)",
+            Self::Dop853 => "DOP853 (order 8)",
+        })
+    }
+}

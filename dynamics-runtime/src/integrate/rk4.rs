@@ -1,0 +1,91 @@
+//! RK4: the classical Runge–Kutta method.
+//!
+//! * **Problem**: smooth, not stiff; a step known to suit it (real time, comparison, fixed sampling).
+//! * **Formula**: y₁ = y₀ + h/6·(k₁ + 2k₂ + 2k₃ + k₄), k₂ and k₃ at the middle, k₄ at the end.
+//! * **Order** 4; local error O(h⁵); no error estimate, hence a fixed step.
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]), of higher order than the step.
+//! * **Stability**: real axis to −2.79, imaginary axis to ±2.83.
+//! * **Cost**: 4 evaluations of q̈ per step.
+//! * **Source**: Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Nørsett, Wanner, *Solving ODE I*, §II.1.
+
+use super::tableau::{Row, advance, distance};
+use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, System, Tolerances};
+use crate::model::Vector;
+
+const A2: Row<1> = [(0, 0.5)];
+const A3: Row<1> = [(1, 0.5)];
+const A4: Row<1> = [(2, 1.0)];
+const B: Row<4> = [(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0)];
+
+/// The classical Runge–Kutta method, order 4.
+#[derive(Clone, Copy, Debug)]
+pub struct Rk4<V> {
+    k: [Phase<V>; 4],
+    last: Phase<V>,
+}
+
+impl<V: Vector> Scheme<V> for Rk4<V> {
+    const METHOD: Method = Method::Rk4;
+    const ORDER: u32 = 4;
+    const ERROR_ORDER: u32 = 4;
+    const CONTROL: Option<ControllerSettings> = None;
+    const WEIGHTS: &'static [f64] = &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
+    const STABILITY_BORDER: f64 = 2.785;
+    const SCAN: usize = 4;
+    type Dense = Hermite<V>;
+
+    fn new() -> Self {
+        Self { k: [Phase::zeros(); 4], last: Phase::zeros() }
+    }
+
+    #[inline(always)]
+    fn attempt<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        _: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        let Knot { t, y, .. } = start;
+        let k = &mut self.k;
+        let mut evaluate = |c: f64, y: &Phase<V>| {
+            let u = system.accelerations(t + c * h, &y.q, &y.u)?;
+            Ok(Phase { q: y.u, u })
+        };
+        k[0] = start.derivative();
+        k[1] = evaluate(0.5, &advance(y, h, &A2, k))?;
+        k[2] = evaluate(0.5, &advance(y, h, &A3, k))?;
+        self.last = advance(y, h, &A4, k);
+        k[3] = evaluate(1.0, &self.last)?;
+        Ok((advance(y, h, &B, k), 0.0))
+    }
+
+    #[inline(always)]
+    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
+        system.accelerations(end_t, &end.q, &end.u)
+    }
+
+    fn dense<S: System<V>>(
+        &mut self,
+        _: &mut S,
+        start: &Knot<V>,
+        end: &Knot<V>,
+        h: f64,
+    ) -> Result<Hermite<V>, S::Error> {
+        Ok(Hermite::new(start.y, &start.a, &end.y, &end.a, h))
+    }
+
+    fn stages(&self) -> &[Phase<V>] {
+        &self.k
+    }
+
+    fn error_vector(&self) -> Phase<V> {
+        Phase::zeros()
+    }
+
+    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
+        // k₄ and q̈ at the end belong to the same time and nearly the same state.
+        let states = distance(&end.y, &self.last);
+        (states > 0.0).then(|| h.abs() * distance(&end.derivative(), &self.k[3]) / states)
+    }
+}

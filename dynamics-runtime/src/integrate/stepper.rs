@@ -1,0 +1,345 @@
+//! One accepted step after another.
+
+use super::first_step::first_step;
+use super::{Controller, Knot, Phase, Scheme, System, Tolerances};
+use crate::model::Vector;
+
+/// How steps are chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepOptions {
+    /// Permitted local error.
+    pub tolerances: Tolerances,
+    /// Size of every step, for methods without error estimate or to switch step control off.
+    pub fixed: Option<f64>,
+    /// Size of the first step; chosen from the problem where absent.
+    pub first: Option<f64>,
+    /// Largest step.
+    pub most: f64,
+}
+
+/// An accepted step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step<V> {
+    /// Where it starts.
+    pub start: Knot<V>,
+    /// Where it ends.
+    pub end: Knot<V>,
+    /// Its size, with sign.
+    pub h: f64,
+}
+
+/// Why there is no next step. In every case the stepper stands at the last accepted state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StepError<E> {
+    /// The accelerations could not be evaluated, however short the step.
+    Evaluation(E),
+    /// An acceleration became infinite or not a number, however short the step.
+    NotFinite {
+        /// Index of the coordinate whose acceleration it is.
+        coordinate: usize,
+        /// Size of the last attempt.
+        h: f64,
+    },
+    /// The tolerance asks for steps below the resolution of time.
+    StepTooSmall {
+        /// Index of the coordinate whose error is the largest.
+        coordinate: usize,
+        /// Size of the last attempt.
+        h: f64,
+    },
+}
+
+/// Rejections in a row before a step is given up: each shrinks it at least to half.
+const MOST_REJECTIONS: u32 = 60;
+/// Steps between two looks at stiffness while nothing is suspected.
+const STIFFNESS_INTERVAL: u64 = 32;
+
+/// Drives a method over a system, step by step. Allocates nothing.
+///
+/// ```
+/// use dynamics_runtime::integrate::{Dop853, Phase, StepOptions, Stepper, Tolerances};
+/// use nalgebra::SVector;
+/// type V = SVector<f64, 1>;
+///
+/// // q̈ = −q
+/// let mut oscillator = |_t: f64, q: &V, _u: &V| Ok::<V, core::convert::Infallible>(-q);
+/// let start = Phase { q: V::new(1.0), u: V::new(0.0) };
+/// let options = StepOptions { tolerances: Tolerances::both(1e-12), fixed: None, first: None, most: f64::INFINITY };
+/// let mut stepper = Stepper::<V, Dop853<V>>::new(&mut oscillator, 0.0, start, 10.0, options).unwrap();
+/// while stepper.now().t < 10.0 {
+///     stepper.step(&mut oscillator, 10.0).unwrap();
+/// }
+/// assert!((stepper.now().y.q[0] - 10f64.cos()).abs() < 1e-11);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Stepper<V, S> {
+    scheme: S,
+    options: StepOptions,
+    control: Option<Controller>,
+    now: Knot<V>,
+    /// Size proposed for the next step, positive.
+    h: f64,
+    /// Fixed steps are counted from here, so that their times carry no accumulated rounding.
+    origin: (f64, u64),
+    accepted: u64,
+    rejected: u64,
+    suspicion: (u32, u32),
+    stiff_at: Option<f64>,
+}
+
+impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
+    /// Starts at time t in direction of `limit`; one evaluation, and a few more to find the first step.
+    pub fn new<Y: System<V>>(
+        system: &mut Y,
+        t: f64,
+        y: Phase<V>,
+        limit: f64,
+        options: StepOptions,
+    ) -> Result<Self, StepError<Y::Error>> {
+        let a = start_accelerations(system, t, &y)?;
+        let mut stepper = Self {
+            scheme: S::new(),
+            options,
+            control: S::CONTROL.map(|settings| Controller::new(settings, S::ERROR_ORDER)),
+            now: Knot { t, y, a },
+            h: 0.0,
+            origin: (t, 0),
+            accepted: 0,
+            rejected: 0,
+            suspicion: (0, 0),
+            stiff_at: None,
+        };
+        stepper.h = match (options.fixed, options.first) {
+            (Some(h), _) | (None, Some(h)) => h.abs(),
+            (None, None) => {
+                let most = options.most.min((limit - t).abs());
+                let direction = if limit < t { -1.0 } else { 1.0 };
+                first_step(system, &stepper.now, S::ORDER, direction, most, &options.tolerances)
+            }
+        };
+        Ok(stepper)
+    }
+
+    /// Where it stands.
+    #[must_use]
+    pub fn now(&self) -> &Knot<V> {
+        &self.now
+    }
+
+    /// Accepted steps so far.
+    #[must_use]
+    pub fn accepted(&self) -> u64 {
+        self.accepted
+    }
+
+    /// Rejected steps so far.
+    #[must_use]
+    pub fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// Size proposed for the next step, positive.
+    #[must_use]
+    pub fn proposed_step(&self) -> f64 {
+        self.h
+    }
+
+    /// When the problem was first found stiff for this method: stability, not accuracy, bounds the step there.
+    #[must_use]
+    pub fn stiff_at(&self) -> Option<f64> {
+        self.stiff_at
+    }
+
+    /// Makes one step towards `limit`, which is met exactly and never passed.
+    #[inline]
+    pub fn step<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<Step<V>, StepError<Y::Error>> {
+        let start = self.now;
+        for attempt in 0.. {
+            let (end_t, h) = self.next_time(limit);
+            let failure = match self.try_step(system, end_t, h) {
+                Ok((end, error)) => match self.judge(error) {
+                    true => return Ok(self.commit(start, end, h)),
+                    false => Failure::Error,
+                },
+                Err(failure) => failure,
+            };
+            self.rejected += 1;
+            if !matches!(failure, Failure::Error) {
+                self.h = 0.25 * h.abs();
+                self.control.iter_mut().for_each(Controller::failed);
+            }
+            let hopeless = self.h <= 4.0 * f64::EPSILON * start.t.abs() || attempt >= MOST_REJECTIONS;
+            if hopeless || self.is_fixed() {
+                return Err(self.give_up(failure, h));
+            }
+        }
+        unreachable!("attempts are counted and bounded")
+    }
+
+    /// The step just made, again with another size (not longer): ends it exactly at an event. The stepper stands there then.
+    pub fn shorten<Y: System<V>>(
+        &mut self,
+        system: &mut Y,
+        step: &Step<V>,
+        end_t: f64,
+    ) -> Result<Step<V>, StepError<Y::Error>> {
+        self.now = step.start;
+        let h = end_t - step.start.t;
+        match self.try_step(system, end_t, h) {
+            Ok((end, _)) => {
+                self.now = end;
+                Ok(Step { end, h, ..*step })
+            }
+            Err(failure) => Err(self.give_up(failure, h)),
+        }
+    }
+
+    /// Goes on from another state, after a discontinuity. The step size is kept, the controller's memory is not.
+    pub fn restart<Y: System<V>>(&mut self, system: &mut Y, t: f64, y: Phase<V>) -> Result<(), StepError<Y::Error>> {
+        let a = start_accelerations(system, t, &y)?;
+        self.now = Knot { t, y, a };
+        self.origin = (t, 0);
+        self.control.iter_mut().for_each(Controller::restart);
+        Ok(())
+    }
+
+    /// The interpolant of the step just made.
+    pub fn dense<Y: System<V>>(&mut self, system: &mut Y, step: &Step<V>) -> Result<S::Dense, Y::Error> {
+        self.scheme.dense(system, &step.start, &step.end, step.h)
+    }
+
+    /// Makes a recorded step once more, for its interpolant; the stepper's own place does not change.
+    pub fn again<Y: System<V>>(
+        scheme: &mut S,
+        system: &mut Y,
+        step: &Step<V>,
+        tolerances: &Tolerances,
+    ) -> Result<S::Dense, Y::Error> {
+        scheme.attempt(system, &step.start, step.h, tolerances)?;
+        scheme.dense(system, &step.start, &step.end, step.h)
+    }
+
+    fn is_fixed(&self) -> bool {
+        self.options.fixed.is_some() || self.control.is_none()
+    }
+
+    /// End and signed size of the next step: no tiny last step is left over, and `t + h` is exact.
+    #[inline(always)]
+    fn next_time(&self, limit: f64) -> (f64, f64) {
+        let t = self.now.t;
+        let left = limit - t;
+        let h = self.h.min(self.options.most);
+        let slack = if self.is_fixed() { 1e-9 } else { 1e-2 };
+        if left.abs() <= h * (1.0 + slack) {
+            return (limit, left);
+        }
+        let end = match self.options.fixed {
+            Some(h) => self.origin.0 + (self.origin.1 + 1) as f64 * h.abs().copysign(left),
+            None => t + h.copysign(left),
+        };
+        (end, end - t)
+    }
+
+    #[inline(always)]
+    fn try_step<Y: System<V>>(
+        &mut self,
+        system: &mut Y,
+        end_t: f64,
+        h: f64,
+    ) -> Result<(Knot<V>, f64), Failure<Y::Error>> {
+        let (y, error) =
+            self.scheme.attempt(system, &self.now, h, &self.options.tolerances).map_err(Failure::Evaluation)?;
+        if !(y.is_finite() && error.is_finite()) {
+            return Err(Failure::NotFinite(self.culprit()));
+        }
+        let a = self.scheme.finish(system, end_t, &y).map_err(Failure::Evaluation)?;
+        match a.as_slice().iter().position(|x| !x.is_finite()) {
+            Some(coordinate) => Err(Failure::NotFinite(coordinate)),
+            None => Ok((Knot { t: end_t, y, a }, error)),
+        }
+    }
+
+    #[inline(always)]
+    fn judge(&mut self, error: f64) -> bool {
+        if self.options.fixed.is_some() {
+            return true;
+        }
+        let Some(control) = &mut self.control else {
+            return true;
+        };
+        let (accepted, factor) = control.judge(error);
+        self.h = (self.h.min(self.options.most) * factor).min(self.options.most);
+        accepted
+    }
+
+    #[inline(always)]
+    fn commit(&mut self, start: Knot<V>, end: Knot<V>, h: f64) -> Step<V> {
+        self.now = end;
+        self.accepted += 1;
+        self.origin.1 += 1;
+        if self.suspicion.0 > 0 || self.accepted.is_multiple_of(STIFFNESS_INTERVAL) {
+            self.suspect(h, &end);
+        }
+        Step { start, end, h }
+    }
+
+    /// Hairer's test: 15 steps at the border of stability, not interrupted by 6 away from it, mean stiffness.
+    fn suspect(&mut self, h: f64, end: &Knot<V>) {
+        let Some(size) = self.scheme.stiffness(h, end) else {
+            return;
+        };
+        if size > S::STABILITY_BORDER {
+            self.suspicion = (self.suspicion.0 + 1, 0);
+            if self.suspicion.0 >= 15 {
+                self.stiff_at.get_or_insert(end.t);
+                self.suspicion = (0, 0);
+            }
+        } else {
+            self.suspicion.1 += 1;
+            if self.suspicion.1 >= 6 {
+                self.suspicion = (0, 0);
+            }
+        }
+    }
+
+    fn culprit(&self) -> usize {
+        let bad = |v: &V| v.as_slice().iter().position(|x| !x.is_finite());
+        let in_stages = self.scheme.stages().iter().find_map(|k| bad(&k.u).or(bad(&k.q)));
+        // Every stage finite and the sum not: overflow, where the largest acceleration is the cause.
+        in_stages.unwrap_or_else(|| {
+            let last = &self.scheme.stages()[self.scheme.stages().len() - 1];
+            (0..V::LEN).max_by(|&i, &j| last.u[i].abs().total_cmp(&last.u[j].abs())).unwrap_or(0)
+        })
+    }
+
+    fn give_up<E>(&self, failure: Failure<E>, h: f64) -> StepError<E> {
+        match failure {
+            Failure::Evaluation(error) => StepError::Evaluation(error),
+            Failure::NotFinite(coordinate) => StepError::NotFinite { coordinate, h },
+            Failure::Error => {
+                let y = &self.now.y;
+                let coordinate = self.options.tolerances.worst(&self.scheme.error_vector(), y, y);
+                StepError::StepTooSmall { coordinate, h }
+            }
+        }
+    }
+}
+
+/// Why an attempt was rejected.
+enum Failure<E> {
+    Error,
+    Evaluation(E),
+    NotFinite(usize),
+}
+
+fn start_accelerations<V: Vector, Y: System<V>>(
+    system: &mut Y,
+    t: f64,
+    y: &Phase<V>,
+) -> Result<V, StepError<Y::Error>> {
+    let a = system.accelerations(t, &y.q, &y.u).map_err(StepError::Evaluation)?;
+    match a.as_slice().iter().position(|x| !x.is_finite()) {
+        Some(coordinate) => Err(StepError::NotFinite { coordinate, h: 0.0 }),
+        None => Ok(a),
+    }
+}

@@ -1,0 +1,125 @@
+//! Linear combinations of stages and the error norm.
+
+use super::Phase;
+use crate::math;
+use crate::model::Vector;
+
+/// The entries of one row of a Butcher tableau that are not zero: (stage, coefficient).
+pub type Row<const K: usize> = [(usize, f64); K];
+
+/// Σⱼ aⱼ kⱼ.
+#[inline(always)]
+pub(crate) fn sum<V: Vector, const K: usize>(row: &Row<K>, k: &[Phase<V>]) -> Phase<V> {
+    let mut out = Phase::<V>::zeros();
+    let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
+    for i in 0..V::LEN {
+        let (mut of_q, mut of_u) = (0.0, 0.0);
+        for &(j, a) in row {
+            of_q += a * k[j].q.as_slice()[i];
+            of_u += a * k[j].u.as_slice()[i];
+        }
+        q[i] = of_q;
+        u[i] = of_u;
+    }
+    out
+}
+
+/// y + h Σⱼ aⱼ kⱼ.
+#[inline(always)]
+pub(crate) fn advance<V: Vector, const K: usize>(y: &Phase<V>, h: f64, row: &Row<K>, k: &[Phase<V>]) -> Phase<V> {
+    let mut out = sum(row, k);
+    let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
+    for i in 0..V::LEN {
+        q[i] = y.q.as_slice()[i] + h * q[i];
+        u[i] = y.u.as_slice()[i] + h * u[i];
+    }
+    out
+}
+
+/// Element by element: combine(x, y).
+#[inline(always)]
+pub(crate) fn zip<V: Vector>(x: &Phase<V>, y: &Phase<V>, combine: impl Fn(f64, f64) -> f64) -> Phase<V> {
+    let mut out = *x;
+    for i in 0..V::LEN {
+        out.q[i] = combine(x.q.as_slice()[i], y.q.as_slice()[i]);
+        out.u[i] = combine(x.u.as_slice()[i], y.u.as_slice()[i]);
+    }
+    out
+}
+
+/// How large a local error may be: absolute + relative·max(|y₀|, |y₁|) per element of q and of u.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerances {
+    /// In the unit of each coordinate and velocity.
+    pub absolute: f64,
+    /// Dimensionless.
+    pub relative: f64,
+}
+
+impl Tolerances {
+    /// Absolute and relative alike.
+    #[must_use]
+    pub const fn both(tolerance: f64) -> Self {
+        Self { absolute: tolerance, relative: tolerance }
+    }
+
+    /// The permitted error of an element that goes from x to y.
+    #[inline(always)]
+    pub(crate) fn scale(&self, x: f64, y: f64) -> f64 {
+        self.absolute + self.relative * x.abs().max(y.abs())
+    }
+
+    /// Σ (eᵢ/scaleᵢ)² over all elements of q and u.
+    #[inline(always)]
+    pub(crate) fn square_sum<V: Vector>(&self, error: &Phase<V>, from: &Phase<V>, to: &Phase<V>) -> f64 {
+        let part = |e: &V, x: &V, y: &V| {
+            let mut sum = 0.0;
+            for i in 0..V::LEN {
+                let r = e.as_slice()[i] / self.scale(x.as_slice()[i], y.as_slice()[i]);
+                sum += r * r;
+            }
+            sum
+        };
+        part(&error.q, &from.q, &to.q) + part(&error.u, &from.u, &to.u)
+    }
+
+    /// √(Σ (eᵢ/scaleᵢ)² / 2N): 1 where the error is just permitted.
+    #[inline(always)]
+    pub(crate) fn norm<V: Vector>(&self, error: &Phase<V>, from: &Phase<V>, to: &Phase<V>) -> f64 {
+        math::sqrt(self.square_sum(error, from, to) / (2 * V::LEN) as f64)
+    }
+
+    /// Index of the coordinate whose error, in q or u, is the largest against its scale.
+    pub(crate) fn worst<V: Vector>(&self, error: &Phase<V>, from: &Phase<V>, to: &Phase<V>) -> usize {
+        let mut worst = (0, -1.0);
+        for i in 0..V::LEN {
+            let of_q = (error.q[i] / self.scale(from.q[i], to.q[i])).abs();
+            let of_u = (error.u[i] / self.scale(from.u[i], to.u[i])).abs();
+            let size = of_q.max(of_u);
+            if size > worst.1 {
+                worst = (i, size);
+            }
+        }
+        worst.0
+    }
+}
+
+/// √Σ(xᵢ − yᵢ)² over q and u.
+pub(crate) fn distance<V: Vector>(x: &Phase<V>, y: &Phase<V>) -> f64 {
+    let difference = zip(x, y, |x, y| x - y);
+    let square = |v: &V| v.as_slice().iter().map(|x| x * x).sum::<f64>();
+    math::sqrt(square(&difference.q) + square(&difference.u))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    /// Every row of a Runge–Kutta method sums to its node: Σⱼ aᵢⱼ = cᵢ.
+    pub(crate) fn assert_row_sums(rows: &[&[(usize, f64)]], nodes: &[f64]) {
+        assert_eq!(rows.len(), nodes.len());
+        for (row, c) in rows.iter().zip(nodes) {
+            let sum: f64 = row.iter().map(|(_, a)| a).sum();
+            let size: f64 = row.iter().map(|(_, a)| a.abs()).sum();
+            assert!((sum - c).abs() <= 4.0 * f64::EPSILON * size.max(1.0), "row sum {sum}, node {c}");
+        }
+    }
+}
