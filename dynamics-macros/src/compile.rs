@@ -1,0 +1,35 @@
+//! The driver: one line per pass, two error checkpoints.
+
+use dynamics_symbolic::compile::Compiled;
+use proc_macro2::TokenStream;
+
+use crate::diagnostics::Diagnostics;
+use crate::elaborate;
+use crate::syntax::{self, Declaration, Implementation};
+
+/// A model with everything that emission needs.
+#[derive(Clone, Debug)]
+pub(crate) struct CompiledModel {
+    pub(crate) declaration: Declaration,
+    pub(crate) implementation: Implementation,
+    pub(crate) compiled: Compiled,
+}
+
+/// Tokens of the struct and of its impl block → derived model.
+pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Result<CompiledModel, Vec<syn::Error>> {
+    let mut diagnostics = Diagnostics::new();
+    let declaration = syntax::parse_struct(item_struct, &mut diagnostics);
+    let implementation = syntax::parse_impl(item_impl, &mut diagnostics);
+    diagnostics.checkpoint()?;
+    let (Some(declaration), Some(implementation)) = (declaration, implementation) else { return Err(Vec::new()) };
+    let elaborated = elaborate::elaborate(&declaration, &implementation, &mut diagnostics);
+    diagnostics.checkpoint()?;
+
+    match dynamics_symbolic::compile::compile(elaborated.model) {
+        Ok(compiled) => Ok(CompiledModel { declaration, implementation, compiled }),
+        Err(findings) => {
+            elaborated.origins.report(findings, &mut diagnostics);
+            Err(diagnostics.finish().err().unwrap_or_default())
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! The collector of errors: all of a phase at once, one per place, and never dropped unread.
+
+use std::collections::BTreeSet;
+
+use proc_macro2::{Span, TokenStream, TokenTree};
+use quote::ToTokens;
+
+use crate::messages::Message;
+
+/// A stretch of the user's tokens.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    start: Span,
+    end: Span,
+}
+
+impl Place {
+    /// From the first to the last token of `tokens`; the macro call where there are none.
+    pub(crate) fn of(tokens: impl ToTokens) -> Self {
+        let mut tokens = tokens.into_token_stream().into_iter();
+        let start = tokens.next().map_or_else(Span::call_site, |t| first(&t));
+        let end = tokens.last().map_or(start, |t| t.span());
+        Self { start, end }
+    }
+
+    /// The error at this place.
+    pub(crate) fn error(self, message: &Message) -> syn::Error {
+        let mark = |span| TokenTree::Ident(proc_macro2::Ident::new("x", span));
+        syn::Error::new_spanned(TokenStream::from_iter([mark(self.start), mark(self.end)]), message)
+    }
+}
+
+impl From<Span> for Place {
+    fn from(span: Span) -> Self {
+        Self { start: span, end: span }
+    }
+}
+
+/// Span of a tree's first token; invisible groups have none of their own that would be worth showing.
+fn first(tree: &TokenTree) -> Span {
+    match tree {
+        TokenTree::Group(g) if g.delimiter() == proc_macro2::Delimiter::None => {
+            g.stream().into_iter().next().map_or_else(|| g.span(), |t| first(&t))
+        }
+        tree => tree.span(),
+    }
+}
+
+/// Collects errors; must be drained with [`Diagnostics::finish`].
+#[derive(Debug)]
+pub(crate) struct Diagnostics {
+    errors: Option<Vec<syn::Error>>,
+    seen: BTreeSet<String>,
+}
+
+impl Diagnostics {
+    pub(crate) fn new() -> Self {
+        Self { errors: Some(Vec::new()), seen: BTreeSet::new() }
+    }
+
+    /// Adds an error, unless there is one at this very place: a loop's body or a helper is elaborated many times, its mistake is one.
+    pub(crate) fn error(&mut self, place: impl Into<Place>, message: &Message) {
+        let place = place.into();
+        let known = !self.seen.insert(format!("{:?}{:?}", place.start, place.end));
+        if !known && let Some(errors) = &mut self.errors {
+            errors.push(place.error(message));
+        }
+    }
+
+    /// Adds what a parser of `syn` found.
+    pub(crate) fn syntax(&mut self, error: syn::Error) {
+        if let Some(errors) = &mut self.errors {
+            errors.extend(error);
+        }
+    }
+
+    /// Number of errors so far.
+    pub(crate) fn len(&self) -> usize {
+        self.errors.as_ref().map_or(0, Vec::len)
+    }
+
+    /// The errors, if there are any; the collector goes on empty.
+    pub(crate) fn checkpoint(&mut self) -> Result<(), Vec<syn::Error>> {
+        match &mut self.errors {
+            Some(errors) if !errors.is_empty() => Err(std::mem::take(errors)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Ends the collection.
+    pub(crate) fn finish(mut self) -> Result<(), Vec<syn::Error>> {
+        match self.errors.take() {
+            Some(errors) if !errors.is_empty() => Err(errors),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Drop for Diagnostics {
+    fn drop(&mut self) {
+        // Whoever forgets to look would turn a user's mistake into silence.
+        debug_assert!(
+            std::thread::panicking() || self.errors.as_ref().is_none_or(Vec::is_empty),
+            "errors were collected and dropped unread"
+        );
+    }
+}

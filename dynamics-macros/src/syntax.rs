@@ -1,0 +1,38 @@
+//! Tokens → spanned declarations. Nothing is interpreted here beyond names, lengths and roles.
+
+mod attributes;
+mod impls;
+mod limits;
+mod structs;
+
+pub(crate) use attributes::{Nominal, Quantity, UnitText};
+pub(crate) use impls::{Constant, Function, Implementation, Role};
+pub(crate) use structs::{Declaration, Element, Field, FieldKind, Shape};
+
+use proc_macro2::TokenStream;
+
+use crate::diagnostics::Diagnostics;
+
+/// Parses the annotated struct. `None` where too little is there to go on; the reasons are in `diagnostics` either way.
+pub(crate) fn parse_struct(tokens: TokenStream, diagnostics: &mut Diagnostics) -> Option<Declaration> {
+    limits::check_nesting(&tokens, diagnostics)?;
+    match syn::parse2(tokens) {
+        Ok(item) => structs::declaration(item, diagnostics),
+        Err(error) => {
+            diagnostics.syntax(error);
+            None
+        }
+    }
+}
+
+/// Parses the annotated impl block.
+pub(crate) fn parse_impl(tokens: TokenStream, diagnostics: &mut Diagnostics) -> Option<Implementation> {
+    limits::check_nesting(&tokens, diagnostics)?;
+    match syn::parse2(tokens) {
+        Ok(item) => impls::implementation(item, diagnostics),
+        Err(error) => {
+            diagnostics.syntax(error);
+            None
+        }
+    }
+}

@@ -1,0 +1,370 @@
+//! The struct's attributes: `#[coordinates(..)]`, `#[inputs(..)]`, `#[units(..)]`, `#[nominal(..)]`, `#[model(..)]`.
+
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use quote::ToTokens;
+use syn::parse::{Parse, ParseStream, Parser};
+use syn::punctuated::Punctuated;
+use syn::{Attribute, Expr, Ident, Lit, Meta, Path, Token, UnOp};
+
+use super::structs::{Declaration, Field, FieldKind, Shape, length};
+use crate::diagnostics::{Diagnostics, Place};
+use crate::elaborate::suggest;
+use crate::messages;
+
+/// A generalized coordinate or an input, or an array of them.
+#[derive(Clone, Debug)]
+pub(crate) struct Quantity {
+    pub(crate) name: Ident,
+    /// `Some(n)` for an array of n.
+    pub(crate) length: Option<usize>,
+    /// `None` where the user leaves it open.
+    pub(crate) unit: Option<UnitText>,
+    /// Index of the first scalar among all coordinates (or inputs).
+    pub(crate) first: usize,
+}
+
+impl Quantity {
+    /// Number of scalars.
+    pub(crate) fn scalars(&self) -> usize {
+        self.length.unwrap_or(1)
+    }
+    /// The scalars' names: `x`, or `theta[0]`, `theta[1]`, …
+    pub(crate) fn names(&self) -> Vec<String> {
+        match self.length {
+            None => vec![self.name.to_string()],
+            Some(n) => (0..n).map(|i| format!("{}[{i}]", self.name)).collect(),
+        }
+    }
+}
+
+/// A unit as written, without blanks: `kg*m/s^2`.
+#[derive(Clone, Debug)]
+pub(crate) struct UnitText {
+    pub(crate) text: String,
+    pub(crate) place: Place,
+}
+
+/// Values that compile-time checks may use, one per scalar of a field.
+#[derive(Clone, Debug)]
+pub(crate) struct Nominal {
+    pub(crate) values: Vec<f64>,
+    pub(crate) place: Place,
+}
+
+/// Everything that the attributes say.
+#[derive(Default)]
+pub(super) struct Attributes {
+    pub(super) crate_path: Option<Path>,
+    pub(super) coordinates: Vec<Quantity>,
+    pub(super) inputs: Vec<Quantity>,
+    pub(super) units: Vec<(Ident, UnitText)>,
+    pub(super) nominal: Vec<(Ident, Expr)>,
+}
+
+/// Our attributes, for did-you-mean.
+pub(crate) const ATTRIBUTES: &[&str] = &["coordinates", "inputs", "units", "nominal", "model"];
+
+/// Reads all attributes of the struct, leaving other people's alone.
+pub(super) fn read(attributes: &[Attribute], d: &mut Diagnostics) -> Attributes {
+    let mut all = Attributes::default();
+    let mut seen: Vec<String> = Vec::new();
+    for attribute in attributes {
+        let Some(name) = attribute.path().get_ident().map(ToString::to_string) else { continue };
+        if !ATTRIBUTES.contains(&name.as_str()) {
+            continue;
+        }
+        if seen.contains(&name) {
+            d.error(Place::of(attribute.path()), &messages::attribute_twice(&name));
+            continue;
+        }
+        seen.push(name.clone());
+        let Meta::List(list) = &attribute.meta else {
+            d.error(Place::of(&attribute.meta), &messages::attribute_without_list(&name, example(&name)));
+            continue;
+        };
+        let tokens = list.tokens.clone();
+        match name.as_str() {
+            "coordinates" => all.coordinates = quantities(tokens, "coordinate", d),
+            "inputs" => all.inputs = quantities(tokens, "input", d),
+            "units" => all.units = units(tokens, d),
+            "nominal" => all.nominal = assignments(tokens, d),
+            _ => all.crate_path = model(tokens, d),
+        }
+    }
+    all
+}
+
+/// How an attribute is written.
+fn example(attribute: &str) -> &'static str {
+    match attribute {
+        "coordinates" => "#[coordinates(theta: rad, x: m)]",
+        "inputs" => "#[inputs(torque: N*m)]",
+        "units" => "#[units(mass: kg, g: m/s^2)]",
+        "nominal" => "#[nominal(mass = 1.0)]",
+        _ => "#[model(crate = path::to::dynamics)]",
+    }
+}
+
+/// The parts of a stream between commas of the top level; empty parts are left out only at the end.
+fn split(tokens: TokenStream) -> Vec<Vec<TokenTree>> {
+    let mut parts = vec![Vec::new()];
+    for tree in tokens {
+        match tree {
+            TokenTree::Punct(p) if p.as_char() == ',' => parts.push(Vec::new()),
+            tree => parts.last_mut().expect("never empty: it starts with one part and only grows").push(tree),
+        }
+    }
+    if parts.last().is_some_and(Vec::is_empty) {
+        parts.pop();
+    }
+    parts
+}
+
+/// `name` or `name: rest`.
+fn named(part: &[TokenTree], d: &mut Diagnostics, example: &str) -> Option<(Ident, Vec<TokenTree>)> {
+    match part {
+        [TokenTree::Ident(name)] => Some((name.clone(), Vec::new())),
+        [TokenTree::Ident(name), TokenTree::Punct(colon), rest @ ..] if colon.as_char() == ':' && !rest.is_empty() => {
+            Some((name.clone(), rest.to_vec()))
+        }
+        _ => {
+            d.error(place(part), &messages::attribute_entry(example));
+            None
+        }
+    }
+}
+
+fn place(part: &[TokenTree]) -> Place {
+    Place::of(part.iter().cloned().collect::<TokenStream>())
+}
+
+/// Entries of `#[coordinates(..)]` and `#[inputs(..)]`.
+fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quantity> {
+    let mut all = Vec::new();
+    let mut first = 0;
+    for part in split(tokens) {
+        let Some((name, rest)) = named(&part, d, "name, `name: unit` or `name: [unit; length]`") else { continue };
+        if syn::parse2::<Ident>(name.to_token_stream()).is_err() {
+            d.error(name.span(), &messages::keyword_as_name(&name, what));
+            continue;
+        }
+        let Some((unit, length)) = quantity(&rest, d) else { continue };
+        let quantity = Quantity { name, length, unit, first };
+        first += quantity.scalars();
+        if first > super::structs::MAX_LENGTH {
+            d.error(place(&part), &messages::too_many_parameters(super::structs::MAX_LENGTH));
+            break;
+        }
+        all.push(quantity);
+    }
+    all
+}
+
+/// `unit`, `_`, or `[unit; length]`.
+fn quantity(rest: &[TokenTree], d: &mut Diagnostics) -> Option<(Option<UnitText>, Option<usize>)> {
+    let [TokenTree::Group(group)] = rest else { return Some((unit(rest), None)) };
+    if group.delimiter() != Delimiter::Bracket {
+        return Some((unit(rest), None));
+    }
+    let inside: Vec<TokenTree> = group.stream().into_iter().collect();
+    let semicolon = inside.iter().position(|t| matches!(t, TokenTree::Punct(p) if p.as_char() == ';'));
+    let Some(at) = semicolon else {
+        d.error(Place::of(group), &messages::attribute_entry("`name: [unit; length]`"));
+        return None;
+    };
+    let after: TokenStream = inside[at + 1..].iter().cloned().collect();
+    let expr = match syn::parse2::<Expr>(after) {
+        Ok(expr) => expr,
+        Err(_) => {
+            d.error(Place::of(group), &messages::attribute_entry("`name: [unit; length]`"));
+            return None;
+        }
+    };
+    Some((unit(&inside[..at]), Some(length(&expr, d)?)))
+}
+
+/// A unit's tokens as text; `None` for `_` and nothing.
+fn unit(tokens: &[TokenTree]) -> Option<UnitText> {
+    if tokens.is_empty() || matches!(tokens, [TokenTree::Ident(i)] if *i == "_") {
+        return None;
+    }
+    let text: String = tokens.iter().cloned().collect::<TokenStream>().to_string();
+    Some(UnitText { text: text.chars().filter(|c| !c.is_whitespace()).collect(), place: place(tokens) })
+}
+
+/// Entries of `#[units(..)]`.
+fn units(tokens: TokenStream, d: &mut Diagnostics) -> Vec<(Ident, UnitText)> {
+    let mut all = Vec::new();
+    for part in split(tokens) {
+        match named(&part, d, "`name: unit`") {
+            Some((name, rest)) if !rest.is_empty() => {
+                if let Some(unit) = unit(&rest) {
+                    all.push((name, unit));
+                }
+            }
+            Some((name, _)) => d.error(name.span(), &messages::attribute_entry("`name: unit`")),
+            None => {}
+        }
+    }
+    all
+}
+
+/// `name = value`.
+struct Assignment(Ident, Expr);
+
+impl Parse for Assignment {
+    fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
+        let name = input.parse()?;
+        input.parse::<Token![=]>()?;
+        Ok(Self(name, input.parse()?))
+    }
+}
+
+/// Entries of `#[nominal(..)]`.
+fn assignments(tokens: TokenStream, d: &mut Diagnostics) -> Vec<(Ident, Expr)> {
+    match Punctuated::<Assignment, Token![,]>::parse_terminated.parse2(tokens.clone()) {
+        Ok(all) => all.into_iter().map(|Assignment(name, value)| (name, value)).collect(),
+        Err(_) => {
+            d.error(Place::of(tokens), &messages::attribute_entry("`name = value`"));
+            Vec::new()
+        }
+    }
+}
+
+/// `crate = path`.
+fn model(tokens: TokenStream, d: &mut Diagnostics) -> Option<Path> {
+    let parser = |input: ParseStream<'_>| -> syn::Result<Path> {
+        input.parse::<Token![crate]>()?;
+        input.parse::<Token![=]>()?;
+        let path = input.call(Path::parse_mod_style)?;
+        input.parse::<Option<Token![,]>>()?;
+        Ok(path)
+    };
+    match parser.parse2(tokens.clone()) {
+        Ok(path) => Some(path),
+        Err(_) => {
+            d.error(Place::of(tokens), &messages::model_argument());
+            None
+        }
+    }
+}
+
+/// Finds the field that an attribute's entry names.
+fn field<'a>(fields: &'a mut [Field], name: &Ident, attribute: &str, d: &mut Diagnostics) -> Option<&'a mut Field> {
+    let names: Vec<String> = fields.iter().map(|f| f.name.to_string()).collect();
+    let found = fields.iter_mut().find(|f| f.name == *name);
+    if found.is_none() {
+        let hint = suggest::did_you_mean(&name.to_string(), names.iter().map(String::as_str));
+        d.error(name.span(), &messages::attribute_of_unknown_field(attribute, name, hint));
+    }
+    found
+}
+
+/// Gives every field its unit.
+pub(super) fn attach_units(fields: &mut [Field], units: Vec<(Ident, UnitText)>, d: &mut Diagnostics) {
+    for (name, unit) in units {
+        let Some(field) = field(fields, &name, "units", d) else { continue };
+        if field.unit.is_some() {
+            d.error(name.span(), &messages::entry_twice("units", &name));
+        }
+        field.unit = Some(unit);
+    }
+}
+
+/// Gives every field its nominal values.
+pub(super) fn attach_nominal(fields: &mut [Field], nominal: Vec<(Ident, Expr)>, d: &mut Diagnostics) {
+    for (name, value) in nominal {
+        let Some(field) = field(fields, &name, "nominal", d) else { continue };
+        if field.nominal.is_some() {
+            d.error(name.span(), &messages::entry_twice("nominal", &name));
+        }
+        let FieldKind::Parameter { shape, .. } = &field.kind else {
+            d.error(Place::of(&value), &messages::nominal_of_function(&name));
+            continue;
+        };
+        let mut values = Vec::new();
+        if flatten(shape, &value, &mut values) {
+            field.nominal = Some(Nominal { values, place: Place::of(&value) });
+        } else {
+            d.error(Place::of(&value), &messages::nominal_shape(&name, describe(shape)));
+        }
+    }
+}
+
+/// How a nominal value of a shape is written.
+fn describe(shape: &Shape) -> String {
+    match shape {
+        Shape::Scalar => "a number such as `1.0`".into(),
+        Shape::Vector2 => "two numbers, `[x, y]`".into(),
+        Shape::Vector3 => "three numbers, `[x, y, z]`".into(),
+        Shape::Matrix3 => "three rows of three numbers".into(),
+        Shape::Array(n, inner) => format!("an array of {n}, each {}", describe(inner)),
+    }
+}
+
+/// Flattens a nominal value; false where it has another shape.
+fn flatten(shape: &Shape, value: &Expr, values: &mut Vec<f64>) -> bool {
+    let each = |inner: &Shape, n: usize, values: &mut Vec<f64>| match value {
+        Expr::Array(array) => array.elems.len() == n && array.elems.iter().all(|e| flatten(inner, e, values)),
+        Expr::Repeat(repeat) => {
+            matches!(&*repeat.len, Expr::Lit(l) if matches!(&l.lit, Lit::Int(i) if i.base10_parse::<usize>().ok() == Some(n)))
+                && (0..n).all(|_| flatten(inner, &repeat.expr, values))
+        }
+        _ => false,
+    };
+    match shape {
+        Shape::Scalar => number(value).is_some_and(|x| {
+            values.push(x);
+            true
+        }),
+        Shape::Vector2 => each(&Shape::Scalar, 2, values),
+        Shape::Vector3 => each(&Shape::Scalar, 3, values),
+        Shape::Matrix3 => each(&Shape::Array(3, Box::new(Shape::Scalar)), 3, values),
+        Shape::Array(n, inner) => each(inner, *n, values),
+    }
+}
+
+/// A literal number with its sign.
+fn number(value: &Expr) -> Option<f64> {
+    match value {
+        Expr::Lit(lit) => match &lit.lit {
+            Lit::Float(x) => x.base10_parse::<f64>().ok(),
+            Lit::Int(x) => x.base10_parse::<f64>().ok(),
+            _ => None,
+        }
+        .filter(|x| x.is_finite()),
+        Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => number(&unary.expr).map(|x| -x),
+        Expr::Paren(paren) => number(&paren.expr),
+        Expr::Group(group) => number(&group.expr),
+        _ => None,
+    }
+}
+
+/// Names that the generated state and coordinate types use themselves.
+const RESERVED: &[&str] = &["t", "q", "u", "inputs", "build", "at_time", "new"];
+
+/// One rule per loop: something moves; no name is taken twice; no name collides with a generated one.
+pub(super) fn check_names(declaration: &Declaration, d: &mut Diagnostics) {
+    if declaration.coordinates.is_empty() && d.len() == 0 {
+        d.error(declaration.name.span(), &messages::no_coordinates(&declaration.name));
+    }
+    let mut taken: Vec<(String, &'static str)> =
+        declaration.fields.iter().map(|f| (f.name.to_string(), "a parameter")).collect();
+    let quantities = declaration.coordinates.iter().map(|c| (c, "a coordinate"));
+    for (quantity, what) in quantities.chain(declaration.inputs.iter().map(|i| (i, "an input"))) {
+        let name = quantity.name.to_string();
+        if RESERVED.contains(&name.as_str()) {
+            d.error(quantity.name.span(), &messages::reserved_name(&name, what));
+        } else if let Some((_, other)) = taken.iter().find(|(known, _)| *known == name) {
+            d.error(quantity.name.span(), &messages::duplicate_name(&name, other));
+        }
+        taken.push((name, what));
+    }
+    for coordinate in &declaration.coordinates {
+        let rate = format!("{}_rate", coordinate.name);
+        let clash = declaration.coordinates.iter().chain(&declaration.inputs).find(|c| c.name == rate);
+        if let Some(clash) = clash {
+            d.error(clash.name.span(), &messages::rate_name(&rate, &coordinate.name));
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! The annotated impl block: functions with their roles, and constants.
+
+use proc_macro2::Span;
+use syn::{FnArg, Ident, ImplItem, ImplItemConst, ImplItemFn, ItemImpl, Meta, ReturnType};
+
+use crate::diagnostics::{Diagnostics, Place};
+use crate::elaborate::suggest;
+use crate::messages;
+
+/// What a function means to the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    Kinetic,
+    Potential,
+    Lagrangian,
+    Dissipation,
+    Force,
+    Output,
+    Event,
+    /// Any Rust; runs when the motion is drawn, is not elaborated.
+    Drawing,
+    /// No role.
+    Helper,
+}
+
+/// Attribute names of the roles.
+pub(crate) const ROLES: &[(&str, Role)] = &[
+    ("kinetic", Role::Kinetic),
+    ("potential", Role::Potential),
+    ("lagrangian", Role::Lagrangian),
+    ("dissipation", Role::Dissipation),
+    ("force", Role::Force),
+    ("output", Role::Output),
+    ("event", Role::Event),
+    ("drawing", Role::Drawing),
+];
+
+/// Roles of the next release.
+const CONSTRAINTS: &[&str] = &["holonomic", "nonholonomic"];
+
+impl Role {
+    /// The attribute's name; empty for helpers.
+    pub(crate) fn name(self) -> &'static str {
+        ROLES.iter().find(|(_, role)| *role == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// The impl block.
+#[derive(Clone, Debug)]
+pub(crate) struct Implementation {
+    /// The item with the roles' attributes taken off: what goes back into the program.
+    pub(crate) item: ItemImpl,
+    /// Its functions, in order.
+    pub(crate) functions: Vec<Function>,
+    /// Its constants, in order.
+    pub(crate) constants: Vec<Constant>,
+}
+
+/// A function of the impl block.
+#[derive(Clone, Debug)]
+pub(crate) struct Function {
+    pub(crate) name: Ident,
+    pub(crate) role: Role,
+    /// The role's attribute.
+    pub(crate) role_place: Place,
+    /// The function with the role's attribute taken off.
+    pub(crate) item: ImplItemFn,
+}
+
+impl Function {
+    /// Whether it has the form `(&self, q: &Coordinates<Self>)`.
+    pub(crate) fn takes_coordinates_only(&self) -> bool {
+        let inputs = &self.item.sig.inputs;
+        let by_reference = matches!(inputs.first(), Some(FnArg::Receiver(_)));
+        let second = match inputs.get(1) {
+            Some(FnArg::Typed(argument)) => is_coordinates(&argument.ty),
+            _ => false,
+        };
+        by_reference && second && inputs.len() == 2
+    }
+
+    /// Last segment of the returned type's path: `Vec2` of `dynamics::Vec2<Expr>`.
+    pub(crate) fn returns(&self) -> Option<String> {
+        match &self.item.sig.output {
+            ReturnType::Type(_, ty) => match &**ty {
+                syn::Type::Path(path) => path.path.segments.last().map(|s| s.ident.to_string()),
+                _ => None,
+            },
+            ReturnType::Default => None,
+        }
+    }
+}
+
+/// Whether a type is `&Coordinates<..>`, or a reference to a generated `..Coordinates` struct.
+pub(crate) fn is_coordinates(ty: &syn::Type) -> bool {
+    let syn::Type::Reference(reference) = ty else { return false };
+    match &*reference.elem {
+        syn::Type::Path(path) => {
+            path.path.segments.last().is_some_and(|s| s.ident.to_string().ends_with("Coordinates"))
+        }
+        _ => false,
+    }
+}
+
+/// A constant of the impl block.
+#[derive(Clone, Debug)]
+pub(crate) struct Constant {
+    pub(crate) name: Ident,
+    pub(crate) item: ImplItemConst,
+}
+
+/// Reads the impl block.
+pub(crate) fn implementation(mut item: ItemImpl, d: &mut Diagnostics) -> Option<Implementation> {
+    check_inherent(&item, d)?;
+    let mut functions: Vec<Function> = Vec::new();
+    let mut constants = Vec::new();
+    for inner in &mut item.items {
+        match inner {
+            ImplItem::Fn(function) => {
+                let (role, role_place) = take_role(function, d);
+                functions.push(Function { name: function.sig.ident.clone(), role, role_place, item: function.clone() });
+            }
+            ImplItem::Const(constant) => {
+                constants.push(Constant { name: constant.ident.clone(), item: constant.clone() });
+            }
+            ImplItem::Macro(call) => d.error(Place::of(&call.mac), &messages::macro_in_model(path(&call.mac.path))),
+            _ => {}
+        }
+    }
+    check_one_drawing(&functions, d);
+    Some(Implementation { item, functions, constants })
+}
+
+/// A model is declared once, in an inherent impl without generics.
+fn check_inherent(item: &ItemImpl, d: &mut Diagnostics) -> Option<()> {
+    if let Some((path, _)) = &item.trait_ {
+        d.error(Place::of(path), &messages::trait_impl());
+        return None;
+    }
+    if !item.generics.params.is_empty() {
+        d.error(Place::of(&item.generics), &messages::generic_model());
+        return None;
+    }
+    Some(())
+}
+
+/// A picture is drawn by one function; every other role is a sum or a list.
+fn check_one_drawing(functions: &[Function], d: &mut Diagnostics) {
+    let mut drawings = functions.iter().filter(|f| f.role == Role::Drawing);
+    if let Some(first) = drawings.next() {
+        for second in drawings {
+            d.error(second.role_place, &messages::duplicate_role("drawing", &first.name));
+        }
+    }
+}
+
+/// Takes the role's attribute off a function.
+fn take_role(function: &mut ImplItemFn, d: &mut Diagnostics) -> (Role, Place) {
+    let mut found: Option<(Role, Place)> = None;
+    let attributes = std::mem::take(&mut function.attrs);
+    for attribute in attributes {
+        let name = attribute.path().get_ident().map(ToString::to_string).unwrap_or_default();
+        if CONSTRAINTS.contains(&name.as_str()) {
+            d.error(attribute_place(&attribute), &messages::constraint_role(&name));
+            continue;
+        }
+        let Some((_, role)) = ROLES.iter().find(|(known, _)| *known == name) else {
+            check_misspelt_role(&attribute, &name, d);
+            function.attrs.push(attribute);
+            continue;
+        };
+        if !matches!(attribute.meta, Meta::Path(_)) {
+            d.error(attribute_place(&attribute), &messages::role_with_arguments(&name));
+        }
+        match found {
+            Some((first, _)) if first == *role => {
+                d.error(attribute_place(&attribute), &messages::role_twice(&name, &function.sig.ident));
+            }
+            Some((first, _)) => {
+                d.error(attribute_place(&attribute), &messages::two_roles(&function.sig.ident, first.name(), &name));
+            }
+            None => found = Some((*role, attribute_place(&attribute))),
+        }
+    }
+    found.unwrap_or((Role::Helper, Place::from(function.sig.ident.span())))
+}
+
+/// Rust's own attributes near a role's name would be misread as misspelt; everything unknown and far from a role is rustc's to judge.
+fn check_misspelt_role(attribute: &syn::Attribute, name: &str, d: &mut Diagnostics) {
+    const RUST: &[&str] =
+        &["doc", "inline", "cold", "cfg", "cfg_attr", "allow", "expect", "warn", "deny", "must_use", "test"];
+    if RUST.contains(&name) || name.is_empty() {
+        return;
+    }
+    let known = ROLES.iter().map(|(name, _)| *name).chain(CONSTRAINTS.iter().copied());
+    if let Some(role) = suggest::nearest(name, known) {
+        d.error(attribute_place(attribute), &messages::misspelt_role(name, role));
+    }
+}
+
+/// The attribute without `#[..]`, so that the name is underlined.
+fn attribute_place(attribute: &syn::Attribute) -> Place {
+    Place::of(&attribute.meta)
+}
+
+/// A path as text.
+pub(crate) fn path(path: &syn::Path) -> String {
+    path.segments.iter().map(|s| s.ident.to_string()).collect::<Vec<_>>().join("::")
+}
+
+/// Where nothing better is known.
+pub(crate) fn nowhere() -> Place {
+    Place::from(Span::call_site())
+}

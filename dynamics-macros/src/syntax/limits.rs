@@ -1,0 +1,43 @@
+//! Guards before `syn` sees the tokens: its parser recurses, so depth must be bounded first.
+
+use proc_macro2::{TokenStream, TokenTree};
+
+use crate::diagnostics::Diagnostics;
+use crate::messages;
+
+/// Nesting of delimiters. rustc itself stops at 128 levels of macro recursion; people stop at ten.
+const DEPTH: usize = 64;
+/// Tokens between two separators (`;` or `,`) of one level: bounds the depth of a chain of operators.
+const CHAIN: usize = 4000;
+/// Tokens of one stretch that make a parser recurse to the right: prefix operators, assignments, closures, generics.
+const RIGHT: usize = 200;
+
+/// Refuses streams that a recursive parser should not see. `None` after an error.
+pub(crate) fn check_nesting(tokens: &TokenStream, diagnostics: &mut Diagnostics) -> Option<()> {
+    let mut left = vec![(tokens.clone(), 0)];
+    while let Some((stream, depth)) = left.pop() {
+        let (mut chain, mut right) = (0usize, 0usize);
+        for tree in stream {
+            chain += 1;
+            match &tree {
+                TokenTree::Punct(p) if matches!(p.as_char(), ';' | ',') => (chain, right) = (0, 0),
+                TokenTree::Punct(p) if "!&=|<-*#".contains(p.as_char()) => right += 1,
+                TokenTree::Ident(i) if *i == "return" || *i == "break" || *i == "else" || *i == "move" => right += 1,
+                TokenTree::Group(g) => {
+                    // A `{ .. }` ends a statement or item as far as chains are concerned; `else` after it goes on counting.
+                    if g.delimiter() == proc_macro2::Delimiter::Brace {
+                        chain = 0;
+                    }
+                    left.push((g.stream(), depth + 1));
+                }
+                TokenTree::Punct(p) if "+/%>".contains(p.as_char()) => right = right.saturating_sub(1),
+                _ => {}
+            }
+            if depth > DEPTH || chain > CHAIN || right > RIGHT {
+                diagnostics.error(tree.span(), &messages::nested_too_deeply());
+                return None;
+            }
+        }
+    }
+    Some(())
+}

@@ -1,0 +1,269 @@
+//! The annotated struct: its parameters, coordinates and inputs.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+use syn::spanned::Spanned;
+use syn::{Expr, Fields, GenericArgument, Ident, ItemStruct, Lit, Path, PathArguments, Type, Visibility};
+
+use super::attributes::{self, Nominal, Quantity, UnitText};
+use crate::diagnostics::{Diagnostics, Place};
+use crate::messages;
+
+/// A model's struct, as declared.
+#[derive(Clone, Debug)]
+pub(crate) struct Declaration {
+    /// The item as the user wrote it.
+    pub(crate) item: ItemStruct,
+    /// Name of the struct.
+    pub(crate) name: Ident,
+    /// Its visibility.
+    pub(crate) visibility: Visibility,
+    /// `#[model(crate = path)]`: where `dynamics` is found.
+    pub(crate) crate_path: Option<Path>,
+    /// Generalized coordinates in the order of q.
+    pub(crate) coordinates: Vec<Quantity>,
+    /// Inputs in order.
+    pub(crate) inputs: Vec<Quantity>,
+    /// Parameters and smooth functions, in the order of the fields.
+    pub(crate) fields: Vec<Field>,
+}
+
+/// A field: one or more scalar parameters, or a smooth function.
+#[derive(Clone, Debug)]
+pub(crate) struct Field {
+    pub(crate) name: Ident,
+    pub(crate) ty: Type,
+    pub(crate) kind: FieldKind,
+    /// From `#[units(..)]`, of every scalar of the field (or of the function's values).
+    pub(crate) unit: Option<UnitText>,
+    /// From `#[nominal(..)]`, flattened, one per scalar parameter.
+    pub(crate) nominal: Option<Nominal>,
+}
+
+/// What a field is to the model.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum FieldKind {
+    /// Scalar parameters from index `first` on.
+    Parameter {
+        /// Their arrangement.
+        shape: Shape,
+        /// Index of the first among all scalar parameters.
+        first: usize,
+    },
+    /// The smooth function with this index.
+    Function(usize),
+}
+
+/// Arrangement of scalars in a parameter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// `f64`.
+    Scalar,
+    /// `[shape; length]`.
+    Array(usize, Box<Shape>),
+    /// `Vec2<f64>`.
+    Vector2,
+    /// `Vec3<f64>` or nalgebra's `Vector3<f64>`.
+    Vector3,
+    /// `Mat3<f64>` or nalgebra's `Matrix3<f64>`.
+    Matrix3,
+}
+
+/// One scalar of a parameter.
+#[derive(Clone, Debug)]
+pub(crate) struct Element {
+    /// What follows the field's name in reports: `[3]`, `.x`, `[0, 1]`, or nothing.
+    pub(crate) suffix: String,
+    /// What follows `self.field` in Rust.
+    pub(crate) access: TokenStream,
+}
+
+impl Shape {
+    /// Number of scalars.
+    pub(crate) fn scalars(&self) -> usize {
+        match self {
+            Self::Scalar => 1,
+            Self::Array(length, inner) => length.saturating_mul(inner.scalars()),
+            Self::Vector2 => 2,
+            Self::Vector3 => 3,
+            Self::Matrix3 => 9,
+        }
+    }
+
+    /// The scalars in the order of the parameters, matrices by rows.
+    pub(crate) fn elements(&self) -> Vec<Element> {
+        let components = |names: &[&str]| {
+            let element = |name: &&str| {
+                let field = Ident::new(name, proc_macro2::Span::call_site());
+                Element { suffix: format!(".{name}"), access: quote!(.#field) }
+            };
+            names.iter().map(element).collect()
+        };
+        match self {
+            Self::Scalar => vec![Element { suffix: String::new(), access: TokenStream::new() }],
+            Self::Vector2 => components(&["x", "y"]),
+            Self::Vector3 => components(&["x", "y", "z"]),
+            Self::Matrix3 => (0..9usize)
+                .map(|k| {
+                    let (i, j) = (k / 3, k % 3);
+                    Element { suffix: format!("[{i}, {j}]"), access: quote!([(#i, #j)]) }
+                })
+                .collect(),
+            Self::Array(length, inner) => {
+                let inner = inner.elements();
+                let mut all = Vec::new();
+                for i in 0..*length {
+                    for Element { suffix, access } in &inner {
+                        all.push(Element { suffix: format!("[{i}]{suffix}"), access: quote!([#i] #access) });
+                    }
+                }
+                all
+            }
+        }
+    }
+}
+
+/// More parameters than this in one field, or coordinates in one model, is a typing error, not a mechanism.
+pub(crate) const MAX_LENGTH: usize = 10_000;
+
+/// Reads the struct and its attributes.
+pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Option<Declaration> {
+    check_no_generics(&item, d);
+    let attributes = attributes::read(&item.attrs, d);
+    let mut fields = fields(&item, d)?;
+    attributes::attach_units(&mut fields, attributes.units, d);
+    attributes::attach_nominal(&mut fields, attributes.nominal, d);
+    let declaration = Declaration {
+        name: item.ident.clone(),
+        visibility: item.vis.clone(),
+        crate_path: attributes.crate_path,
+        coordinates: attributes.coordinates,
+        inputs: attributes.inputs,
+        fields,
+        item,
+    };
+    attributes::check_names(&declaration, d);
+    Some(declaration)
+}
+
+/// Parameters are `f64`: the derived program is concrete.
+fn check_no_generics(item: &ItemStruct, d: &mut Diagnostics) {
+    if !item.generics.params.is_empty() {
+        d.error(Place::of(&item.generics), &messages::generic_model());
+    }
+}
+
+/// The fields, in order; a unit struct has none.
+fn fields(item: &ItemStruct, d: &mut Diagnostics) -> Option<Vec<Field>> {
+    let named = match &item.fields {
+        Fields::Named(named) => &named.named,
+        Fields::Unit => return Some(Vec::new()),
+        Fields::Unnamed(fields) => {
+            d.error(Place::of(fields), &messages::unnamed_fields());
+            return None;
+        }
+    };
+    let (mut parameters, mut functions) = (0, 0);
+    let mut fields = Vec::new();
+    for field in named {
+        let Some(name) = field.ident.clone() else { continue };
+        let kind = match shape(&field.ty, d) {
+            Kind::Parameter(shape) => {
+                let first = parameters;
+                parameters += shape.scalars();
+                if parameters > MAX_LENGTH {
+                    d.error(Place::of(&field.ty), &messages::too_many_parameters(MAX_LENGTH));
+                    return None;
+                }
+                FieldKind::Parameter { shape, first }
+            }
+            Kind::Function => {
+                functions += 1;
+                FieldKind::Function(functions - 1)
+            }
+            Kind::Wrong => continue,
+        };
+        fields.push(Field { name, ty: field.ty.clone(), kind, unit: None, nominal: None });
+    }
+    Some(fields)
+}
+
+enum Kind {
+    Parameter(Shape),
+    Function,
+    Wrong,
+}
+
+/// Names of Rust's integer types, `f32` and `bool`: none of them is a parameter.
+const NOT_PARAMETERS: &[&str] = &[
+    "i8", "i16", "i32", "i64", "i128", "isize", "u8", "u16", "u32", "u64", "u128", "usize", "f32", "bool", "char",
+    "String", "str",
+];
+
+/// What a field's type makes of it.
+fn shape(ty: &Type, d: &mut Diagnostics) -> Kind {
+    match ty {
+        Type::Paren(inner) => shape(&inner.elem, d),
+        Type::Group(inner) => shape(&inner.elem, d),
+        Type::Array(array) => {
+            let Some(length) = length(&array.len, d) else { return Kind::Wrong };
+            match shape(&array.elem, d) {
+                Kind::Parameter(inner) => Kind::Parameter(Shape::Array(length, Box::new(inner))),
+                Kind::Function => {
+                    d.error(Place::of(&array.elem), &messages::array_of_functions());
+                    Kind::Wrong
+                }
+                Kind::Wrong => Kind::Wrong,
+            }
+        }
+        Type::Path(path) => {
+            let Some(last) = path.path.segments.last() else { return Kind::Function };
+            let name = last.ident.to_string();
+            if NOT_PARAMETERS.contains(&name.as_str()) && path.path.segments.len() == 1 {
+                d.error(ty.span(), &messages::parameter_type(name));
+                return Kind::Wrong;
+            }
+            let of_f64 = match &last.arguments {
+                PathArguments::AngleBracketed(a) => {
+                    matches!(a.args.first(), Some(GenericArgument::Type(Type::Path(t))) if t.path.is_ident("f64"))
+                        && a.args.len() == 1
+                }
+                _ => false,
+            };
+            match name.as_str() {
+                "f64" if last.arguments.is_none() => Kind::Parameter(Shape::Scalar),
+                "Vec2" if of_f64 => Kind::Parameter(Shape::Vector2),
+                "Vec3" | "Vector3" if of_f64 => Kind::Parameter(Shape::Vector3),
+                "Mat3" | "Matrix3" if of_f64 => Kind::Parameter(Shape::Matrix3),
+                "Vec2" | "Vec3" | "Mat3" => {
+                    d.error(Place::of(ty), &messages::parameter_without_f64(name));
+                    Kind::Wrong
+                }
+                _ => Kind::Function,
+            }
+        }
+        Type::Tuple(_) | Type::Slice(_) | Type::Never(_) => {
+            d.error(Place::of(ty), &messages::parameter_type(quote!(#ty)));
+            Kind::Wrong
+        }
+        _ => Kind::Function,
+    }
+}
+
+/// An array length: a macro sees tokens, so a named constant has no value here.
+pub(crate) fn length(expr: &Expr, d: &mut Diagnostics) -> Option<usize> {
+    let literal = match expr {
+        Expr::Lit(lit) => match &lit.lit {
+            Lit::Int(int) => int.base10_parse::<usize>().ok(),
+            _ => None,
+        },
+        _ => None,
+    };
+    match literal {
+        None => d.error(Place::of(expr), &messages::length_not_literal(quote!(#expr))),
+        Some(0) => d.error(Place::of(expr), &messages::length_zero()),
+        Some(n) if n > MAX_LENGTH => d.error(Place::of(expr), &messages::too_many_parameters(MAX_LENGTH)),
+        Some(n) => return Some(n),
+    }
+    None
+}
