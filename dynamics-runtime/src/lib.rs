@@ -17,10 +17,14 @@ pub mod model;
 pub mod output;
 pub mod scalar;
 pub mod smooth;
+#[cfg(feature = "alloc")]
+pub mod spline;
 pub mod vector;
 
 pub use expr::Expr;
 pub use force::Force;
 pub use matrix::Mat3;
 pub use smooth::SmoothFunction;
+#[cfg(feature = "alloc")]
+pub use spline::{CubicSpline, SplineError};
 pub use vector::{Vec2, Vec3, vec2, vec3};
