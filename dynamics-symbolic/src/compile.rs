@@ -26,17 +26,36 @@ pub struct Programs {
     pub conserved: Program,
     /// Powers.
     pub powers: Program,
-    /// q̈ (N), ∂q̈/∂q (N×N by rows), ∂q̈/∂q̇ (N×N by rows), then Dᵢ and Mᵢᵢ for every pivot.
-    pub state_jacobian: Program,
-    /// ∂q̈/∂w (N×W by rows), then Dᵢ and Mᵢᵢ for every pivot.
-    pub input_jacobian: Program,
-    /// ∂q̈/∂p (N×P by rows), then Dᵢ and Mᵢᵢ for every pivot.
-    pub parameter_jacobian: Program,
+    /// Derivatives of q̈, or the one that is too large to be emitted: then none of them is, and the model is not linearised.
+    pub jacobians: Result<Jacobians, Excess>,
     /// Outputs, then, where any of them uses accelerations, Dᵢ and Mᵢᵢ for every pivot.
     pub outputs: Program,
     /// Events, likewise.
     pub events: Program,
 }
+
+/// Programs for the derivatives of q̈.
+#[derive(Clone, Debug)]
+pub struct Jacobians {
+    /// q̈ (N), ∂q̈/∂q (N×N by rows), ∂q̈/∂q̇ (N×N by rows), then Dᵢ and Mᵢᵢ for every pivot. Staged like the accelerations.
+    pub state: Program,
+    /// ∂q̈/∂w (N×W by rows), then Dᵢ and Mᵢᵢ for every pivot.
+    pub inputs: Program,
+    /// ∂q̈/∂p (N×P by rows), then Dᵢ and Mᵢᵢ for every pivot.
+    pub parameters: Program,
+}
+
+/// A program with more operations than can be emitted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Excess {
+    /// The function.
+    pub function: String,
+    /// Its operations.
+    pub operations: usize,
+}
+
+/// Most operations of one function: beyond, rustc takes minutes.
+pub const LIMIT: usize = 20_000;
 
 /// A model with everything that was derived from it.
 #[derive(Clone, Debug)]
@@ -64,6 +83,10 @@ pub struct Compiled {
 pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     let equations = derive(&mut model).map_err(|e| vec![finding(&model, &e)])?;
     let programs = programs(&model.graph, &equations);
+    let excesses: Vec<Finding> = programs.required().filter_map(excess).map(Excess::into_finding).collect();
+    if !excesses.is_empty() {
+        return Err(excesses);
+    }
     Ok(Compiled {
         model,
         equations,
@@ -105,13 +128,49 @@ fn programs(g: &Graph, e: &Equations) -> Programs {
         potential_energy: e.energies.map(|(_, v)| inline("potential_energy", &[v])),
         conserved: inline("conserved", &nodes(&e.conserved)),
         powers: inline("powers", &nodes(&e.powers)),
-        state_jacobian: staged(
-            "state_jacobian",
-            &[e.accelerations.clone(), flat(&e.by_q), flat(&e.by_u), pivots.clone()].concat(),
+        jacobians: jacobians(
+            staged("state_jacobian", &[e.accelerations.clone(), flat(&e.by_q), flat(&e.by_u), pivots.clone()].concat()),
+            inline("input_jacobian", &[flat(&e.by_inputs), pivots.clone()].concat()),
+            inline("parameter_jacobian", &[flat(&e.by_parameters), pivots.clone()].concat()),
         ),
-        input_jacobian: inline("input_jacobian", &[flat(&e.by_inputs), pivots.clone()].concat()),
-        parameter_jacobian: inline("parameter_jacobian", &[flat(&e.by_parameters), pivots.clone()].concat()),
         outputs: inline("outputs", &checked(e.outputs_use_accelerations, &e.outputs)),
         events: inline("events", &checked(e.events_use_accelerations, &e.events)),
+    }
+}
+
+fn jacobians(state: Program, inputs: Program, parameters: Program) -> Result<Jacobians, Excess> {
+    let excess = [&state, &inputs, &parameters].into_iter().find_map(excess);
+    match excess {
+        Some(excess) => Err(excess),
+        None => Ok(Jacobians { state, inputs, parameters }),
+    }
+}
+
+fn excess(program: &Program) -> Option<Excess> {
+    let operations = program.hoisted_cost.total().max(program.cost.total());
+    (operations > LIMIT).then(|| Excess { function: program.name.clone(), operations })
+}
+
+impl Excess {
+    fn into_finding(self) -> Finding {
+        Finding::TooLarge { function: self.function, operations: self.operations, limit: LIMIT }
+    }
+}
+
+impl Programs {
+    /// The programs that every model has, in a fixed order; the Jacobians are apart.
+    pub fn required(&self) -> impl Iterator<Item = &Program> {
+        let always = [
+            &self.accelerations,
+            &self.mass_matrix,
+            &self.generalized_force,
+            &self.momenta,
+            &self.energy_function,
+            &self.conserved,
+            &self.powers,
+            &self.outputs,
+            &self.events,
+        ];
+        always.into_iter().chain(&self.kinetic_energy).chain(&self.potential_energy)
     }
 }

@@ -6,6 +6,7 @@ mod forces;
 mod inverse;
 mod lagrange;
 mod model;
+mod velocity_form;
 
 pub use derive::{Underivable, derive};
 pub use equations::{Derivation, Equations, Named, Pivot};

@@ -10,9 +10,8 @@ pub fn directional(
     roots: &[NodeId],
     seed: &mut dyn FnMut(&mut Graph, Symbol) -> Option<NodeId>,
 ) -> Vec<NodeId> {
-    let end = roots.iter().map(|r| r.index() + 1).max().unwrap_or(0);
-    let needed = below(g, roots, end);
-    let ids: Vec<NodeId> = g.ids().take(end).filter(|id| needed[id.index()]).collect();
+    let ids = g.cone(roots);
+    let end = ids.last().map_or(0, |id| id.index() + 1);
     let mut tangent: Vec<Option<NodeId>> = vec![None; end];
     for id in ids {
         let node = g.node(id);
@@ -37,20 +36,4 @@ pub fn directional(
     }
     let zero = g.zero();
     roots.iter().map(|r| tangent[r.index()].unwrap_or(zero)).collect()
-}
-
-/// Which of the first `end` nodes the roots are made of.
-pub(super) fn below(g: &Graph, roots: &[NodeId], end: usize) -> Vec<bool> {
-    let mut needed = vec![false; end];
-    for root in roots {
-        needed[root.index()] = true;
-    }
-    for id in g.ids().take(end).rev() {
-        if needed[id.index()] {
-            for child in g.node(id).children() {
-                needed[child.index()] = true;
-            }
-        }
-    }
-    needed
 }

@@ -2,17 +2,15 @@
 
 use crate::graph::{Graph, Node, NodeId, Symbol};
 
-use super::forward::below;
 use super::local::partials;
 
 /// Gradient of Σ seedₖ·rootₖ with respect to `symbols`; the seeds are held fixed.
 pub fn gradient(g: &mut Graph, seeded: &[(NodeId, NodeId)], symbols: &[Symbol]) -> Vec<NodeId> {
     let roots: Vec<NodeId> = seeded.iter().map(|(root, _)| *root).collect();
-    let end = roots.iter().map(|r| r.index() + 1).max().unwrap_or(0);
-    let needed = below(g, &roots, end);
+    let ids = g.cone(&roots);
+    let end = ids.last().map_or(0, |id| id.index() + 1);
     // Only what leads to one of the symbols is swept.
     let mut active = vec![false; end];
-    let ids: Vec<NodeId> = g.ids().take(end).filter(|id| needed[id.index()]).collect();
     for id in &ids {
         active[id.index()] = match g.node(*id) {
             Node::Symbol(s) => symbols.contains(&s),

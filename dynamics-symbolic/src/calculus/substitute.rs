@@ -2,8 +2,6 @@
 
 use crate::graph::{Graph, Node, NodeId, Symbol};
 
-use super::forward::below;
-
 /// A quotient whose denominator became identically zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ZeroDenominator;
@@ -17,10 +15,10 @@ pub fn substitute(
     roots: &[NodeId],
     value: &mut dyn FnMut(&mut Graph, Symbol) -> Option<NodeId>,
 ) -> Result<Vec<NodeId>, ZeroDenominator> {
-    let end = roots.iter().map(|r| r.index() + 1).max().unwrap_or(0);
-    let needed = below(g, roots, end);
+    let ids = g.cone(roots);
+    let end = ids.last().map_or(0, |id| id.index() + 1);
     let mut new: Vec<Option<NodeId>> = vec![None; end];
-    for id in g.ids().take(end).filter(|id| needed[id.index()]) {
+    for id in ids {
         let node = g.node(id);
         if let Node::Symbol(s) = node {
             new[id.index()] = value(g, s);

@@ -93,6 +93,10 @@ impl Graph {
             let factor = self.add(p, r);
             return self.mul(factor, x);
         }
+        if p == r && !self.is_one(p) && !self.is_one(x) && !self.is_one(y) {
+            let rest = self.add(x, y);
+            return self.mul(p, rest);
+        }
         self.intern(Node::Add(a, b), value)
     }
 
@@ -125,6 +129,10 @@ impl Graph {
         if x == y && !self.is_one(x) {
             let factor = self.sub(p, r);
             return self.mul(factor, x);
+        }
+        if p == r && !self.is_one(p) && !self.is_one(x) && !self.is_one(y) {
+            let rest = self.sub(x, y);
+            return self.mul(p, rest);
         }
         self.intern(Node::Sub(a, b), value)
     }

@@ -11,12 +11,12 @@ pub trait Bindings {
 }
 
 impl Graph {
-    /// Values of all nodes up to the largest of `roots`, indexed by node.
+    /// Values of `roots` and all that they are made of, indexed by node; NaN elsewhere.
     #[must_use]
     pub fn evaluate(&self, roots: &[NodeId], bindings: &impl Bindings) -> Vec<f64> {
-        let end = roots.iter().map(|r| r.index() + 1).max().unwrap_or(0);
-        let mut v: Vec<f64> = Vec::with_capacity(end);
-        for id in self.ids().take(end) {
+        let ids = self.cone(roots);
+        let mut v = vec![f64::NAN; ids.last().map_or(0, |id| id.index() + 1)];
+        for id in ids {
             let at = |x: NodeId| v[x.index()];
             let value = match self.node(id) {
                 Node::Number(n) => n.value(),
@@ -56,7 +56,7 @@ impl Graph {
                 }
                 Node::Smooth { function, order, argument } => bindings.smooth(function, order, at(argument)),
             };
-            v.push(value);
+            v[id.index()] = value;
         }
         v
     }

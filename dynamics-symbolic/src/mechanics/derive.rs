@@ -6,9 +6,10 @@ use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Derivation, Equations, Named, Pivot};
 use super::forces::{dissipated, generalized, power};
-use super::inverse::{jacobian, residual, with_accelerations};
-use super::lagrange::{lagrange, symbols};
+use super::inverse::{Implicit, Sweep, with_accelerations};
+use super::lagrange::{inverse, lagrange, mixed, symbols};
 use super::model::{EnergyRole, Model};
+use super::velocity_form::VelocityForm;
 
 /// Why equations could not be derived.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,8 +47,21 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
     let lagrangian = g.add(natural, direct);
     let plain = model.energies.iter().all(|e| e.role != EnergyRole::Lagrangian);
 
-    let inertia = lagrange(g, lagrangian, n);
+    let (form, rest) = VelocityForm::split(g, kinetic, n);
+    let derivation = match () {
+        () if form.is_empty() => Derivation::Momenta,
+        () if g.dependence(rest).on(Dependence::RATES) => Derivation::Mixed,
+        () => Derivation::VelocityForm,
+    };
+    let general = if form.is_empty() {
+        lagrangian
+    } else {
+        let rest = g.sub(rest, potential);
+        g.add(rest, direct)
+    };
+    let inertia = if form.is_empty() { lagrange(g, general, n) } else { mixed(g, &form, general, n) };
     let mut force = inertia.force;
+    let mut residual = inverse(g, &form, general, n);
     let mut powers = Vec::new();
     let applied = model.forces.iter().map(|f| (f.name.clone(), generalized(g, f, n))).collect::<Vec<_>>();
     let lost = model.energies.iter().filter(|e| e.role == EnergyRole::Dissipation);
@@ -55,6 +69,9 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
     for (name, part) in applied.into_iter().chain(lost) {
         for (total, f) in force.iter_mut().zip(&part) {
             *total = g.add(*total, *f);
+        }
+        for (total, f) in residual.iter_mut().zip(&part) {
+            *total = g.sub(*total, *f);
         }
         powers.push(Named { name, unit: String::new(), node: power(g, &part) });
     }
@@ -77,12 +94,13 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
         g.sub(twice, lagrangian)
     };
 
-    let r = residual(g, &inertia.mass, &force);
-    let by = |g: &mut Graph, s: &[Symbol]| jacobian(g, &r, &factors, &accelerations, s);
-    let by_q = by(g, &symbols(n, Symbol::Coordinate))?;
-    let by_u = by(g, &symbols(n, Symbol::Rate))?;
-    let by_inputs = by(g, &symbols(model.inputs.len(), Symbol::Input))?;
-    let by_parameters = by(g, &symbols(model.parameters.len(), Symbol::Parameter))?;
+    // Measured: the residual of a velocity form is swept best along each symbol, any other, and parameters always, best backwards.
+    let sweep = if derivation == Derivation::VelocityForm { Sweep::Forward } else { Sweep::Reverse };
+    let implicit = Implicit { residual: &residual, factors: &factors, accelerations: &accelerations };
+    let by_q = implicit.jacobian(g, &symbols(n, Symbol::Coordinate), sweep)?;
+    let by_u = implicit.jacobian(g, &symbols(n, Symbol::Rate), sweep)?;
+    let by_inputs = implicit.jacobian(g, &symbols(model.inputs.len(), Symbol::Input), Sweep::Forward)?;
+    let by_parameters = implicit.jacobian(g, &symbols(model.parameters.len(), Symbol::Parameter), Sweep::Reverse)?;
 
     let uses = |g: &Graph, node: NodeId| g.dependence(node).on(Dependence::ACCELERATIONS);
     let outputs_use_accelerations = model.outputs.iter().flat_map(|o| &o.components).any(|(_, node)| uses(g, *node));
@@ -100,7 +118,7 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
         events.push(Named { name: event.name.clone(), unit: String::new(), node });
     }
     Ok(Equations {
-        derivation: Derivation::Momenta,
+        derivation,
         mass_matrix: inertia.mass,
         generalized_force: force,
         accelerations,

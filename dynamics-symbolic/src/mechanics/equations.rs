@@ -9,6 +9,8 @@ pub enum Derivation {
     VelocityForm,
     /// p = ∂L/∂q̇ by a reverse sweep, M = ∂p/∂q̇ by forward sweeps, Coriolis as directional derivative of p along q̇ minus ∂L/∂q.
     Momenta,
+    /// Part of T in velocity form, the rest by momenta.
+    Mixed,
 }
 
 /// A pivot of M = LDLᵀ, to be compared with the diagonal element that it came from.

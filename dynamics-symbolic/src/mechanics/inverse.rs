@@ -1,46 +1,55 @@
 //! Derivatives of q̈ by the implicit function theorem: with r(q̈; x) = M q̈ − Q = 0, ∂q̈/∂x = −M⁻¹ ∂r/∂x at fixed q̈.
 
 use crate::algebra::Factors;
-use crate::calculus::{ZeroDenominator, gradient, substitute};
+use crate::calculus::{ZeroDenominator, directional, gradient, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
-/// r = M q̈ − Q with symbols for q̈.
-pub(super) fn residual(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> Vec<NodeId> {
-    let n = force.len();
-    (0..n)
-        .map(|i| {
-            let mut sum = g.neg(force[i]);
-            for (j, entry) in mass[i].iter().enumerate() {
-                let a = g.symbol(Symbol::Acceleration(j as u32));
-                let term = g.mul(*entry, a);
-                sum = g.add(sum, term);
-            }
-            sum
-        })
-        .collect()
+/// How ∂r/∂x is swept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sweep {
+    /// One forward sweep per symbol x.
+    Forward,
+    /// One reverse sweep per coordinate.
+    Reverse,
 }
 
-/// ∂q̈/∂x for the given symbols x: one row per coordinate.
-pub(super) fn jacobian(
-    g: &mut Graph,
-    residual: &[NodeId],
-    factors: &Factors,
-    accelerations: &[NodeId],
-    by: &[Symbol],
-) -> Result<Vec<Vec<NodeId>>, ZeroDenominator> {
-    let minus = g.integer(-1);
-    let rows: Vec<Vec<NodeId>> = residual.iter().map(|r| gradient(g, &[(*r, minus)], by)).collect();
-    let flat: Vec<NodeId> = rows.into_iter().flatten().collect();
-    let flat = with_accelerations(g, &flat, accelerations)?;
-    let n = residual.len();
-    let mut result = vec![Vec::with_capacity(by.len()); n];
-    for column in 0..by.len() {
-        let right: Vec<NodeId> = (0..n).map(|i| flat[i * by.len() + column]).collect();
-        for (row, x) in result.iter_mut().zip(factors.solve(g, &right)) {
-            row.push(x);
+/// What all derivatives of q̈ need.
+pub(super) struct Implicit<'a> {
+    /// r with symbols for q̈.
+    pub(super) residual: &'a [NodeId],
+    /// Factors of M.
+    pub(super) factors: &'a Factors,
+    /// q̈.
+    pub(super) accelerations: &'a [NodeId],
+}
+
+impl Implicit<'_> {
+    /// ∂q̈/∂x for the given symbols x: one row per coordinate.
+    pub(super) fn jacobian(
+        &self,
+        g: &mut Graph,
+        by: &[Symbol],
+        sweep: Sweep,
+    ) -> Result<Vec<Vec<NodeId>>, ZeroDenominator> {
+        let columns: Vec<Vec<NodeId>> = match sweep {
+            Sweep::Forward => {
+                by.iter().map(|x| directional(g, self.residual, &mut |g, s| (s == *x).then(|| g.integer(-1)))).collect()
+            }
+            Sweep::Reverse => {
+                let minus = g.integer(-1);
+                let rows: Vec<_> = self.residual.iter().map(|r| gradient(g, &[(*r, minus)], by)).collect();
+                (0..by.len()).map(|j| rows.iter().map(|row| row[j]).collect()).collect()
+            }
+        };
+        let mut result = vec![Vec::with_capacity(by.len()); self.residual.len()];
+        for column in columns {
+            let right = with_accelerations(g, &column, self.accelerations)?;
+            for (row, x) in result.iter_mut().zip(self.factors.solve(g, &right)) {
+                row.push(x);
+            }
         }
+        Ok(result)
     }
-    Ok(result)
 }
 
 /// Replaces the symbols q̈ by their values.

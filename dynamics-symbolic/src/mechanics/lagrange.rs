@@ -4,6 +4,8 @@
 use crate::calculus::{directional, gradient};
 use crate::graph::{Graph, NodeId, Symbol};
 
+use super::velocity_form::{VelocityForm, along_motion, transport};
+
 /// d/dt(∂L/∂q̇) − ∂L/∂q = M q̈ − Q.
 #[derive(Clone, Debug)]
 pub(super) struct Inertia {
@@ -32,12 +34,32 @@ pub(super) fn lagrange(g: &mut Graph, lagrangian: NodeId, n: usize) -> Inertia {
             mass[j][i] = entry;
         }
     }
-    let transport = directional(g, &momenta, &mut |g, s| match s {
-        Symbol::Coordinate(i) => Some(g.symbol(Symbol::Rate(i))),
-        Symbol::Time => Some(g.one()),
-        _ => None,
-    });
+    let moved = directional(g, &momenta, &mut transport);
     let slope = gradient(g, &[(lagrangian, one)], &symbols(n, Symbol::Coordinate));
-    let force = slope.into_iter().zip(transport).map(|(s, t)| g.sub(s, t)).collect();
+    let force = slope.into_iter().zip(moved).map(|(s, t)| g.sub(s, t)).collect();
     Inertia { mass, force, momenta }
+}
+
+/// Derives from L = `form` + `lagrangian`: what is in velocity form by its own formulas, the rest in general.
+pub(super) fn mixed(g: &mut Graph, form: &VelocityForm, lagrangian: NodeId, n: usize) -> Inertia {
+    let columns: Vec<Vec<NodeId>> = (0..n).map(|j| form.mass_column(g, j, n)).collect();
+    let coriolis = form.coriolis(g, n);
+    let momenta = form.momenta(g, n);
+    let general = lagrange(g, lagrangian, n);
+    let mass =
+        (0..n).map(|i| (0..n).map(|j| g.add(columns[i.min(j)][i.max(j)], general.mass[i][j])).collect()).collect();
+    let force = general.force.into_iter().zip(coriolis).map(|(f, c)| g.sub(f, c)).collect();
+    let momenta = momenta.into_iter().zip(general.momenta).map(|(a, b)| g.add(a, b)).collect();
+    Inertia { mass, force, momenta }
+}
+
+/// The left-hand side d/dt(∂L/∂q̇) − ∂L/∂q with symbols for q̈: inverse dynamics, far smaller than M q̈ − Q from the entries of M.
+pub(super) fn inverse(g: &mut Graph, form: &VelocityForm, lagrangian: NodeId, n: usize) -> Vec<NodeId> {
+    let one = g.one();
+    let own = form.inverse(g, n);
+    let momenta = gradient(g, &[(lagrangian, one)], &symbols(n, Symbol::Rate));
+    let moved = directional(g, &momenta, &mut along_motion);
+    let slope = gradient(g, &[(lagrangian, one)], &symbols(n, Symbol::Coordinate));
+    let general = moved.into_iter().zip(slope).map(|(m, s)| g.sub(m, s)).collect::<Vec<_>>();
+    own.into_iter().zip(general).map(|(a, b)| g.add(a, b)).collect()
 }

@@ -74,17 +74,7 @@ struct Groups {
 impl Groups {
     fn new(g: &Graph, results: &[NodeId]) -> Self {
         let mut groups = Self { sin_cos: BTreeMap::new(), smooth: BTreeMap::new() };
-        let mut needed = vec![false; g.len()];
-        for r in results {
-            needed[r.index()] = true;
-        }
-        for id in g.ids().rev().filter(|id| id.index() < g.len()) {
-            if !needed[id.index()] {
-                continue;
-            }
-            for c in g.node(id).children() {
-                needed[c.index()] = true;
-            }
+        for id in g.cone(results) {
             match g.node(id) {
                 Node::Unary(Unary::Sin, angle) => groups.sin_cos.entry(angle).or_default().0 = Some(id),
                 Node::Unary(Unary::Cos, angle) => groups.sin_cos.entry(angle).or_default().1 = Some(id),

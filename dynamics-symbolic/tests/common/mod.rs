@@ -187,3 +187,96 @@ pub fn relative_chain(n: usize) -> Model {
     b.energy("gravity", EnergyRole::Potential, potential);
     b.model
 }
+
+/// An n-joint spatial arm, body-frame recursion of twists: joint i turns about its z axis after a fixed quarter turn about x. Parameters are
+/// per link: mass, first position p, mass centre c, inertia matrix in the body frame (6 numbers); gravity.
+pub fn arm(n: usize) -> Model {
+    let mut b = Builder::new("Arm");
+    let q = b.coordinates("q", n);
+    let g = b.parameter("g");
+    let zero = b.g().zero();
+    let one = b.g().one();
+    let half = b.ratio(1, 2);
+    let mut w = [zero; 3];
+    let mut v = [zero; 3];
+    let mut r = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+    let mut place = [zero; 3];
+    let (mut kinetic, mut potential) = (zero, zero);
+    for i in 0..n {
+        let m = b.parameter(&format!("m[{i}]"));
+        let p: Vec<NodeId> = (0..3).map(|k| b.parameter(&format!("p[{i}][{k}]"))).collect();
+        let c: Vec<NodeId> = (0..3).map(|k| b.parameter(&format!("c[{i}][{k}]"))).collect();
+        let inertia: Vec<NodeId> = (0..6).map(|k| b.parameter(&format!("I[{i}][{k}]"))).collect();
+        let turn = if i == 0 { 0 } else { [1i64, -1][i % 2] };
+        let swing = cross(&mut b, w, [p[0], p[1], p[2]]);
+        let vp = sum3(&mut b, v, swing);
+        let lever = times(&mut b, r, [p[0], p[1], p[2]]);
+        place = sum3(&mut b, place, lever);
+        let (fx, minus) = (b.g().integer(turn), b.g().integer(-turn));
+        let fixed = if turn == 0 {
+            [[one, zero, zero], [zero, one, zero], [zero, zero, one]]
+        } else {
+            [[one, zero, zero], [zero, zero, minus], [zero, fx, zero]]
+        };
+        let (s, co) = (b.sin(q[i]), b.cos(q[i]));
+        let ms = b.neg(s);
+        let turn_z = [[co, ms, zero], [s, co, zero], [zero, zero, one]];
+        // Columns of `rf` are the axes of the link in the previous frame.
+        let rf = matrix(&mut b, fixed, turn_z);
+        w = transposed_times(&mut b, rf, w);
+        let rate = b.dt(q[i]);
+        w[2] = b.add(w[2], rate);
+        v = transposed_times(&mut b, rf, vp);
+        r = matrix(&mut b, r, rf);
+        let c = [c[0], c[1], c[2]];
+        let swing = cross(&mut b, w, c);
+        let vc = sum3(&mut b, v, swing);
+        let square = b.norm_squared(&vc);
+        let hm = b.mul(half, m);
+        let k = b.mul(hm, square);
+        kinetic = b.add(kinetic, k);
+        let [xx, yy, zz, xy, xz, yz] = [0, 1, 2, 3, 4, 5].map(|k| inertia[k]);
+        let spin = times(&mut b, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], w);
+        let k = dot(&mut b, w, spin);
+        let k = b.mul(half, k);
+        kinetic = b.add(kinetic, k);
+        let lever = times(&mut b, r, c);
+        let height = b.add(place[2], lever[2]);
+        let mg = b.mul(m, g);
+        let h = b.mul(mg, height);
+        potential = b.add(potential, h);
+    }
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    b.energy("gravity", EnergyRole::Potential, potential);
+    b.model
+}
+
+type V3 = [NodeId; 3];
+type M3 = [V3; 3];
+
+pub fn dot(b: &mut Builder, x: V3, y: V3) -> NodeId {
+    let mut sum = b.g().zero();
+    for k in 0..3 {
+        let product = b.mul(x[k], y[k]);
+        sum = b.add(sum, product);
+    }
+    sum
+}
+pub fn cross(b: &mut Builder, x: V3, y: V3) -> V3 {
+    [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
+        let (p, n) = (b.mul(x[i], y[j]), b.mul(x[j], y[i]));
+        b.sub(p, n)
+    })
+}
+pub fn sum3(b: &mut Builder, x: V3, y: V3) -> V3 {
+    [0, 1, 2].map(|k| b.add(x[k], y[k]))
+}
+pub fn times(b: &mut Builder, m: M3, x: V3) -> V3 {
+    m.map(|row| dot(b, row, x))
+}
+pub fn transposed_times(b: &mut Builder, m: M3, x: V3) -> V3 {
+    [0, 1, 2].map(|k| dot(b, [m[0][k], m[1][k], m[2][k]], x))
+}
+pub fn matrix(b: &mut Builder, m: M3, n: M3) -> M3 {
+    m.map(|row| [0, 1, 2].map(|k| dot(b, row, [n[0][k], n[1][k], n[2][k]])))
+}

@@ -1,0 +1,166 @@
+//! The part of T that is a sum of products of true velocities: T = Σ w x y with x = d/dt X(q,t), y = d/dt Y(q,t), w constant.
+//!
+//! With v all such velocities, J = ∂v/∂q̇ and W the symmetric matrix of weights, T = ½ vᵀWv and
+//!
+//!   M = JᵀWJ    column by column: one forward sweep for J eⱼ, one reverse sweep for Jᵀ(W J eⱼ)
+//!   c = Jᵀ(W v̇₀)    one forward sweep for v̇₀ = v̇ at q̈ = 0, one reverse sweep
+//!   p = Jᵀ(W v)    one reverse sweep
+//!
+//! so that d/dt(∂T/∂q̇) − ∂T/∂q = M q̈ + c. The formula for c needs d/dt(∂v/∂q̇) = ∂v/∂q for every velocity. An angular velocity in a body
+//! frame fails that test although it is linear in q̇; what fails is left to the general derivation.
+
+use crate::calculus::{directional, gradient};
+use crate::graph::{Dependence, Graph, Node, NodeId, Symbol};
+
+use super::lagrange::symbols;
+
+/// A term w·x·y of T.
+#[derive(Clone, Copy, Debug)]
+struct Product {
+    weight: NodeId,
+    x: usize,
+    y: usize,
+}
+
+/// T split into a part in velocity form and the rest.
+#[derive(Clone, Debug)]
+pub(super) struct VelocityForm {
+    velocities: Vec<NodeId>,
+    products: Vec<Product>,
+}
+
+impl VelocityForm {
+    /// Splits T; the second value is what is not in velocity form.
+    pub(super) fn split(g: &mut Graph, kinetic: NodeId, n: usize) -> (Self, NodeId) {
+        let (terms, others) = products(g, kinetic);
+        let mut candidates: Vec<NodeId> = terms.iter().flat_map(|(_, x, y)| [*x, *y]).collect();
+        candidates.sort_unstable();
+        candidates.dedup();
+        let valid = true_velocities(g, &candidates, n);
+        let mut form = Self { velocities: Vec::new(), products: Vec::new() };
+        let mut rest = g.zero();
+        for (weight, x, y) in terms {
+            if valid.contains(&x) && valid.contains(&y) {
+                let (x, y) = (form.index(x), form.index(y));
+                form.products.push(Product { weight, x, y });
+            } else {
+                let square = g.mul(x, y);
+                let term = g.mul(weight, square);
+                rest = g.add(rest, term);
+            }
+        }
+        for other in others {
+            rest = g.add(rest, other);
+        }
+        (form, rest)
+    }
+
+    /// Whether there is nothing in velocity form.
+    pub(super) fn is_empty(&self) -> bool {
+        self.products.is_empty()
+    }
+
+    fn index(&mut self, velocity: NodeId) -> usize {
+        self.velocities.iter().position(|v| *v == velocity).unwrap_or_else(|| {
+            self.velocities.push(velocity);
+            self.velocities.len() - 1
+        })
+    }
+
+    /// Jᵀ W x for one value per velocity.
+    fn project(&self, g: &mut Graph, x: &[NodeId], n: usize) -> Vec<NodeId> {
+        let zero = g.zero();
+        let mut seeds = vec![zero; x.len()];
+        for product in &self.products {
+            for (to, from) in [(product.x, product.y), (product.y, product.x)] {
+                let term = g.mul(product.weight, x[from]);
+                seeds[to] = g.add(seeds[to], term);
+            }
+        }
+        let seeded: Vec<(NodeId, NodeId)> = self.velocities.iter().copied().zip(seeds).collect();
+        gradient(g, &seeded, &symbols(n, Symbol::Rate))
+    }
+
+    /// Column j of M.
+    pub(super) fn mass_column(&self, g: &mut Graph, j: usize, n: usize) -> Vec<NodeId> {
+        let along = directional(g, &self.velocities, &mut |g, s| (s == Symbol::Rate(j as u32)).then(|| g.one()));
+        self.project(g, &along, n)
+    }
+
+    /// Coriolis and centripetal terms c, on the left-hand side.
+    pub(super) fn coriolis(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
+        let accelerations = directional(g, &self.velocities, &mut transport);
+        self.project(g, &accelerations, n)
+    }
+
+    /// Jᵀ(W v̇) with symbols for q̈: M q̈ + c.
+    pub(super) fn inverse(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
+        let accelerations = directional(g, &self.velocities, &mut along_motion);
+        self.project(g, &accelerations, n)
+    }
+
+    /// ∂T/∂q̇.
+    pub(super) fn momenta(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
+        self.project(g, &self.velocities, n)
+    }
+}
+
+/// The direction in which q and t move while q̇ is held.
+pub(super) fn transport(g: &mut Graph, symbol: Symbol) -> Option<NodeId> {
+    match symbol {
+        Symbol::Coordinate(i) => Some(g.symbol(Symbol::Rate(i))),
+        Symbol::Time => Some(g.one()),
+        _ => None,
+    }
+}
+
+/// The direction of motion: q̇, q̈ as symbols, and 1 for t.
+pub(super) fn along_motion(g: &mut Graph, symbol: Symbol) -> Option<NodeId> {
+    match symbol {
+        Symbol::Rate(i) => Some(g.symbol(Symbol::Acceleration(i))),
+        other => transport(g, other),
+    }
+}
+
+/// T as Σ w x y with parameter-only w and rate-dependent x, y, and the terms that are not of this form.
+fn products(g: &mut Graph, kinetic: NodeId) -> (Vec<(NodeId, NodeId, NodeId)>, Vec<NodeId>) {
+    let (mut found, mut others) = (Vec::new(), Vec::new());
+    let mut stack = vec![(g.one(), kinetic)];
+    while let Some((weight, node)) = stack.pop() {
+        match g.node(node) {
+            Node::Add(a, b) => stack.extend([(weight, b), (weight, a)]),
+            Node::Sub(a, b) => {
+                let minus = g.neg(weight);
+                stack.extend([(minus, b), (weight, a)]);
+            }
+            Node::Neg(a) => stack.push((g.neg(weight), a)),
+            Node::Mul(a, b) if g.is_constant(a) => stack.push((g.mul(weight, a), b)),
+            Node::Mul(a, b) if [a, b].iter().all(|x| g.dependence(*x).on(Dependence::RATES)) => {
+                found.push((weight, a, b))
+            }
+            _ if g.is_zero(node) => {}
+            _ => others.push(g.mul(weight, node)),
+        }
+    }
+    (found, others)
+}
+
+/// Those of `candidates` for which d/dt(∂v/∂q̇) = ∂v/∂q. Worked out on a copy, so that nothing of it stays in the graph.
+fn true_velocities(g: &Graph, candidates: &[NodeId], n: usize) -> Vec<NodeId> {
+    let mut scratch = g.clone();
+    candidates.iter().copied().filter(|v| is_true_velocity(&mut scratch, *v, n)).collect()
+}
+
+fn is_true_velocity(g: &mut Graph, v: NodeId, n: usize) -> bool {
+    if g.dependence(v).on(Dependence::INPUTS.with(Dependence::ACCELERATIONS)) {
+        return false;
+    }
+    let one = g.one();
+    let by_rates = gradient(g, &[(v, one)], &symbols(n, Symbol::Rate));
+    if by_rates.iter().any(|s| g.dependence(*s).on(Dependence::RATES)) {
+        return false;
+    }
+    let moved = directional(g, &by_rates, &mut transport);
+    let by_place = gradient(g, &[(v, one)], &symbols(n, Symbol::Coordinate));
+    moved.into_iter().zip(by_place).all(|(a, b)| g.fingerprint(a) == g.fingerprint(b))
+}
