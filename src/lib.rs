@@ -1,1 +1,102 @@
-//! facade
+//! Mechanical systems as energies, forces and constraints in ordinary Rust; specialised solver code at compile time; and then they move.
+//!
+//! You write *positions, energies, forces*. The macros derive the equations of motion while your crate is compiled, check the model, and emit
+//! straight-line code without allocation for exactly that system; the runtime integrates it, watches its conserved quantities and shows it moving.
+//!
+//! ```ignore
+//! use dynamics::prelude::*;
+//!
+//! /// Two bobs on massless rods, swinging in a vertical plane.
+//! #[derive(Clone, Debug, Dynamics)]
+//! #[coordinates(theta1: rad, theta2: rad)]
+//! #[units(m1: kg, m2: kg, l1: m, l2: m, g: m / s^2)]
+//! pub struct DoublePendulum {
+//!     pub m1: f64,
+//!     pub m2: f64,
+//!     pub l1: f64,
+//!     pub l2: f64,
+//!     pub g: f64,
+//! }
+//!
+//! #[dynamics]
+//! impl DoublePendulum {
+//!     fn bob1(&self, q: &Coordinates<Self>) -> Vec2 {
+//!         self.l1 * vec2(q.theta1.sin(), -q.theta1.cos())
+//!     }
+//!     fn bob2(&self, q: &Coordinates<Self>) -> Vec2 {
+//!         self.bob1(q) + self.l2 * vec2(q.theta2.sin(), -q.theta2.cos())
+//!     }
+//!     #[kinetic]
+//!     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+//!         0.5 * self.m1 * self.bob1(q).dt().norm_squared()
+//!             + 0.5 * self.m2 * self.bob2(q).dt().norm_squared()
+//!     }
+//!     #[potential]
+//!     fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+//!         self.g * (self.m1 * self.bob1(q).y + self.m2 * self.bob2(q).y)
+//!     }
+//! }
+//! ```
+#![cfg_attr(not(feature = "std"), no_std)]
+
+pub use dynamics_macros::{Dynamics, dynamics};
+pub use dynamics_runtime::*;
+
+/// Everything that a model and its use need: `use dynamics::prelude::*;`.
+pub mod prelude {
+    pub use dynamics_macros::{Dynamics, dynamics};
+    pub use dynamics_runtime::error::{SingularMassMatrix, StateError};
+    pub use dynamics_runtime::math::F64Ext as _;
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::model::Draw;
+    pub use dynamics_runtime::model::{
+        Coordinates, Dynamics, Energies, Events, Linearize, Model, ModelState, Outputs, Powers, Quantity, State,
+        StateJacobian,
+    };
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::output::Drawing;
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::{CubicSpline, SplineError};
+    pub use dynamics_runtime::{Expr, Force, Mat3, SmoothFunction, Vec2, Vec3, vec2, vec3};
+}
+
+/// What generated code refers to. Not for use by hand: it changes without notice.
+#[doc(hidden)]
+pub mod __private {
+    pub use core::clone::Clone;
+    pub use core::cmp::PartialEq;
+    pub use core::fmt::Debug;
+    pub use core::marker::Copy;
+    pub use core::prelude::v1::derive;
+    pub use core::primitive::{bool, f64, str, usize};
+    pub use core::result::Result::{self, Err, Ok};
+    pub use core::{assert, unreachable};
+    pub use dynamics_macros::__model;
+    pub use dynamics_runtime::error::{SingularMassMatrix, StateError};
+    pub use dynamics_runtime::generated::{matrix, name_singular, singular, vector};
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::model::Draw;
+    pub use dynamics_runtime::model::{
+        Dynamics, Energies, Events, Linearize, Model, ModelState, Outputs, Powers, Quantity, StateJacobian, Vector,
+    };
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::output::{Drawing, Point};
+    pub use dynamics_runtime::{Expr, SmoothFunction, math};
+    pub use nalgebra::{ArrayStorage, SMatrix, SVector};
+
+    /// Keeps its items where the façade has the feature `alloc`.
+    #[cfg(feature = "alloc")]
+    #[doc(hidden)]
+    #[macro_export]
+    macro_rules! __if_alloc {
+        ($($item:item)*) => { $($item)* };
+    }
+    /// Drops its items: the façade lacks the feature `alloc`.
+    #[cfg(not(feature = "alloc"))]
+    #[doc(hidden)]
+    #[macro_export]
+    macro_rules! __if_alloc {
+        ($($item:item)*) => {};
+    }
+    pub use crate::__if_alloc as if_alloc;
+}

@@ -5,7 +5,7 @@ mod impls;
 mod limits;
 mod structs;
 
-pub(crate) use attributes::{Nominal, Quantity, UnitText};
+pub(crate) use attributes::{ATTRIBUTES, Nominal, Quantity, UnitText};
 pub(crate) use impls::{Constant, Function, Implementation, Role};
 pub(crate) use structs::{Declaration, Element, Field, FieldKind, Shape};
 

@@ -9,6 +9,8 @@ extern crate alloc;
 pub mod error;
 pub mod expr;
 pub mod force;
+#[doc(hidden)]
+pub mod generated;
 pub mod integrate;
 pub mod math;
 pub mod matrix;

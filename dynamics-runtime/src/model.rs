@@ -76,6 +76,11 @@ pub trait ModelState: Copy + PartialEq + Debug + Send + Sync + 'static {
 }
 
 /// Names, sizes and types of a model. Every declared model has it.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no equations of motion",
+    label = "not a model yet",
+    note = "put `#[derive(Dynamics)]` on the struct and `#[dynamics]` on its impl block with the energies"
+)]
 pub trait Model: Sized {
     /// `SVector<f64, N>` for N generalized coordinates.
     type Vector: Vector;
@@ -100,6 +105,12 @@ pub trait Model: Sized {
     /// Time jets at a state, with accelerations q̈ as given: what helper functions, outputs and drawings are called with.
     fn coordinates_with(state: &Self::State, accelerations: &Self::Vector) -> Self::Coordinates;
 }
+
+/// The state type of a model: time, generalized coordinates and velocities, inputs, each with its name.
+pub type State<M> = <M as Model>::State;
+
+/// What the functions of a model take as `q`: time jets of its coordinates, inputs and time.
+pub type Coordinates<M> = <M as Model>::Coordinates;
 
 /// The equations of motion M(q,t) q̈ = Q(q,q̇,t) and what is derived from them.
 pub trait Dynamics: Model {

@@ -1,0 +1,127 @@
+//! From a compiled model to Rust tokens. Cannot fail: every check has been made before.
+//!
+//! What is emitted names everything by absolute path through `__private` of the façade, so that a user's crate may shadow whatever it likes.
+
+mod bridge;
+mod builder;
+mod coordinates;
+mod docs;
+mod fallback;
+mod program;
+mod state;
+mod traits;
+
+pub(crate) use bridge::{bridge, broken_bridge};
+pub(crate) use fallback::fallback;
+pub(crate) use traits::traits;
+
+use proc_macro2::{Span, TokenStream};
+use quote::{format_ident, quote};
+use syn::{Ident, Path, Visibility};
+
+/// What the user's struct looks like from outside: all that the types with its names need.
+#[derive(Clone)]
+pub(crate) struct Surface {
+    /// Name of the struct.
+    pub(crate) name: Ident,
+    /// Its visibility, which the generated types share.
+    pub(crate) vis: Visibility,
+    /// Path of the façade crate.
+    pub(crate) krate: Path,
+    /// Generalized coordinates as declared.
+    pub(crate) coordinates: Vec<Slot>,
+    /// Inputs as declared.
+    pub(crate) inputs: Vec<Slot>,
+    /// What follows `model` to read each scalar parameter: `.m1`, `.mass[3]`, `.axis.x`.
+    pub(crate) parameters: Vec<TokenStream>,
+    /// Fields that are smooth functions.
+    pub(crate) functions: Vec<Ident>,
+    /// Helper functions `(&self, q) -> Vec2` or `Vec3`: the points of the default drawing.
+    pub(crate) points: Vec<Ident>,
+    /// The `#[drawing]` function.
+    pub(crate) drawing: Option<Ident>,
+}
+
+/// A declared coordinate or input, perhaps an array of them.
+#[derive(Clone)]
+pub(crate) struct Slot {
+    /// Its name.
+    pub(crate) name: Ident,
+    /// Number of elements of an array; `None` for a scalar.
+    pub(crate) len: Option<usize>,
+    /// Its unit, empty where not declared.
+    pub(crate) unit: String,
+}
+
+impl Slot {
+    fn width(&self) -> usize {
+        self.len.unwrap_or(1)
+    }
+    fn ty(&self, element: &TokenStream) -> TokenStream {
+        match self.len {
+            Some(n) => quote!([#element; #n]),
+            None => element.clone(),
+        }
+    }
+    /// The name without `r#`.
+    fn text(&self) -> String {
+        plain(&self.name)
+    }
+}
+
+/// An identifier as text, without `r#`.
+fn plain(name: &Ident) -> String {
+    let text = name.to_string();
+    text.strip_prefix("r#").map(str::to_owned).unwrap_or(text)
+}
+
+impl Surface {
+    /// Number of generalized coordinates.
+    fn degrees(&self) -> usize {
+        self.coordinates.iter().map(Slot::width).sum()
+    }
+    /// Number of inputs.
+    fn input_count(&self) -> usize {
+        self.inputs.iter().map(Slot::width).sum()
+    }
+    fn coordinates_type(&self) -> Ident {
+        format_ident!("{}Coordinates", self.name)
+    }
+    fn state_type(&self) -> Ident {
+        format_ident!("{}State", self.name)
+    }
+    fn builder_type(&self) -> Ident {
+        format_ident!("{}StateBuilder", self.name)
+    }
+    /// Path of what generated code uses.
+    fn private(&self) -> TokenStream {
+        let krate = &self.krate;
+        quote!(#krate::__private)
+    }
+}
+
+/// Every slot with the index of its first element.
+fn offsets(slots: &[Slot]) -> impl Iterator<Item = (usize, &Slot)> {
+    slots.iter().scan(0, |next, slot| {
+        let at = *next;
+        *next += slot.width();
+        Some((at, slot))
+    })
+}
+
+/// An identifier for a local of generated code.
+fn local(name: &str) -> Ident {
+    Ident::new(name, Span::mixed_site())
+}
+
+/// Attributes of everything that is generated: no lint of the user's crate concerns it.
+fn quiet() -> TokenStream {
+    quote!(#[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)])
+}
+
+/// The types that carry the names of a model: coordinates, state and its builder. They need the struct alone.
+pub(crate) fn named_types(surface: &Surface) -> TokenStream {
+    let (coordinates, state, builder) =
+        (coordinates::coordinates(surface), state::state(surface), builder::builder(surface));
+    quote!(#coordinates #state #builder)
+}

@@ -1,0 +1,125 @@
+//! A program as the body of a function, cut into several functions where it is large.
+
+use std::collections::BTreeSet;
+
+use dynamics_symbolic::graph::NodeId;
+use dynamics_symbolic::schedule::{Program, Step};
+use proc_macro2::{Literal, TokenStream};
+use quote::quote;
+
+use super::super::{Surface, local};
+use super::{Access, PART, Printer, SPLIT, all_steps, defined, read};
+
+/// A printed program.
+pub(in crate::emit) struct Printed {
+    /// Functions that the body calls, to stand beside it.
+    pub(in crate::emit) functions: TokenStream,
+    /// Statements that compute the results.
+    pub(in crate::emit) statements: TokenStream,
+    /// The results in order, as expressions after the statements.
+    pub(in crate::emit) results: Vec<TokenStream>,
+}
+
+/// What a function body can read, by these names: `model`, `t`, `q`, `u`, `w` and, where `staged`, the constants `k`.
+pub(in crate::emit) struct Body<'a> {
+    /// Where values come from.
+    pub(in crate::emit) access: &'a Access<'a>,
+    /// The types in signatures.
+    pub(in crate::emit) surface: &'a Surface,
+    /// Constants computed before, in order; empty where nothing is staged.
+    pub(in crate::emit) constants: &'a [NodeId],
+}
+
+impl Body<'_> {
+    /// Prints the steps that `results` need.
+    pub(in crate::emit) fn print(&self, program: &Program, steps: &[Step], results: &[NodeId]) -> Printed {
+        let wanted: BTreeSet<NodeId> = results.iter().copied().collect();
+        if steps.len() <= SPLIT {
+            let mut printer = self.printer();
+            let statements = printer.steps(steps, &wanted);
+            let results = results.iter().map(|id| printer.value(*id)).collect();
+            return Printed { functions: TokenStream::new(), statements, results };
+        }
+        self.print_parts(program, steps, results, &wanted)
+    }
+
+    /// A program without staging.
+    pub(in crate::emit) fn whole(&self, program: &Program) -> Printed {
+        self.print(program, &all_steps(program, false), &program.results)
+    }
+
+    fn printer(&self) -> Printer<'_> {
+        let mut printer = Printer::new(self.access);
+        let k = local("k");
+        for (i, id) in self.constants.iter().enumerate() {
+            let i = Literal::usize_unsuffixed(i);
+            printer.values.insert(*id, quote!(#k[#i]));
+        }
+        printer
+    }
+
+    /// Functions that hand an array of live values from one to the next.
+    fn print_parts(&self, program: &Program, steps: &[Step], results: &[NodeId], wanted: &BTreeSet<NodeId>) -> Printed {
+        let graph = self.access.graph;
+        let parts: Vec<&[Step]> = steps.chunks(PART).collect();
+        let mut needed = wanted.clone();
+        let mut needs = vec![BTreeSet::new(); parts.len()];
+        for i in (0..parts.len()).rev() {
+            needs[i] = needed.clone();
+            needed.extend(parts[i].iter().flat_map(|step| read(graph, step)));
+        }
+        let mut available: Vec<NodeId> = Vec::new();
+        let (mut functions, mut statements) = (TokenStream::new(), TokenStream::new());
+        let (model, t, q, u, w, k, x) =
+            (local("model"), local("t"), local("q"), local("u"), local("w"), local("k"), local("x"));
+        for (i, (part, needed)) in parts.iter().zip(&needs).enumerate() {
+            let mut printer = self.printer();
+            place_array(&mut printer, &available);
+            let body = printer.steps(part, needed);
+            let live: Vec<NodeId> = available
+                .iter()
+                .copied()
+                .chain(part.iter().flat_map(defined))
+                .filter(|id| needed.contains(id))
+                .collect();
+            let out: Vec<TokenStream> = live.iter().map(|id| printer.value(*id)).collect();
+            let name = local(&format!("{}_part_{}", program.name, i + 1));
+            let signature = self.signature(available.len(), live.len());
+            functions.extend(quote! {
+                #[inline(never)]
+                fn #name #signature { #body [#(#out),*] }
+            });
+            statements.extend(quote!(let #x = &#name(#model, #t, #q, #u, #w, #k, #x);));
+            available = live;
+        }
+        let mut printer = self.printer();
+        place_array(&mut printer, &available);
+        let results = results.iter().map(|id| printer.value(*id)).collect();
+        let k = if self.constants.is_empty() { quote!(let #k = &[];) } else { TokenStream::new() };
+        Printed { functions, statements: quote!(#k let #x = &[]; #statements), results }
+    }
+
+    fn signature(&self, live: usize, out: usize) -> TokenStream {
+        let private = &self.access.private;
+        let f64 = quote!(#private::f64);
+        let (name, n, m) = (&self.surface.name, self.surface.degrees(), self.surface.input_count());
+        let constants = self.constants.len();
+        let (model, t, q, u, w, k, x) =
+            (local("model"), local("t"), local("q"), local("u"), local("w"), local("k"), local("x"));
+        quote! {
+            (
+                #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m], #k: &[#f64; #constants],
+                #x: &[#f64; #live],
+            ) -> [#f64; #out]
+        }
+    }
+}
+
+/// Lets the printer find the live values in the array `x`.
+fn place_array(printer: &mut Printer<'_>, live: &[NodeId]) {
+    let x = local("x");
+    for (i, id) in live.iter().enumerate() {
+        let i = Literal::usize_unsuffixed(i);
+        printer.values.insert(*id, quote!(#x[#i]));
+    }
+}

@@ -1,0 +1,118 @@
+//! The state struct with the model's own names.
+
+use proc_macro2::TokenStream;
+use quote::{format_ident, quote};
+
+use super::{Slot, Surface, docs, local, offsets, quiet};
+
+/// `XState` with its accessors, and `ModelState` for it.
+pub(super) fn state(surface: &Surface) -> TokenStream {
+    let (name, vis, private) = (surface.state_type(), &surface.vis, surface.private());
+    let (n, m) = (surface.degrees(), surface.input_count());
+    let derive = docs::derive(&private, &["Clone", "Copy", "Debug", "PartialEq"]);
+    let doc = docs::state(surface);
+    let (q_doc, inputs_doc) = (
+        format!("Generalized coordinates in this order: {}.", docs::order(&surface.coordinates)),
+        format!("Inputs in this order: {}; NaN where not set.", docs::order(&surface.inputs)),
+    );
+    let accessors = offsets(&surface.coordinates).map(|(at, slot)| {
+        let q = accessor(surface, slot, "", "q", at, &docs::coordinate(slot));
+        let u = accessor(surface, slot, "_rate", "u", at, &docs::rate(slot));
+        quote!(#q #u)
+    });
+    let inputs =
+        offsets(&surface.inputs).map(|(at, slot)| accessor(surface, slot, "", "inputs", at, &docs::input(slot)));
+    let implementation = model_state(surface);
+    let quiet = quiet();
+    quote! {
+        #[doc = #doc]
+        #derive
+        #[allow(dead_code)]
+        #vis struct #name {
+            /// Time.
+            #vis t: #private::f64,
+            #[doc = #q_doc]
+            #vis q: #private::SVector<#private::f64, #n>,
+            /// Generalized velocities q̇, in the order of q.
+            #vis u: #private::SVector<#private::f64, #n>,
+            #[doc = #inputs_doc]
+            #vis inputs: #private::SVector<#private::f64, #m>,
+        }
+        #quiet
+        impl #name {
+            #(#accessors)*
+            #(#inputs)*
+        }
+        #implementation
+    }
+}
+
+/// `theta()` and `set_theta(value)`, with an index for arrays.
+fn accessor(surface: &Surface, slot: &Slot, suffix: &str, field: &str, at: usize, doc: &str) -> TokenStream {
+    let (vis, private) = (&surface.vis, surface.private());
+    let name = if suffix.is_empty() { slot.name.clone() } else { format_ident!("{}{suffix}", slot.name) };
+    let setter = format_ident!("set_{}", name);
+    let setter_doc = format!("Sets `{}`.", super::plain(&name));
+    let (field, this, value, i) = (format_ident!("{field}"), quote!(self), local("value"), local("i"));
+    let Some(len) = slot.len else {
+        return quote! {
+            #[doc = #doc]
+            #[inline]
+            #[must_use]
+            #vis fn #name(&#this) -> #private::f64 { #this.#field[#at] }
+            #[doc = #setter_doc]
+            #[inline]
+            #vis fn #setter(&mut #this, #value: #private::f64) { #this.#field[#at] = #value; }
+        };
+    };
+    let panics = format!("\n\n# Panics\nWhere `i` is not less than {len}.");
+    let (doc, setter_doc) =
+        (format!("{} Element `i`.{panics}", doc), format!("Sets element `i` of `{}`.{panics}", super::plain(&name)));
+    quote! {
+        #[doc = #doc]
+        #[inline]
+        #[must_use]
+        #vis fn #name(&#this, #i: #private::usize) -> #private::f64 {
+            #private::assert!(#i < #len);
+            #this.#field[#at + #i]
+        }
+        #[doc = #setter_doc]
+        #[inline]
+        #vis fn #setter(&mut #this, #i: #private::usize, #value: #private::f64) {
+            #private::assert!(#i < #len);
+            #this.#field[#at + #i] = #value;
+        }
+    }
+}
+
+fn model_state(surface: &Surface) -> TokenStream {
+    let (name, private) = (surface.state_type(), surface.private());
+    let (n, m) = (surface.degrees(), surface.input_count());
+    let (f64, vector) = (quote!(#private::f64), quote!(#private::SVector));
+    let (t, q, u, inputs) = (local("t"), local("q"), local("u"), local("inputs"));
+    quote! {
+        #[automatically_derived]
+        impl #private::ModelState for #name {
+            type Vector = #vector<#f64, #n>;
+            type Inputs = #vector<#f64, #m>;
+            #[inline]
+            fn new(#t: #f64, #q: Self::Vector, #u: Self::Vector, #inputs: Self::Inputs) -> Self {
+                Self { t: #t, q: #q, u: #u, inputs: #inputs }
+            }
+            #[inline]
+            fn t(&self) -> #f64 { self.t }
+            #[inline]
+            fn q(&self) -> &Self::Vector { &self.q }
+            #[inline]
+            fn u(&self) -> &Self::Vector { &self.u }
+            #[inline]
+            fn inputs(&self) -> &Self::Inputs { &self.inputs }
+            #[inline]
+            fn q_mut(&mut self) -> &mut Self::Vector { &mut self.q }
+            #[inline]
+            fn u_mut(&mut self) -> &mut Self::Vector { &mut self.u }
+            #[inline]
+            fn inputs_mut(&mut self) -> &mut Self::Inputs { &mut self.inputs }
+        }
+    }
+}

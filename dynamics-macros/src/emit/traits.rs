@@ -1,0 +1,141 @@
+//! The impls of the runtime's model traits.
+
+mod evaluations;
+mod identity;
+mod solves;
+
+use dynamics_symbolic::compile::Compiled;
+use dynamics_symbolic::graph::{Dependence, Node, NodeId};
+use dynamics_symbolic::mechanics::Pivot;
+use dynamics_symbolic::schedule::Program;
+use proc_macro2::TokenStream;
+use quote::quote;
+
+pub(super) use identity::{Names, model};
+
+use super::program::{Access, Body, Printed};
+use super::{Surface, local, quiet};
+
+/// Everything that a compiled model implements.
+pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
+    let emission =
+        Emission { surface, compiled, access: Access::new(surface, &compiled.model.graph), private: surface.private() };
+    let identity = model(surface, &Names::of(&compiled.model));
+    let texts = identity::texts(surface, compiled);
+    let (dynamics, energies) = (emission.dynamics(), emission.energies());
+    let (linearize, powers) = (emission.linearize(), emission.powers());
+    let (outputs, events) = (emission.outputs(), emission.events());
+    let (draw, quiet) = (identity::draw(surface), quiet());
+    quote! {
+        #identity
+        #texts
+        #quiet
+        const _: () = {
+            #dynamics
+            #energies
+            #linearize
+            #powers
+            #outputs
+            #events
+            #draw
+        };
+    }
+}
+
+/// What all impls of one model share.
+struct Emission<'a> {
+    surface: &'a Surface,
+    compiled: &'a Compiled,
+    access: Access<'a>,
+    private: TokenStream,
+}
+
+impl Emission<'_> {
+    fn degrees(&self) -> usize {
+        self.surface.degrees()
+    }
+
+    fn body<'b>(&'b self, constants: &'b [NodeId]) -> Body<'b> {
+        Body { access: &self.access, surface: self.surface, constants }
+    }
+
+    fn print(&self, program: &Program) -> Printed {
+        self.body(&[]).whole(program)
+    }
+
+    /// Names the parts of the state and the model, as programs read them.
+    fn prologue(&self) -> TokenStream {
+        let (model, t, q, u, w) = (local("model"), local("t"), local("q"), local("u"), local("w"));
+        let state = local("state");
+        quote! {
+            let #model = self;
+            let (#t, #q, #u, #w) = (#state.t, &#state.q.data.0[0], &#state.u.data.0[0], &#state.inputs.data.0[0]);
+        }
+    }
+
+    /// `(&self, state: &Self::State)`.
+    fn at_state(&self) -> TokenStream {
+        let state = local("state");
+        quote!(&self, #state: &<Self as Model>::State)
+    }
+
+    /// Refuses pivots that vanish against their diagonal elements: (coordinate, Dᵢ, Mᵢᵢ) as expressions.
+    fn check(&self, pivots: &[(usize, TokenStream, TokenStream)]) -> TokenStream {
+        if pivots.is_empty() {
+            return TokenStream::new();
+        }
+        let private = &self.private;
+        let coordinates = pivots.iter().map(|(coordinate, ..)| coordinate);
+        let values = pivots.iter().map(|(_, pivot, diagonal)| quote!([#pivot, #diagonal]));
+        let at = local("pivots");
+        quote! {
+            let #at = [#(#values),*];
+            if #private::singular(&#at) {
+                return Err(#private::name_singular(&#at, &[#(#coordinates),*], <Self as Model>::COORDINATES));
+            }
+        }
+    }
+
+    /// The last results of a solving program as pivots to check; a pivot that is a number needs none.
+    fn pivots(&self, results: &[TokenStream]) -> Vec<(usize, TokenStream, TokenStream)> {
+        let pivots = &self.compiled.equations.pivots;
+        let values = results[results.len() - 2 * pivots.len()..].chunks(2);
+        pivots
+            .iter()
+            .zip(values)
+            .filter(|(pivot, _)| !self.is_number(pivot.pivot))
+            .map(|(pivot, value)| (pivot.coordinate, value[0].clone(), value[1].clone()))
+            .collect()
+    }
+
+    fn is_number(&self, id: NodeId) -> bool {
+        matches!(self.access.graph.node(id), Node::Number(_))
+    }
+
+    /// Whether the parameters alone decide a pivot.
+    fn is_constant(&self, pivot: &Pivot) -> bool {
+        self.access.graph.dependence(pivot.pivot).within(Dependence::PARAMETERS)
+            && self.access.graph.dependence(pivot.diagonal).within(Dependence::PARAMETERS)
+    }
+
+    /// A list of `Quantity`.
+    fn quantities<'b>(&self, named: impl Iterator<Item = (&'b str, &'b str)>) -> TokenStream {
+        identity::quantities(&self.private, named)
+    }
+
+    /// `SVector` of expressions.
+    fn vector(&self, elements: &[TokenStream]) -> TokenStream {
+        let private = &self.private;
+        quote!(#private::vector([#(#elements),*]))
+    }
+
+    /// `SMatrix` of expressions given by rows.
+    fn matrix(&self, elements: &[TokenStream], columns: usize) -> TokenStream {
+        let private = &self.private;
+        let columns = (0..columns).map(|j| {
+            let column = elements.iter().skip(j).step_by(columns);
+            quote!([#(#column),*])
+        });
+        quote!(#private::matrix([#(#columns),*]))
+    }
+}

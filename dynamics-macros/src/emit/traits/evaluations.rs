@@ -1,0 +1,82 @@
+//! Evaluations without a solve: M, Q, energies, momenta, conserved quantities, powers.
+
+use dynamics_symbolic::mechanics::Named;
+use dynamics_symbolic::schedule::Program;
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::super::local;
+use super::super::program::Printed;
+use super::Emission;
+
+impl Emission<'_> {
+    /// `fn name(&self, state) -> result { .. value(results) }` and the functions it calls.
+    pub(super) fn method(
+        &self,
+        program: &Program,
+        name: &str,
+        result: &TokenStream,
+        value: impl FnOnce(&[TokenStream]) -> TokenStream,
+    ) -> (TokenStream, TokenStream) {
+        let Printed { functions, statements, results } = self.print(program);
+        let (name, at_state, prologue, value) = (local(name), self.at_state(), self.prologue(), value(&results));
+        let method = quote! {
+            #[inline]
+            fn #name(#at_state) -> #result { #prologue #statements #value }
+        };
+        (functions, method)
+    }
+
+    /// `fn name(&self, state, values)`, which writes the results to a slice.
+    pub(super) fn writing(&self, program: &Program, name: &str) -> (TokenStream, TokenStream) {
+        let Printed { functions, statements, results } = self.print(program);
+        let (name, at_state, prologue, values) = (local(name), self.at_state(), self.prologue(), local("values"));
+        let (f64, count) = (&self.float(), results.len());
+        let method = quote! {
+            #[inline]
+            fn #name(#at_state, #values: &mut [#f64]) {
+                #prologue #statements
+                #values[..#count].copy_from_slice(&[#(#results),*]);
+            }
+        };
+        (functions, method)
+    }
+
+    pub(super) fn float(&self) -> TokenStream {
+        let private = &self.private;
+        quote!(#private::f64)
+    }
+
+    pub(super) fn named(&self, named: &[Named]) -> TokenStream {
+        self.quantities(named.iter().map(|n| (n.name.as_str(), n.unit.as_str())))
+    }
+
+    /// `impl Energies`, for models that give T and V apart.
+    pub(super) fn energies(&self) -> TokenStream {
+        let programs = &self.compiled.programs;
+        let (Some(kinetic), Some(potential)) = (&programs.kinetic_energy, &programs.potential_energy) else {
+            return TokenStream::new();
+        };
+        let (model, private, f64) = (&self.surface.name, &self.private, self.float());
+        let (f1, kinetic) = self.method(kinetic, "kinetic_energy", &f64, |r| r[0].clone());
+        let (f2, potential) = self.method(potential, "potential_energy", &f64, |r| r[0].clone());
+        quote! {
+            #f1 #f2
+            impl #private::Energies for #model { #kinetic #potential }
+        }
+    }
+
+    /// `impl Powers`.
+    pub(super) fn powers(&self) -> TokenStream {
+        let (model, private) = (&self.surface.name, &self.private);
+        let names = self.named(&self.compiled.equations.powers);
+        let (functions, method) = self.writing(&self.compiled.programs.powers, "powers");
+        quote! {
+            #functions
+            impl #private::Powers for #model {
+                const POWERS: &'static [#private::Quantity] = #names;
+                #method
+            }
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! Evaluations that solve M q̈ = Q: accelerations, Jacobians, and outputs and events that may use accelerations.
+
+use std::collections::BTreeSet;
+
+use dynamics_symbolic::graph::NodeId;
+use dynamics_symbolic::mechanics::Named;
+use dynamics_symbolic::schedule::Program;
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::super::local;
+use super::super::program::{Printed, defined, read};
+use super::Emission;
+
+/// Accelerations in two stages.
+struct Staged {
+    /// Nodes of the constants array.
+    constants: Vec<NodeId>,
+    /// Pivots that the parameters alone decide: coordinate, Dᵢ, Mᵢᵢ.
+    fixed: Vec<(usize, NodeId, NodeId)>,
+    /// Pivots to check at every state.
+    moving: Vec<(usize, NodeId, NodeId)>,
+}
+
+impl Emission<'_> {
+    /// `impl Dynamics`.
+    pub(super) fn dynamics(&self) -> TokenStream {
+        let (model, private, programs) = (&self.surface.name, &self.private, &self.compiled.programs);
+        let (vector, matrix) = (quote!(<Self as Model>::Vector), quote!(<Self as Model>::Matrix));
+        let staged = self.staged();
+        let count = staged.constants.len();
+        let (f64, names) = (self.float(), self.named(&self.compiled.equations.conserved));
+        let (f1, constants) = self.constants(&staged);
+        let (f2, accelerations) = self.accelerations(&staged);
+        let to_vector = |r: &[TokenStream]| self.vector(r);
+        let (f3, mass) = self.method(&programs.mass_matrix, "mass_matrix", &matrix, |r| self.matrix(r, self.degrees()));
+        let (f4, force) = self.method(&programs.generalized_force, "generalized_force", &vector, to_vector);
+        let (f5, momenta) = self.method(&programs.momenta, "momenta", &vector, to_vector);
+        let (f6, energy) = self.method(&programs.energy_function, "energy_function", &f64, |r| r[0].clone());
+        let (f7, conserved) = self.writing(&programs.conserved, "conserved");
+        quote! {
+            use #private::{Model, Result, Result::{Ok, Err}};
+            #f1 #f2 #f3 #f4 #f5 #f6 #f7
+            impl #private::Dynamics for #model {
+                type Constants = [#f64; #count];
+                const CONSERVED: &'static [#private::Quantity] = #names;
+                #constants #accelerations #mass #force #momenta #energy #conserved
+            }
+        }
+    }
+
+    /// Sorts the pivots and finds which hoisted nodes are read at every state.
+    fn staged(&self) -> Staged {
+        let (program, graph) = (&self.compiled.programs.accelerations, self.access.graph);
+        let hoisted: BTreeSet<NodeId> = program.hoisted.iter().flat_map(defined).collect();
+        let in_body: BTreeSet<NodeId> = program.body.iter().flat_map(defined).collect();
+        let (mut fixed, mut moving) = (Vec::new(), Vec::new());
+        for pivot in self.compiled.equations.pivots.iter().filter(|p| !self.is_number(p.pivot)) {
+            let entry = (pivot.coordinate, pivot.pivot, pivot.diagonal);
+            let computed_per_state = in_body.contains(&pivot.pivot) || in_body.contains(&pivot.diagonal);
+            if self.is_constant(pivot) && !computed_per_state { fixed.push(entry) } else { moving.push(entry) }
+        }
+        let mut used: BTreeSet<NodeId> = program.body.iter().flat_map(|step| read(graph, step)).collect();
+        used.extend(program.results.iter().take(self.degrees()));
+        used.extend(moving.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
+        let constants =
+            program.constants.iter().copied().filter(|id| used.contains(id) && hoisted.contains(id)).collect();
+        Staged { constants, fixed, moving }
+    }
+
+    /// `fn constants`.
+    fn constants(&self, staged: &Staged) -> (TokenStream, TokenStream) {
+        let program = &self.compiled.programs.accelerations;
+        let mut wanted = staged.constants.clone();
+        wanted.extend(staged.fixed.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
+        let hoisted = Program { name: "constants".to_owned(), ..program.clone() };
+        let Printed { functions, statements, results } = self.body(&[]).print(&hoisted, &program.hoisted, &wanted);
+        let (constants, fixed) = results.split_at(staged.constants.len());
+        let pivots: Vec<_> =
+            staged.fixed.iter().zip(fixed.chunks(2)).map(|(p, v)| (p.0, v[0].clone(), v[1].clone())).collect();
+        let (check, private, model) = (self.check(&pivots), &self.private, local("model"));
+        // Parts of a large program have one signature; nothing of the state is read here.
+        let (t, q, u, w) = (local("t"), local("q"), local("u"), local("w"));
+        let (n, m, f64) = (self.degrees(), self.surface.input_count(), self.float());
+        let method = quote! {
+            #[inline]
+            fn constants(&self) -> Result<Self::Constants, #private::SingularMassMatrix> {
+                let #model = self;
+                let (#t, #q, #u, #w) = (#f64::NAN, &[#f64::NAN; #n], &[#f64::NAN; #n], &[#f64::NAN; #m]);
+                #statements
+                #check
+                Ok([#(#constants),*])
+            }
+        };
+        (functions, method)
+    }
+
+    /// `fn accelerations_with`.
+    fn accelerations(&self, staged: &Staged) -> (TokenStream, TokenStream) {
+        let program = &self.compiled.programs.accelerations;
+        let mut wanted: Vec<NodeId> = program.results.iter().copied().take(self.degrees()).collect();
+        wanted.extend(staged.moving.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
+        let Printed { functions, statements, results } =
+            self.body(&staged.constants).print(program, &program.body, &wanted);
+        let (accelerations, moving) = results.split_at(self.degrees());
+        let pivots: Vec<_> =
+            staged.moving.iter().zip(moving.chunks(2)).map(|(p, v)| (p.0, v[0].clone(), v[1].clone())).collect();
+        let (check, vector, private) = (self.check(&pivots), self.vector(accelerations), &self.private);
+        let (prologue, k, state) = (self.prologue(), local("k"), local("state"));
+        let method = quote! {
+            #[inline]
+            fn accelerations_with(
+                &self,
+                #k: &Self::Constants,
+                #state: &<Self as Model>::State,
+            ) -> Result<<Self as Model>::Vector, #private::SingularMassMatrix> {
+                #prologue #statements #check
+                Ok(#vector)
+            }
+        };
+        (functions, method)
+    }
+
+    /// A method that may fail for a singular M: the last results of its program are pivots.
+    fn solving(
+        &self,
+        program: &Program,
+        name: &str,
+        result: &TokenStream,
+        value: impl FnOnce(&[TokenStream]) -> TokenStream,
+    ) -> (TokenStream, TokenStream) {
+        let pivots = 2 * self.compiled.equations.pivots.len();
+        let private = &self.private;
+        let result = quote!(Result<#result, #private::SingularMassMatrix>);
+        self.method(program, name, &result, |r| {
+            let (check, value) = (self.check(&self.pivots(r)), value(&r[..r.len() - pivots]));
+            quote!(#check Ok(#value))
+        })
+    }
+
+    /// `impl Linearize`.
+    pub(super) fn linearize(&self) -> TokenStream {
+        let (model, private, programs) = (&self.surface.name, &self.private, &self.compiled.programs);
+        let (n, m, p) = (self.degrees(), self.surface.input_count(), self.compiled.model.parameters.len());
+        let (f64, jacobian) = (self.float(), quote!(#private::StateJacobian<Self>));
+        let (f1, state) = self.solving(&programs.state_jacobian, "state_jacobian", &jacobian, |r| {
+            let (accelerations, by) = r.split_at(n);
+            let (by_q, by_u) = by.split_at(n * n);
+            let (a, by_q, by_u) = (self.vector(accelerations), self.matrix(by_q, n), self.matrix(by_u, n));
+            quote!(#private::StateJacobian { accelerations: #a, by_q: #by_q, by_u: #by_u })
+        });
+        let (input, parameter) = (quote!(Self::InputJacobian), quote!(Self::ParameterJacobian));
+        let (f2, input) = self.solving(&programs.input_jacobian, "input_jacobian", &input, |r| self.matrix(r, m));
+        let (f3, parameter) =
+            self.solving(&programs.parameter_jacobian, "parameter_jacobian", &parameter, |r| self.matrix(r, p));
+        quote! {
+            #f1 #f2 #f3
+            impl #private::Linearize for #model {
+                type InputJacobian = #private::SMatrix<#f64, #n, #m>;
+                type ParameterJacobian = #private::SMatrix<#f64, #n, #p>;
+                #state #input #parameter
+            }
+        }
+    }
+
+    /// `impl Outputs`.
+    pub(super) fn outputs(&self) -> TokenStream {
+        let (model, private) = (&self.surface.name, &self.private);
+        let outputs = &self.compiled.equations.outputs;
+        let names = self.named(outputs);
+        let (functions, method) = self.results(&self.compiled.programs.outputs, "outputs", outputs);
+        quote! {
+            #functions
+            impl #private::Outputs for #model {
+                const OUTPUTS: &'static [#private::Quantity] = #names;
+                #method
+            }
+        }
+    }
+
+    /// `impl Events`.
+    pub(super) fn events(&self) -> TokenStream {
+        let (model, private) = (&self.surface.name, &self.private);
+        let events = &self.compiled.equations.events;
+        let names = self.named(events);
+        let (functions, method) = self.results(&self.compiled.programs.events, "events", events);
+        quote! {
+            #functions
+            impl #private::Events for #model {
+                const EVENTS: &'static [#private::Quantity] = #names;
+                #method
+            }
+        }
+    }
+
+    /// `fn name(&self, state, values) -> Result<(), _>`; pivots follow the results where accelerations are used.
+    fn results(&self, program: &Program, name: &str, named: &[Named]) -> (TokenStream, TokenStream) {
+        let Printed { functions, statements, results } = self.print(program);
+        let check = if results.len() > named.len() { self.check(&self.pivots(&results)) } else { TokenStream::new() };
+        let (values, count) = (&results[..named.len()], named.len());
+        let (name, at_state, prologue, slice) = (local(name), self.at_state(), self.prologue(), local("values"));
+        let (f64, private) = (self.float(), &self.private);
+        let method = quote! {
+            #[inline]
+            fn #name(#at_state, #slice: &mut [#f64]) -> Result<(), #private::SingularMassMatrix> {
+                #prologue #statements #check
+                #slice[..#count].copy_from_slice(&[#(#values),*]);
+                Ok(())
+            }
+        };
+        (functions, method)
+    }
+}

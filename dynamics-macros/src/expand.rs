@@ -1,0 +1,203 @@
+//! What the entry points do, on `proc_macro2` tokens, so that it can be tested outside of a macro.
+
+use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
+use quote::{ToTokens, quote};
+use syn::{Ident, ImplItem, ItemImpl, ItemStruct, ReturnType, Type};
+
+use crate::compile::{CompiledModel, compile};
+use crate::diagnostics::Diagnostics;
+use crate::emit::{self, Slot, Surface};
+use crate::syntax::{self, Declaration, FieldKind, Implementation, Quantity, Role};
+
+/// `#[derive(Dynamics)]`: the types with the model's names, and the bridge to `#[dynamics] impl`.
+pub(crate) fn derive(item: TokenStream) -> TokenStream {
+    let mut diagnostics = Diagnostics::new();
+    let declaration = syntax::parse_struct(item, &mut diagnostics);
+    let errors = diagnostics.finish().err().unwrap_or_default();
+    let errors = report(&errors);
+    let Some(declaration) = declaration else { return errors };
+    let surface = surface(&declaration, None);
+    let types = emit::named_types(&surface);
+    if errors.is_empty() {
+        let bridge = emit::bridge(&surface, &own_tokens(declaration.item));
+        quote!(#types #bridge)
+    } else {
+        let (bridge, fallback) = (emit::broken_bridge(&surface), emit::fallback(&surface));
+        quote!(#errors #types #bridge #fallback)
+    }
+}
+
+/// `#[dynamics] impl X { .. }`: hands the block to the bridge, a macro of the struct's own name.
+pub(crate) fn attribute(arguments: TokenStream, item: TokenStream) -> TokenStream {
+    if !arguments.is_empty() {
+        let error =
+            syn::Error::new_spanned(&arguments, "`#[dynamics]` takes no arguments; remove them").to_compile_error();
+        return quote!(#error #item);
+    }
+    let bridge = match syn::parse2::<ItemImpl>(item.clone()) {
+        Ok(ItemImpl { self_ty, trait_: None, .. }) => match *self_ty {
+            Type::Path(ty) if ty.qself.is_none() => Ok(ty.path),
+            other => Err(syn::Error::new_spanned(other, NEEDS_STRUCT)),
+        },
+        Ok(ItemImpl { trait_: Some((path, _)), .. }) => Err(syn::Error::new_spanned(
+            path,
+            "`#[dynamics]` describes a model in its inherent impl block; write `impl Model { .. }` without a trait",
+        )),
+        Err(_) => Err(syn::Error::new(
+            Span::call_site(),
+            "`#[dynamics]` stands on an impl block; write `#[dynamics] impl Model { .. }`",
+        )),
+    };
+    match bridge {
+        Ok(mut path) => {
+            path.segments.iter_mut().for_each(|segment| segment.arguments = syn::PathArguments::None);
+            quote!(#path ! { #item })
+        }
+        Err(error) => {
+            let error = error.to_compile_error();
+            quote!(#error #item)
+        }
+    }
+}
+
+const NEEDS_STRUCT: &str = "`#[dynamics]` needs the name of a struct; write `impl Model { .. }`";
+
+/// `__model!({struct} {impl})`: everything that is derived from both.
+pub(crate) fn model(input: TokenStream) -> TokenStream {
+    let mut groups = input.into_iter().filter_map(|tree| match tree {
+        TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => Some(group.stream()),
+        _ => None,
+    });
+    let (Some(item), Some(implementation)) = (groups.next(), groups.next()) else {
+        return syn::Error::new(Span::call_site(), "write `#[dynamics] impl Model { .. }`").to_compile_error();
+    };
+    if item.is_empty() {
+        return stubbed(implementation);
+    }
+    let item = resolved_like(item, &implementation);
+    match compile(item.clone(), implementation.clone()) {
+        Ok(CompiledModel { declaration, implementation, compiled }) => {
+            let surface = surface(&declaration, Some(&implementation));
+            let (item, traits) = (kept(&implementation), emit::traits(&surface, &compiled));
+            quote!(#item #traits)
+        }
+        Err(errors) => {
+            let (errors, stubbed) = (report(&errors), stubbed(implementation));
+            let fallback = declared(item).map(|declaration| emit::fallback(&surface(&declaration, None)));
+            quote!(#errors #stubbed #fallback)
+        }
+    }
+}
+
+fn report(errors: &[syn::Error]) -> TokenStream {
+    errors.iter().map(syn::Error::to_compile_error).collect()
+}
+
+/// The declaration of a struct that the derive has accepted.
+fn declared(item: TokenStream) -> Option<Declaration> {
+    let mut diagnostics = Diagnostics::new();
+    let declaration = syntax::parse_struct(item, &mut diagnostics);
+    // The derive has reported what is wrong with the struct.
+    let _ = diagnostics.finish();
+    declaration
+}
+
+/// The struct without attributes of other macros, which say nothing about the model and may contain any tokens.
+fn own_tokens(mut item: ItemStruct) -> TokenStream {
+    item.attrs.retain(|attribute| syntax::ATTRIBUTES.iter().any(|own| attribute.path().is_ident(own)));
+    item.fields.iter_mut().for_each(|field| field.attrs.clear());
+    item.into_token_stream()
+}
+
+/// Tokens that passed through the bridge's body resolve inside it; errors on them should read as errors on the user's own.
+fn resolved_like(tokens: TokenStream, user: &TokenStream) -> TokenStream {
+    let Some(context) = user.clone().into_iter().next().map(|tree| tree.span()) else { return tokens };
+    tokens
+        .into_iter()
+        .map(|mut tree| {
+            let span = tree.span().resolved_at(context);
+            if let TokenTree::Group(group) = &mut tree {
+                *group = proc_macro2::Group::new(group.delimiter(), resolved_like(group.stream(), user));
+            }
+            tree.set_span(span);
+            tree
+        })
+        .collect()
+}
+
+/// The user's impl block as it goes back into the program. What has a role is used by the derivation, even where nothing calls it.
+fn kept(implementation: &Implementation) -> TokenStream {
+    let mut item = implementation.item.clone();
+    for entry in &mut item.items {
+        if let ImplItem::Fn(function) = entry {
+            let known = implementation.functions.iter().find(|f| f.name == function.sig.ident);
+            if known.is_some_and(|f| f.role != Role::Helper) {
+                function.attrs.push(syn::parse_quote!(#[allow(dead_code)]));
+            }
+        }
+    }
+    item.into_token_stream()
+}
+
+/// The impl block of a model with errors: signatures remain for who calls them; bodies do not, since rustc would report their mistakes again.
+fn stubbed(implementation: TokenStream) -> TokenStream {
+    let Ok(mut item) = syn::parse2::<ItemImpl>(implementation.clone()) else { return implementation };
+    for entry in &mut item.items {
+        match entry {
+            ImplItem::Fn(function) => {
+                function.attrs.retain(kept_in_stub);
+                if !matches!(&function.sig.output, ReturnType::Type(_, ty) if matches!(**ty, Type::ImplTrait(_))) {
+                    function.block = syn::parse_quote!({ ::core::unreachable!() });
+                }
+            }
+            _ => {}
+        }
+    }
+    quote!(#[allow(unused, clippy::all, clippy::pedantic)] #item)
+}
+
+/// Attributes that matter to callers; a role's, or a misspelt one, is unknown to rustc.
+fn kept_in_stub(attribute: &syn::Attribute) -> bool {
+    ["doc", "cfg", "must_use", "deprecated"].iter().any(|name| attribute.path().is_ident(name))
+}
+
+/// What emission has to know of the declarations.
+fn surface(declaration: &Declaration, implementation: Option<&Implementation>) -> Surface {
+    let slot = |quantity: &Quantity| Slot {
+        name: quantity.name.clone(),
+        len: quantity.length,
+        unit: quantity.unit.as_ref().map(|unit| unit.text.clone()).unwrap_or_default(),
+    };
+    let (mut parameters, mut functions) = (Vec::new(), Vec::new());
+    for field in &declaration.fields {
+        let name = &field.name;
+        match &field.kind {
+            FieldKind::Parameter { shape, .. } => {
+                parameters.extend(shape.elements().into_iter().map(|element| {
+                    let access = element.access;
+                    quote!(.#name #access)
+                }));
+            }
+            FieldKind::Function(_) => functions.push(name.clone()),
+        }
+    }
+    let functions_of = |wanted: &dyn Fn(&syntax::Function) -> bool| -> Vec<Ident> {
+        let all = implementation.map(|i| i.functions.as_slice()).unwrap_or_default();
+        all.iter().filter(|f| wanted(f)).map(|f| f.name.clone()).collect()
+    };
+    Surface {
+        name: declaration.name.clone(),
+        vis: declaration.visibility.clone(),
+        krate: declaration.crate_path.clone().unwrap_or_else(|| syn::parse_quote!(::dynamics)),
+        coordinates: declaration.coordinates.iter().map(slot).collect(),
+        inputs: declaration.inputs.iter().map(slot).collect(),
+        parameters,
+        functions,
+        points: functions_of(&|f| {
+            f.role == Role::Helper
+                && f.takes_coordinates_only()
+                && matches!(f.returns().as_deref(), Some("Vec2" | "Vec3"))
+        }),
+        drawing: functions_of(&|f| f.role == Role::Drawing).into_iter().next(),
+    }
+}
