@@ -138,21 +138,22 @@ impl Emission<'_> {
         })
     }
 
-    /// `impl Linearize`.
+    /// `impl Linearize`, unless the Jacobians would be too large: the report says so.
     pub(super) fn linearize(&self) -> TokenStream {
-        let (model, private, programs) = (&self.surface.name, &self.private, &self.compiled.programs);
+        let Ok(programs) = &self.compiled.programs.jacobians else { return TokenStream::new() };
+        let (model, private) = (&self.surface.name, &self.private);
         let (n, m, p) = (self.degrees(), self.surface.input_count(), self.compiled.model.parameters.len());
         let (f64, jacobian) = (self.float(), quote!(#private::StateJacobian<Self>));
-        let (f1, state) = self.solving(&programs.state_jacobian, "state_jacobian", &jacobian, |r| {
+        let (f1, state) = self.solving(&programs.state, "state_jacobian", &jacobian, |r| {
             let (accelerations, by) = r.split_at(n);
             let (by_q, by_u) = by.split_at(n * n);
             let (a, by_q, by_u) = (self.vector(accelerations), self.matrix(by_q, n), self.matrix(by_u, n));
             quote!(#private::StateJacobian { accelerations: #a, by_q: #by_q, by_u: #by_u })
         });
         let (input, parameter) = (quote!(Self::InputJacobian), quote!(Self::ParameterJacobian));
-        let (f2, input) = self.solving(&programs.input_jacobian, "input_jacobian", &input, |r| self.matrix(r, m));
+        let (f2, input) = self.solving(&programs.inputs, "input_jacobian", &input, |r| self.matrix(r, m));
         let (f3, parameter) =
-            self.solving(&programs.parameter_jacobian, "parameter_jacobian", &parameter, |r| self.matrix(r, p));
+            self.solving(&programs.parameters, "parameter_jacobian", &parameter, |r| self.matrix(r, p));
         quote! {
             #f1 #f2 #f3
             impl #private::Linearize for #model {
