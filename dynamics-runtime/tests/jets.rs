@@ -215,6 +215,7 @@ fn what_is_unknown_is_not_a_number() {
     for (name, unknown) in [
         ("third derivative of a coordinate", x.dt().dt().dt()),
         ("third derivative of a coordinate at rest", Expr::coordinate(1.0, 0.0, 0.0).dt().dt().dt()),
+        ("third derivative of a negation", (-x).dt().dt().dt()),
         ("third derivative of a product", (x * 2.0 + 1.0).dt().dt().dt()),
         ("rate of an input", input.dt()),
         ("rate of a function of an input", (x * input.sin()).dt()),

@@ -88,6 +88,34 @@ fn power_of_summed_forces() {
 }
 
 #[test]
+fn forces_add_and_scale_by_their_power() {
+    let q = coordinates();
+    let (a, b) = (Force::along(q.x, 4.0), Force::along(q.theta[0], q.x));
+    assert_eq!((a.power(), b.power()), (-2.0, 1.5));
+    let mut sum = Force::ZERO;
+    sum += a;
+    sum -= b;
+    for (force, power) in [
+        (a + b, -0.5),
+        (a - b, -3.5),
+        (-a, 2.0),
+        (2.0 * b, 3.0),
+        (b * 2.0, 3.0),
+        (q.x * b, 2.25),
+        (b * q.x, 2.25),
+        (b / 0.5, 3.0),
+        (b / q.x, 1.0),
+        (sum, -3.5),
+        ([a, b, b].into_iter().sum(), 1.0),
+        (Force::at(vec2(q.x, 3.0), vec2(1.0, 7.0)), -0.5),
+        (Force::at(Vec2::new(1.0, 3.0), vec2(q.x, 7.0)), 0.0),
+    ] {
+        assert_eq!(force.power(), power);
+    }
+    assert!(Force::along(Expr::input(1.0), 2.0).power().is_nan(), "the rate of an input is not known");
+}
+
+#[test]
 fn f64_and_expr_mix_everywhere() {
     let (model, q) = (parameters(), coordinates());
     let spin: Vec3 = model.inertia * (model.axis * q.x) + q.x * model.axis - model.axis / q.x;
