@@ -77,6 +77,46 @@ pub fn powf(x: f64, y: f64) -> f64 {
     }
 }
 
+/// |x|.
+#[inline(always)]
+#[must_use]
+pub fn abs(x: f64) -> f64 {
+    x.abs()
+}
+
+/// 1 for x ≥ +0, −1 for x ≤ −0.
+#[inline(always)]
+#[must_use]
+pub fn signum(x: f64) -> f64 {
+    x.signum()
+}
+
+/// The lesser, the first where they are equal; NaN if either is (unlike `f64::min`, which drops it).
+#[inline(always)]
+#[must_use]
+pub fn min(a: f64, b: f64) -> f64 {
+    if a <= b {
+        a
+    } else if b < a {
+        b
+    } else {
+        f64::NAN
+    }
+}
+
+/// The greater, the first where they are equal; NaN if either is (unlike `f64::max`, which drops it).
+#[inline(always)]
+#[must_use]
+pub fn max(a: f64, b: f64) -> f64 {
+    if a >= b {
+        a
+    } else if b > a {
+        b
+    } else {
+        f64::NAN
+    }
+}
+
 /// ab + c; a single rounding is not promised.
 #[inline(always)]
 #[must_use]

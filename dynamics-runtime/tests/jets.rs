@@ -1,7 +1,7 @@
 //! Time jets against two independent routes along random motions: dual numbers of another library (tight), and
 //! difference quotients of f64's own functions (which know nothing of derivatives).
 
-use dynamics_runtime::Expr;
+use dynamics_runtime::{Expr, math};
 use num_dual::{Dual2_64, DualNum};
 use proptest::prelude::*;
 
@@ -277,6 +277,23 @@ fn branches_take_the_conventions_of_f64() {
     assert!(first == second && first <= second && !(first < second));
     assert!(Expr::from(f64::NAN).partial_cmp(&Expr::ONE).is_none());
     assert_eq!(Expr::ONE.clamp(5.0, 3.0).value(), 3.0);
+}
+
+/// Generated code calls these functions where a model function calls the methods of jets.
+#[test]
+fn numbers_and_jets_share_their_conventions() {
+    let samples = [0.0, -0.0, 1.0, -2.5, f64::NAN, f64::INFINITY];
+    let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
+    for a in samples {
+        assert!(
+            same(math::abs(a), Expr::from(a).abs().value()) && same(math::signum(a), Expr::from(a).signum().value())
+        );
+        for b in samples {
+            assert!(same(math::min(a, b), Expr::from(a).min(b).value()), "min({a}, {b})");
+            assert!(same(math::max(a, b), Expr::from(a).max(b).value()), "max({a}, {b})");
+        }
+    }
+    assert!(same(math::min(0.0, -0.0), 0.0) && same(math::max(-0.0, 0.0), -0.0), "the first of equals");
 }
 
 /// Where a textbook formula loses its digits or leaves the range of f64.
