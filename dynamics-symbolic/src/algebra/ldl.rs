@@ -41,10 +41,10 @@ impl Factors {
             factors.reciprocals[k] = reciprocal;
             let neighbours: Vec<usize> = left.iter().copied().filter(|i| !g.is_zero(rest[*i][k])).collect();
             for (at, &i) in neighbours.iter().enumerate() {
-                let l = g.mul(rest[i][k], reciprocal);
+                let l = g.mul_as_is(rest[i][k], reciprocal);
                 factors.columns[k].push((i, l));
                 for &j in &neighbours[..=at] {
-                    let product = g.mul(l, rest[j][k]);
+                    let product = g.mul_as_is(l, rest[j][k]);
                     let entry = g.sub(rest[i][j], product);
                     rest[i][j] = entry;
                     rest[j][i] = entry;
@@ -65,14 +65,14 @@ impl Factors {
         let mut x = right.to_vec();
         for &k in &self.order {
             for &(i, l) in &self.columns[k] {
-                let product = g.mul(l, x[k]);
+                let product = g.mul_as_is(l, x[k]);
                 x[i] = g.sub(x[i], product);
             }
         }
         for &k in self.order.iter().rev() {
-            let mut value = g.mul(self.reciprocals[k], x[k]);
+            let mut value = g.mul_as_is(self.reciprocals[k], x[k]);
             for &(i, l) in &self.columns[k] {
-                let product = g.mul(l, x[i]);
+                let product = g.mul_as_is(l, x[i]);
                 value = g.sub(value, product);
             }
             x[k] = value;

@@ -57,13 +57,25 @@ impl Graph {
         self.dependence(id).within(Dependence::PARAMETERS)
     }
 
-    /// A node as (parameter-only factor, rest): p·x.
-    fn split(&mut self, id: NodeId) -> (NodeId, NodeId) {
-        match self.node(id) {
-            _ if self.is_constant(id) => (id, self.one()),
-            Node::Mul(a, b) if self.is_constant(a) => (a, b),
-            _ => (self.one(), id),
-        }
+    /// Two nodes as (factor, rest): a parameter-only factor, or, where both are parameter-only, a number. Numbers stand outside parameters and
+    /// parameters outside everything else, so that like terms meet and parameter-only work can be hoisted.
+    fn split(&mut self, a: NodeId, b: NodeId) -> [(NodeId, NodeId); 2] {
+        let numbers = self.is_constant(a) && self.is_constant(b);
+        [a, b].map(|id| {
+            let is_factor = |x| if numbers { self.as_number(x).is_some() } else { self.is_constant(x) };
+            match self.node(id) {
+                _ if is_factor(id) => (id, self.one()),
+                Node::Mul(factor, rest) if is_factor(factor) => (factor, rest),
+                _ => (self.one(), id),
+            }
+        })
+    }
+
+    /// f·x and f·y as (f, x, y).
+    fn common_factor(&self, a: NodeId, b: NodeId) -> Option<(NodeId, NodeId, NodeId)> {
+        let (Node::Mul(a1, a2), Node::Mul(b1, b2)) = (self.node(a), self.node(b)) else { return None };
+        let ways = [(a1, a2, b1, b2), (a1, a2, b2, b1), (a2, a1, b1, b2), (a2, a1, b2, b1)];
+        ways.into_iter().find(|(f, _, h, _)| f == h).map(|(f, x, _, y)| (f, x, y))
     }
 
     /// a + b.
@@ -88,14 +100,14 @@ impl Graph {
         if let Some(known) = self.find(value) {
             return known;
         }
-        let ((p, x), (r, y)) = (self.split(a), self.split(b));
+        let [(p, x), (r, y)] = self.split(a, b);
         if x == y && !self.is_one(x) {
             let factor = self.add(p, r);
             return self.mul(factor, x);
         }
-        if p == r && !self.is_one(p) && !self.is_one(x) && !self.is_one(y) {
+        if let Some((factor, x, y)) = self.common_factor(a, b) {
             let rest = self.add(x, y);
-            return self.mul(p, rest);
+            return self.mul(factor, rest);
         }
         self.intern(Node::Add(a, b), value)
     }
@@ -125,14 +137,14 @@ impl Graph {
         if let Some(known) = self.find(value) {
             return known;
         }
-        let ((p, x), (r, y)) = (self.split(a), self.split(b));
+        let [(p, x), (r, y)] = self.split(a, b);
         if x == y && !self.is_one(x) {
             let factor = self.sub(p, r);
             return self.mul(factor, x);
         }
-        if p == r && !self.is_one(p) && !self.is_one(x) && !self.is_one(y) {
+        if let Some((factor, x, y)) = self.common_factor(a, b) {
             let rest = self.sub(x, y);
-            return self.mul(p, rest);
+            return self.mul(factor, rest);
         }
         self.intern(Node::Sub(a, b), value)
     }
@@ -173,6 +185,12 @@ impl Graph {
                 let product = self.mul(a, y);
                 return self.neg(product);
             }
+            (Node::Number(x), _) if x.is_negative() => {
+                let opposite = self.number(x.opposite());
+                let product = self.mul(opposite, b);
+                return self.neg(product);
+            }
+            (_, Node::Number(_)) => return self.mul(b, a),
             (Node::Unary(Unary::Sqrt, x), _) if a == b => return x,
             _ => {}
         }
@@ -182,22 +200,41 @@ impl Graph {
         {
             return known;
         }
-        let ((p, x), (r, y)) = (self.split(a), self.split(b));
-        let both = !self.is_one(p) && !self.is_one(r);
+        let [(p, x), (r, y)] = self.split(a, b);
         let trivial = self.is_one(x) || self.is_one(y);
-        if both && !(trivial && self.is_one(x) && self.is_one(y)) {
+        let factors = [p, r].iter().filter(|f| !self.is_one(**f)).count();
+        if factors == 2 || factors == 1 && !trivial {
             let (factor, rest) = (self.mul(p, r), self.mul(x, y));
             return self.mul(factor, rest);
         }
-        if !trivial && (!self.is_one(p) || !self.is_one(r)) {
-            let factor = if self.is_one(p) { r } else { p };
-            let rest = self.mul(x, y);
-            return self.mul(factor, rest);
+        if let Some((square, rest)) = self.repeated(a, b).or_else(|| self.repeated(b, a)) {
+            let square = self.mul(square, square);
+            return self.mul(square, rest);
         }
         // Constants first, otherwise in order of creation.
         let swap = self.is_constant(b) && !self.is_constant(a) || self.is_constant(a) == self.is_constant(b) && b < a;
         let (a, b) = if swap { (b, a) } else { (a, b) };
         self.intern(Node::Mul(a, b), value)
+    }
+
+    /// a · b without moving parameter-only factors outward: for factors that are needed as they are, as in an elimination.
+    pub fn mul_as_is(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        let simple = |g: &Self, x| g.is_constant(x) || g.is_zero(x) || matches!(g.node(x), Node::Neg(_));
+        if simple(self, a) || simple(self, b) {
+            return self.mul(a, b);
+        }
+        let value = self.fingerprint(a).mul(self.fingerprint(b));
+        self.intern(Node::Mul(a.min(b), a.max(b)), value)
+    }
+
+    /// x·(x·y) as (x, y) for a symbol x: squares of velocities and lengths are shared where products of three are not.
+    fn repeated(&self, a: NodeId, b: NodeId) -> Option<(NodeId, NodeId)> {
+        match self.node(b) {
+            _ if !matches!(self.node(a), Node::Symbol(_)) => None,
+            Node::Mul(x, y) if x == a => Some((x, y)),
+            Node::Mul(y, x) if x == a => Some((x, y)),
+            _ => None,
+        }
     }
 
     /// a / b; `None` where b is identically zero.

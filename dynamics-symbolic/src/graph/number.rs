@@ -104,6 +104,15 @@ impl Number {
         matches!(self, Self::Rational(m, 1) if m == i128::from(n))
     }
 
+    /// Whether it is below zero.
+    #[must_use]
+    pub fn is_negative(self) -> bool {
+        match self {
+            Self::Rational(n, _) => n < 0,
+            Self::Float(x) => x < 0.0,
+        }
+    }
+
     /// Sum; `None` where it is not finite.
     #[must_use]
     pub fn plus(self, other: Self) -> Option<Self> {

@@ -72,8 +72,14 @@ impl VelocityForm {
         let zero = g.zero();
         let mut seeds = vec![zero; x.len()];
         for product in &self.products {
-            for (to, from) in [(product.x, product.y), (product.y, product.x)] {
-                let term = g.mul(product.weight, x[from]);
+            let (weight, ways) = if product.x == product.y {
+                let two = g.integer(2);
+                (g.mul(two, product.weight), 1)
+            } else {
+                (product.weight, 2)
+            };
+            for (to, from) in [(product.x, product.y), (product.y, product.x)].into_iter().take(ways) {
+                let term = g.mul(weight, x[from]);
                 seeds[to] = g.add(seeds[to], term);
             }
         }
