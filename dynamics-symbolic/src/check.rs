@@ -1,6 +1,52 @@
 //! Model checks: one rule per file, called from a visible list.
 
+mod contents;
+mod definite;
+mod effect;
 mod finding;
+mod inertia;
+mod modular;
+mod quadratic;
+pub mod structure;
+mod symmetry;
 pub mod units;
+mod unused;
+
+use crate::mechanics::{Equations, Model};
 
 pub use finding::Finding;
+pub use symmetry::conserved;
+
+/// Checks of what is declared, before anything is derived.
+#[must_use]
+pub fn declared(model: &Model) -> Vec<Finding> {
+    let mut found = Vec::new();
+    // A parameter that nothing reads is a term that was forgotten.
+    unused::unused(model, &mut found);
+    // Roles are functions of certain quantities only; the derivation relies on it.
+    contents::contents(model, &mut found);
+    // M q̈ + … is linear in q̈ with M(q, t) only for T of second degree.
+    quadratic::quadratic(model, &mut found);
+    // An energy that depends on nothing that moves is a slip, not a choice.
+    effect::without_effect(model, &mut found);
+    found
+}
+
+/// Directions of motion without inertia: for models whose mass matrix turned out to be singular in every state.
+#[must_use]
+pub fn singular(model: &mut Model) -> Vec<Finding> {
+    let mut found = Vec::new();
+    inertia::inertia(model, &mut found);
+    found
+}
+
+/// Checks of what was derived.
+#[must_use]
+pub fn derived(model: &mut Model, equations: &Equations) -> Vec<Finding> {
+    let mut found = Vec::new();
+    // A force that moves nothing is applied at the wrong point.
+    effect::idle_forces(model, &mut found);
+    // Negative inertia runs away: a sign is wrong.
+    definite::definite(model, equations, &mut found);
+    found
+}

@@ -1,6 +1,6 @@
 //! The engine's driver: one line per pass.
 
-use crate::check::Finding;
+use crate::check::{self, Finding};
 use crate::graph::{Graph, NodeId};
 use crate::mechanics::{Equations, Model, Named, Underivable, derive};
 use crate::schedule::{Program, Staging, schedule};
@@ -81,7 +81,16 @@ pub struct Compiled {
 /// # Errors
 /// Everything that the checks found.
 pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
-    let equations = derive(&mut model).map_err(|e| vec![finding(&model, &e)])?;
+    let found = check::declared(&model);
+    if !found.is_empty() {
+        return Err(found);
+    }
+    let mut equations = derive(&mut model).map_err(|e| findings(&mut model, &e))?;
+    equations.conserved = check::conserved(&mut model, &equations);
+    let found = check::derived(&mut model, &equations);
+    if !found.is_empty() {
+        return Err(found);
+    }
     let programs = programs(&model.graph, &equations);
     let excesses: Vec<Finding> = programs.required().filter_map(excess).map(Excess::into_finding).collect();
     if !excesses.is_empty() {
@@ -98,13 +107,18 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     })
 }
 
-fn finding(model: &Model, reason: &Underivable) -> Finding {
+fn findings(model: &mut Model, reason: &Underivable) -> Vec<Finding> {
     match reason {
         Underivable::Singular(i) => {
+            let found = check::singular(model);
+            if !found.is_empty() {
+                return found;
+            }
+            // Regular, but no order of elimination without a vanishing pivot was found.
             let coordinate = &model.coordinates[*i];
-            Finding::NoInertia { direction: coordinate.name.clone(), origins: vec![coordinate.origin] }
+            vec![Finding::NoInertia { direction: coordinate.name.clone(), origins: vec![coordinate.origin] }]
         }
-        Underivable::ZeroDenominator => Finding::ZeroDenominator,
+        Underivable::ZeroDenominator => vec![Finding::ZeroDenominator],
     }
 }
 

@@ -11,6 +11,7 @@ mod fingerprint;
 mod id;
 mod node;
 mod number;
+mod sample;
 
 pub use arena::Graph;
 pub use eval::Bindings;
@@ -18,3 +19,4 @@ pub use fingerprint::Fingerprint;
 pub use id::{FunctionId, NodeId, Origin};
 pub use node::{Binary, Comparison, Dependence, Node, Symbol, Unary};
 pub use number::Number;
+pub use sample::Sampler;

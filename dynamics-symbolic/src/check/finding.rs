@@ -33,4 +33,44 @@ pub enum Finding {
         /// The limit.
         limit: usize,
     },
+    /// A kinetic energy that is not a polynomial of second degree in the velocities; `#[lagrangian]` would take it.
+    NotQuadratic {
+        /// Name of the function.
+        name: String,
+        /// Its declaration.
+        origin: Origin,
+    },
+    /// Something that its role cannot have: accelerations in an energy, velocities in a potential, inputs whose rates would be needed.
+    Contains {
+        /// The role: `kinetic energy`, `potential energy`, `Lagrangian`, `dissipation function`, `force`.
+        role: &'static str,
+        /// Name of the function.
+        name: String,
+        /// What it contains: `accelerations`, `velocities`, `inputs`.
+        what: &'static str,
+        /// Why it cannot.
+        reason: &'static str,
+        /// Its declaration.
+        origin: Origin,
+    },
+    /// Something that is declared and changes nothing.
+    NoEffect {
+        /// The role: `kinetic energy`, `potential energy`, `Lagrangian`, `dissipation function`, `force`, `event`.
+        role: &'static str,
+        /// Name of the function.
+        name: String,
+        /// What it lacks, for example `does not depend on any coordinate`.
+        reason: &'static str,
+        /// Its declaration.
+        origin: Origin,
+    },
+    /// A direction of motion in which the kinetic energy is negative: a sign is wrong somewhere, or a nominal value.
+    NegativeInertia {
+        /// The direction as text, as in [`Finding::NoInertia`].
+        direction: String,
+        /// Whether it was found at the nominal values; otherwise it is so for positive parameters of any size.
+        nominal: bool,
+        /// Declarations of the coordinates involved.
+        origins: Vec<Origin>,
+    },
 }

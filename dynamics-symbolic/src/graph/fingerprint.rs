@@ -49,10 +49,10 @@ fn mix(mut x: u64) -> u64 {
 }
 
 impl Fingerprint {
-    pub(super) const ZERO: Self = Self([0, 0]);
-    pub(super) const ONE: Self = Self([1, 1]);
+    pub(crate) const ZERO: Self = Self([0, 0]);
+    pub(crate) const ONE: Self = Self([1, 1]);
 
-    pub(super) fn number(n: Number) -> Self {
+    pub(crate) fn number(n: Number) -> Self {
         match n {
             Number::Rational(n, d) => {
                 let value = mul(reduce(n), inverse(reduce(d)));
@@ -67,7 +67,7 @@ impl Fingerprint {
     }
 
     /// A random value for an opaque atom.
-    pub(super) fn atom(kind: u64, index: u64) -> Self {
+    pub(crate) fn atom(kind: u64, index: u64) -> Self {
         let seed = mix(kind ^ mix(index));
         Self([mix(seed) % P, mix(seed ^ 0x5555_5555_5555_5555) % P])
     }
@@ -77,21 +77,26 @@ impl Fingerprint {
         Self([0, 1].map(|i| arguments.iter().fold(mix(kind), |h, a| mix(h ^ mix(a.0[i]))) % P))
     }
 
-    pub(super) fn add(self, o: Self) -> Self {
+    pub(crate) fn add(self, o: Self) -> Self {
         Self([add(self.0[0], o.0[0]), add(self.0[1], o.0[1])])
     }
-    pub(super) fn neg(self) -> Self {
+    pub(crate) fn neg(self) -> Self {
         Self(self.0.map(|a| if a == 0 { 0 } else { P - a }))
     }
-    pub(super) fn sub(self, o: Self) -> Self {
+    pub(crate) fn sub(self, o: Self) -> Self {
         self.add(o.neg())
     }
-    pub(super) fn mul(self, o: Self) -> Self {
+    pub(crate) fn mul(self, o: Self) -> Self {
         Self([mul(self.0[0], o.0[0]), mul(self.0[1], o.0[1])])
     }
     /// `self / o`; zero where `o` is zero, which the builder excludes.
-    pub(super) fn div(self, o: Self) -> Self {
+    pub(crate) fn div(self, o: Self) -> Self {
         Self([mul(self.0[0], inverse(o.0[0])), mul(self.0[1], inverse(o.0[1]))])
+    }
+
+    /// Whether it can be divided by: zero at neither point.
+    pub(crate) fn is_unit(self) -> bool {
+        self.0[0] != 0 && self.0[1] != 0
     }
 
     /// Residues for numeric work modulo p (rank computations): one of the two points.

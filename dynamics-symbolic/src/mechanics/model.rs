@@ -28,6 +28,8 @@ pub struct Model {
     pub outputs: Vec<Output>,
     /// Functions whose zero crossings are located.
     pub events: Vec<Event>,
+    /// Nominal values of parameters, by index: what numeric checks may use. Not part of the derivation.
+    pub nominal: Vec<(u32, f64)>,
 }
 
 macro_rules! named {

@@ -71,7 +71,7 @@ impl Dimension {
     pub fn mul(&self, o: &Self) -> Option<Self> {
         let mut out = *self;
         for (a, b) in out.0.iter_mut().zip(o.0) {
-            *a = a.add(b)?;
+            *a = a.plus(b)?;
         }
         Some(out)
     }
@@ -81,7 +81,7 @@ impl Dimension {
     pub fn pow(&self, e: Exponent) -> Option<Self> {
         let mut out = *self;
         for a in &mut out.0 {
-            *a = a.mul(e)?;
+            *a = a.times(e)?;
         }
         Some(out)
     }
@@ -105,7 +105,7 @@ impl Dimension {
 pub(super) fn write_product(factors: &[(&str, Exponent)]) -> String {
     let (mut above, mut below) = (Vec::new(), Vec::new());
     for (name, e) in factors.iter().filter(|(_, e)| !e.is_zero()) {
-        let (magnitude, side) = match e.neg() {
+        let (magnitude, side) = match e.negated() {
             Some(m) if e.is_negative() => (m, &mut below),
             _ => (*e, &mut above),
         };

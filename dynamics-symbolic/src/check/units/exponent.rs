@@ -68,25 +68,25 @@ impl Exponent {
 
     /// Sum; `None` where it does not fit.
     #[must_use]
-    pub fn add(self, o: Self) -> Option<Self> {
+    pub fn plus(self, o: Self) -> Option<Self> {
         let ((a, b), (c, d)) = (self.wide(), o.wide());
         Self::ratio((a * d).checked_add(c * b)?, b * d)
     }
     /// Product; `None` where it does not fit.
     #[must_use]
-    pub fn mul(self, o: Self) -> Option<Self> {
+    pub fn times(self, o: Self) -> Option<Self> {
         let ((a, b), (c, d)) = (self.wide(), o.wide());
         Self::ratio(a * c, b * d)
     }
     /// Quotient; `None` where `o` is 0 or the result does not fit.
     #[must_use]
-    pub fn div(self, o: Self) -> Option<Self> {
+    pub fn over(self, o: Self) -> Option<Self> {
         let ((a, b), (c, d)) = (self.wide(), o.wide());
         Self::ratio(a * d, b * c)
     }
     /// Negation; `None` where it does not fit.
     #[must_use]
-    pub fn neg(self) -> Option<Self> {
+    pub fn negated(self) -> Option<Self> {
         Some(Self { numerator: self.numerator.checked_neg()?, ..self })
     }
 
@@ -112,18 +112,18 @@ mod tests {
     #[test]
     fn fractions_are_reduced_and_signs_are_in_the_numerator() {
         assert_eq!(Exponent::ratio(2, -4).unwrap().to_string(), "(-1/2)");
-        assert_eq!(Exponent::HALF.add(Exponent::HALF), Some(Exponent::ONE));
-        assert_eq!(Exponent::HALF.div(Exponent::ZERO), None);
+        assert_eq!(Exponent::HALF.plus(Exponent::HALF), Some(Exponent::ONE));
+        assert_eq!(Exponent::HALF.over(Exponent::ZERO), None);
         assert_eq!(Exponent::ratio(0, 7), Some(Exponent::ZERO));
     }
 
     #[test]
     fn what_does_not_fit_is_none() {
         let large = Exponent::ratio(i64::MAX.into(), 1).unwrap();
-        assert_eq!(large.mul(large), None);
-        assert_eq!(large.add(large), None);
+        assert_eq!(large.times(large), None);
+        assert_eq!(large.plus(large), None);
         let smallest = Exponent::ratio(i64::MIN.into(), 1).unwrap();
-        assert_eq!(smallest.neg(), None);
-        assert_eq!(smallest.div(Exponent::integer(-1)), None);
+        assert_eq!(smallest.negated(), None);
+        assert_eq!(smallest.over(Exponent::integer(-1)), None);
     }
 }

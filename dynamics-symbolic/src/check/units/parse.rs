@@ -220,7 +220,7 @@ impl<'a> Parser<'a> {
             let value = if self.take("/") {
                 let token = self.at;
                 let denominator = self.signed()?;
-                numerator.div(denominator).ok_or(UnitError::Exponent { token })?
+                numerator.over(denominator).ok_or(UnitError::Exponent { token })?
             } else {
                 numerator
             };

@@ -56,8 +56,9 @@ impl UnitExpr {
             let (k, sum) = match (left.peek(), right.peek()) {
                 (None, None) => break,
                 (Some((a, x)), Some((b, y))) if a == b => {
-                    let sum = x.add(y.mul(e)?)?;
-                    (left.next(), right.next());
+                    let sum = x.plus(y.times(e)?)?;
+                    left.next();
+                    right.next();
                     (*a, sum)
                 }
                 (Some((a, x)), b) if b.is_none_or(|(b, _)| a < b) => {
@@ -66,7 +67,7 @@ impl UnitExpr {
                 }
                 (_, Some((b, y))) => {
                     right.next();
-                    (*b, y.mul(e)?)
+                    (*b, y.times(e)?)
                 }
                 (Some(_), None) => unreachable!("the arm before takes it"),
             };
@@ -183,7 +184,7 @@ impl Units {
         };
         let own = UnitExpr { dimension: Dimension::ONE, unknowns: vec![(k, Exponent::ONE)], lost: false };
         // ratio = rest·uᵉ = 1, so u = rest^(−1/e) = u·ratio^(−1/e).
-        let solution = Exponent::integer(-1).div(e).and_then(|x| own.times(&ratio, x));
+        let solution = Exponent::integer(-1).over(e).and_then(|x| own.times(&ratio, x));
         let Some(solution) = solution else { return Ok(()) };
         for i in 0..self.unknowns.len() {
             let Some((old, at)) = self.unknowns[i].solution.clone() else { continue };

@@ -1,0 +1,86 @@
+//! No direction of motion has negative inertia. Random states are tried, with the nominal values where all are given that M needs; otherwise with
+//! positive parameters of several sizes, and then only a diagonal element that is negative every time is reported.
+
+use crate::graph::{Bindings, FunctionId, NodeId, Sampler, Symbol};
+use crate::mechanics::{EnergyRole, Equations, Model};
+
+use super::Finding;
+use super::unused::Reads;
+
+/// Number of random states.
+const STATES: u64 = 8;
+
+/// Coordinates whose inertia is negative.
+pub(super) fn definite(model: &Model, equations: &Equations, found: &mut Vec<Finding>) {
+    // The sign of a Lagrangian given directly is the user's own affair: −L has the same motions.
+    if model.energies.iter().any(|e| e.role == EnergyRole::Lagrangian) {
+        return;
+    }
+    let mass: Vec<NodeId> = equations.mass_matrix.iter().flatten().copied().collect();
+    let reads = Reads::of(model, &mass);
+    if reads.any_function() {
+        return;
+    }
+    let n = model.coordinates.len();
+    let given = |i: u32| model.nominal.iter().find(|(p, _)| *p == i).map(|(_, value)| *value);
+    let nominal = (0..model.parameters.len() as u32).all(|i| given(i).is_some() || !reads.symbol(Symbol::Parameter(i)));
+    let mut negative = vec![0; n];
+    for point in 0..STATES {
+        let state = State { sampler: Sampler::new(&model.graph, &[]), point, given: &given };
+        let values = model.graph.evaluate(&mass, &state);
+        let m = |i: usize, j: usize| values[equations.mass_matrix[i][j].index()];
+        let bad = if nominal { negative_pivot(n, m) } else { None };
+        for (i, count) in negative.iter_mut().enumerate() {
+            *count += u64::from(m(i, i) < 0.0 || bad == Some(i));
+        }
+    }
+    for (i, count) in negative.into_iter().enumerate() {
+        if count == STATES || nominal && count > 0 {
+            let c = &model.coordinates[i];
+            found.push(Finding::NegativeInertia { direction: c.name.clone(), nominal, origins: vec![c.origin] });
+            return;
+        }
+    }
+}
+
+/// The first row at which LDLᵀ of a symmetric matrix meets a clearly negative pivot.
+fn negative_pivot(n: usize, m: impl Fn(usize, usize) -> f64) -> Option<usize> {
+    let mut rest: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| m(i, j)).collect()).collect();
+    for k in 0..n {
+        let pivot = rest[k][k];
+        if pivot < -1e-9 * m(k, k).abs() {
+            return Some(k);
+        }
+        // A vanishing pivot is a singular state, not a wrong sign.
+        if pivot.is_nan() || pivot <= 1e-9 * m(k, k).abs() {
+            return None;
+        }
+        for i in k + 1..n {
+            let l = rest[i][k] / pivot;
+            let above = rest[k].clone();
+            rest[i].iter_mut().zip(above).skip(k + 1).for_each(|(x, a)| *x -= l * a);
+        }
+    }
+    None
+}
+
+struct State<'a> {
+    sampler: Sampler<'a>,
+    point: u64,
+    given: &'a dyn Fn(u32) -> Option<f64>,
+}
+
+impl Bindings for State<'_> {
+    fn symbol(&self, symbol: Symbol) -> f64 {
+        // From 0 to 1.
+        let random = self.sampler.random(symbol, self.point).residue(0) as f64 / (1u64 << 61) as f64;
+        match symbol {
+            Symbol::Parameter(i) => (self.given)(i).unwrap_or(0.2 + 3.0 * random * random),
+            Symbol::Time => random,
+            _ => 2.0 * random - 1.0,
+        }
+    }
+    fn smooth(&self, _: FunctionId, _: u8, _: f64) -> f64 {
+        f64::NAN
+    }
+}

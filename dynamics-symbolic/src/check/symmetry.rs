@@ -1,0 +1,112 @@
+//! Conserved quantities: the energy function, momenta of ignorable coordinates, and of constant combinations of coordinates.
+//!
+//! ṗ = ∂L/∂q + applied forces = Q + (∂p/∂q)q̇ + ∂p/∂t. A constant vector c with cᵀṗ ≡ 0 makes cᵀp constant; such vectors are the null space of ṗ
+//! sampled at random points, modulo 2⁶¹ − 1, and every one is verified by the fingerprint of cᵀṗ. Combinations with parameters as coefficients are
+//! not looked for.
+
+use crate::calculus::directional;
+use crate::graph::{Dependence, Fingerprint, NodeId, Number, Sampler, Symbol};
+use crate::mechanics::{Equations, Model, Named};
+
+use super::modular::{combination, integers, null_space};
+use super::units::{Dimension, Exponent, System, Unit};
+
+/// Finds what is conserved, the energy first.
+pub fn conserved(model: &mut Model, equations: &Equations) -> Vec<Named> {
+    let mut found: Vec<Named> = energy(model, equations).into_iter().collect();
+    let rates = momentum_rates(model, equations);
+    for c in constant_directions(model, &rates) {
+        let names: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
+        let name = format!("momentum of {}", combination(&c, &names));
+        let unit = momentum_unit(model, &c);
+        let node = combine(model, &c, &equations.momenta);
+        // A momentum that is a plain number says nothing.
+        if !model.graph.is_constant(node) {
+            found.push(Named { name, unit, node });
+        }
+    }
+    found
+}
+
+/// dE/dt = Σ powers where neither time nor inputs enter L.
+fn energy(model: &Model, equations: &Equations) -> Option<Named> {
+    let g = &model.graph;
+    let power = equations.powers.iter().fold(Fingerprint::ZERO, |sum, p| sum.add(g.fingerprint(p.node)));
+    let node = equations.energy_function;
+    let open = g.dependence(node).on(Dependence::INPUTS) || driven(model);
+    if power != Fingerprint::ZERO || open || g.is_constant(node) {
+        return None;
+    }
+    let natural = equations.energies.is_none_or(|(t, v)| g.fingerprint(t).add(g.fingerprint(v)) == g.fingerprint(node));
+    let name = if natural { "energy" } else { "energy function" };
+    let unit = system(model).map_or(String::new(), |s| Dimension::ENERGY.text(s));
+    Some(Named { name: name.to_owned(), unit, node })
+}
+
+/// Whether an energy contains inputs, so that they do work when they change.
+fn driven(model: &Model) -> bool {
+    model.energies.iter().any(|e| model.graph.dependence(e.node).on(Dependence::INPUTS))
+}
+
+/// ṗ as fingerprints can tell: (Q, transport) per coordinate.
+fn momentum_rates(model: &mut Model, equations: &Equations) -> Vec<(NodeId, NodeId)> {
+    let transport = directional(&mut model.graph, &equations.momenta, &mut |g, s| match s {
+        Symbol::Coordinate(i) => Some(g.symbol(Symbol::Rate(i))),
+        Symbol::Time => Some(g.one()),
+        _ => None,
+    });
+    equations.generalized_force.iter().copied().zip(transport).collect()
+}
+
+/// Integer vectors c with cᵀṗ ≡ 0.
+fn constant_directions(model: &Model, rates: &[(NodeId, NodeId)]) -> Vec<Vec<i64>> {
+    let n = rates.len();
+    let nodes: Vec<NodeId> = rates.iter().flat_map(|(q, t)| [*q, *t]).collect();
+    let sampler = Sampler::new(&model.graph, &nodes);
+    let row = |point| sampler.at(point).chunks(2).map(|pair| pair[0].add(pair[1])).collect::<Vec<_>>();
+    // n rows settle the null space; two more guard against an accident.
+    let rows = (0..n as u64 + 2).map(row).collect();
+    let fingerprint = |(q, t): &(NodeId, NodeId)| model.graph.fingerprint(*q).add(model.graph.fingerprint(*t));
+    let verified = |c: &Vec<i64>| {
+        let sum = c.iter().zip(rates).fold(Fingerprint::ZERO, |sum, (c, rate)| {
+            sum.add(Fingerprint::number(Number::integer(*c)).mul(fingerprint(rate)))
+        });
+        sum == Fingerprint::ZERO
+    };
+    null_space(rows, n).iter().filter_map(|v| integers(v)).filter(verified).collect()
+}
+
+fn combine(model: &mut Model, c: &[i64], momenta: &[NodeId]) -> NodeId {
+    let g = &mut model.graph;
+    let mut sum = g.zero();
+    for (c, p) in c.iter().zip(momenta) {
+        let factor = g.integer(*c);
+        let term = g.mul(factor, *p);
+        sum = g.add(sum, term);
+    }
+    sum
+}
+
+/// The system of units that a model is written in; `None` where it declares no units.
+pub(super) fn system(model: &Model) -> Option<System> {
+    let texts = model.coordinates.iter().map(|c| &c.unit).chain(model.parameters.iter().map(|p| &p.unit));
+    let mut declared = texts.chain(model.inputs.iter().map(|i| &i.unit)).filter(|t| !t.is_empty()).peekable();
+    declared.peek()?;
+    let own = declared.filter_map(|t| Unit::parse(t).ok().flatten()?.system).next();
+    Some(own.unwrap_or(System::Si))
+}
+
+/// Energy·time over the coordinate's unit, where units are known and the combination has one.
+fn momentum_unit(model: &Model, c: &[i64]) -> String {
+    let Some(system) = system(model) else { return String::new() };
+    let mut dimensions = c.iter().zip(&model.coordinates).filter(|(c, _)| **c != 0).map(|(_, q)| {
+        if q.unit.is_empty() { Some(Dimension::ONE) } else { Unit::parse(&q.unit).ok().flatten().map(|u| u.dimension) }
+    });
+    let Some(Some(first)) = dimensions.next() else { return String::new() };
+    if !dimensions.all(|d| d == Some(first)) {
+        return String::new();
+    }
+    let action = Dimension::mechanical(2, 1, -1);
+    let per = first.pow(Exponent::integer(-1)).and_then(|d| action.mul(&d));
+    per.map_or(String::new(), |d| d.text(system))
+}

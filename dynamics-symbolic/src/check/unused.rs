@@ -1,0 +1,103 @@
+//! Everything declared is used: what no role reads is a mistake, usually a forgotten term.
+//!
+//! Elements of one array, vector or matrix stand or fall together, because a planar model may well ignore the z of a vector.
+
+use crate::graph::{FunctionId, Node, NodeId, Origin, Symbol};
+use crate::mechanics::{ForceTerm, Model};
+
+use super::Finding;
+
+/// Coordinates, inputs, parameters and functions that nothing reads.
+pub(super) fn unused(model: &Model, found: &mut Vec<Finding>) {
+    let reads = Reads::new(model);
+    let coordinates =
+        model.coordinates.iter().enumerate().map(|(i, c)| (&c.name, c.origin, reads.coordinate(i as u32)));
+    let inputs =
+        model.inputs.iter().enumerate().map(|(i, c)| (&c.name, c.origin, reads.symbol(Symbol::Input(i as u32))));
+    let parameters = model
+        .parameters
+        .iter()
+        .enumerate()
+        .map(|(i, c)| (&c.name, c.origin, reads.symbol(Symbol::Parameter(i as u32))));
+    let functions = model
+        .functions
+        .iter()
+        .enumerate()
+        .map(|(i, c)| (&c.name, c.origin, reads.functions.contains(&FunctionId(i as u32))));
+    group("coordinate", coordinates, found);
+    group("parameter", parameters, found);
+    group("input", inputs, found);
+    group("function", functions, found);
+}
+
+/// Reports declarations of which no element is read.
+fn group<'a>(what: &'static str, all: impl Iterator<Item = (&'a String, Origin, bool)>, found: &mut Vec<Finding>) {
+    let mut declared: Vec<(&str, Origin, bool)> = Vec::new();
+    for (name, origin, read) in all {
+        let base = name.split(['[', '.']).next().unwrap_or(name);
+        match declared.iter_mut().find(|(n, o, _)| *n == base && *o == origin) {
+            Some((_, _, any)) => *any |= read,
+            None => declared.push((base, origin, read)),
+        }
+    }
+    let missed = declared.into_iter().filter(|(_, _, read)| !read);
+    found.extend(missed.map(|(name, origin, _)| Finding::Unused { what, name: name.to_owned(), origin }));
+}
+
+/// What the roles read.
+pub(super) struct Reads {
+    symbols: Vec<Symbol>,
+    functions: Vec<FunctionId>,
+}
+
+impl Reads {
+    fn new(model: &Model) -> Self {
+        Self::of(model, &roots(model))
+    }
+
+    /// What `roots` read.
+    pub(super) fn of(model: &Model, roots: &[NodeId]) -> Self {
+        let g = &model.graph;
+        let mut needed = vec![false; g.len()];
+        roots.iter().for_each(|r| needed[r.index()] = true);
+        let (mut symbols, mut functions) = (Vec::new(), Vec::new());
+        for id in g.ids().rev() {
+            if !needed[id.index()] {
+                continue;
+            }
+            match g.node(id) {
+                Node::Symbol(s) => symbols.push(s),
+                Node::Smooth { function, .. } => functions.push(function),
+                _ => {}
+            }
+            g.node(id).children().for_each(|c| needed[c.index()] = true);
+        }
+        Self { symbols, functions }
+    }
+
+    pub(super) fn symbol(&self, symbol: Symbol) -> bool {
+        self.symbols.contains(&symbol)
+    }
+
+    pub(super) fn any_function(&self) -> bool {
+        !self.functions.is_empty()
+    }
+
+    fn coordinate(&self, i: u32) -> bool {
+        [Symbol::Coordinate(i), Symbol::Rate(i), Symbol::Acceleration(i)].into_iter().any(|s| self.symbol(s))
+    }
+}
+
+/// Every node that has a role.
+fn roots(model: &Model) -> Vec<NodeId> {
+    let mut roots: Vec<NodeId> = model.energies.iter().map(|e| e.node).collect();
+    for term in model.forces.iter().flat_map(|f| &f.terms) {
+        match term {
+            ForceTerm::At { point, vector } => roots.extend(point.iter().chain(vector)),
+            ForceTerm::Along { expression, magnitude } => roots.extend([expression, magnitude]),
+        }
+    }
+    roots.extend(model.outputs.iter().flat_map(|o| &o.components).map(|(_, node)| *node));
+    roots.extend(model.events.iter().map(|e| e.node));
+    roots
+}

@@ -1,0 +1,309 @@
+//! Every rule of the model checks finds the mistake that it is for, and one mistake is one finding.
+
+mod common;
+
+use common::{Builder, chain, double_pendulum};
+use dynamics_symbolic::check::Finding;
+use dynamics_symbolic::compile::compile;
+use dynamics_symbolic::graph::{NodeId, Origin, Symbol, Unary};
+use dynamics_symbolic::mechanics::{EnergyRole, Event, Force, ForceTerm, Input, Model};
+
+fn findings(model: Model) -> Vec<Finding> {
+    compile(model).map(|_| Vec::new()).unwrap_or_else(|found| found)
+}
+
+fn conserved(model: Model) -> Vec<(String, String)> {
+    let compiled = compile(model).unwrap_or_else(|found| panic!("{found:?}"));
+    compiled.equations.conserved.into_iter().map(|c| (c.name, c.unit)).collect()
+}
+
+fn names(model: Model) -> Vec<String> {
+    conserved(model).into_iter().map(|(name, _)| name).collect()
+}
+
+/// A mass on a line, with its symbols x, m.
+fn particle() -> (Builder, NodeId, NodeId) {
+    let mut b = Builder::new("Particle");
+    let (x, m) = (b.coordinate("x"), b.parameter("m"));
+    let t = b.kinetic(m, &[x]);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    (b, x, m)
+}
+
+fn no_inertia(direction: &str, origins: &[u32]) -> Vec<Finding> {
+    vec![Finding::NoInertia { direction: direction.into(), origins: origins.iter().map(|o| Origin(*o)).collect() }]
+}
+
+#[test]
+fn sound_models_pass() {
+    for model in [double_pendulum(), chain(4), particle().0.model] {
+        assert_eq!(findings(model), []);
+    }
+}
+
+#[test]
+fn what_nothing_reads_is_unused() {
+    let (mut b, ..) = particle();
+    b.parameter("k");
+    b.parameter("v.x");
+    b.coordinate("y");
+    b.model.inputs.push(Input { name: "push".into(), unit: String::new(), origin: Origin(7) });
+    let unused = |what, name: &str, origin| Finding::Unused { what, name: name.into(), origin: Origin(origin) };
+    let expected = [
+        unused("coordinate", "y", 1),
+        unused("parameter", "k", 101),
+        unused("parameter", "v", 102),
+        unused("input", "push", 7),
+    ];
+    assert_eq!(findings(b.model), expected);
+}
+
+#[test]
+fn elements_of_one_array_are_read_together() {
+    let (mut b, x, _) = particle();
+    let k = b.parameters("k", 3);
+    (1..4).for_each(|i| b.model.parameters[i].origin = Origin(50));
+    let square = b.mul(x, x);
+    let v = b.mul(k[1], square);
+    b.energy("spring", EnergyRole::Potential, v);
+    assert_eq!(findings(b.model), []);
+}
+
+#[test]
+fn a_coordinate_without_inertia_is_named() {
+    let (mut b, x, _) = particle();
+    let y = b.coordinate("y");
+    let product = b.mul(x, y);
+    b.energy("spring", EnergyRole::Potential, product);
+    assert_eq!(findings(b.model), no_inertia("y", &[1]));
+}
+
+/// T = ½ m (ẋ + 2 ẏ)²: moving x by 2 and y by −1 costs nothing.
+#[test]
+fn a_direction_without_inertia_is_named() {
+    let mut b = Builder::new("Rope");
+    let (x, y, m) = (b.coordinate("x"), b.coordinate("y"), b.parameter("m"));
+    let two = b.ratio(2, 1);
+    let double = b.mul(two, y);
+    let rope = b.add(x, double);
+    let t = b.kinetic(m, &[rope]);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    assert_eq!(findings(b.model), no_inertia("2 x - y", &[0, 1]));
+}
+
+/// A point on a sphere of two angles and a radius, with a fourth coordinate that turns it the same way: the direction depends on the state.
+#[test]
+fn a_direction_that_depends_on_the_state_names_its_coordinates() {
+    let mut b = Builder::new("Redundant");
+    let (r, a, c, m) = (b.coordinate("r"), b.coordinate("a"), b.coordinate("c"), b.parameter("m"));
+    let angle = b.mul(a, c);
+    let (s, k) = (b.sin(angle), b.cos(angle));
+    let place = [b.mul(r, s), b.mul(r, k)];
+    let t = b.kinetic(m, &place);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    assert_eq!(findings(b.model), no_inertia("a combination of a, c that depends on state or parameters", &[1, 2]));
+}
+
+#[test]
+fn kinetic_energy_is_quadratic_and_may_come_from_a_moving_frame() {
+    let (mut b, x, m) = particle();
+    let v = b.dt(x);
+    let cube = {
+        let square = b.mul(v, v);
+        b.mul(square, v)
+    };
+    b.energy("odd", EnergyRole::Kinetic, cube);
+    let expected = vec![Finding::NotQuadratic { name: "odd".into(), origin: Origin(0) }];
+    assert_eq!(findings(b.model), expected);
+
+    let mut b = Builder::new("Conveyor");
+    let (x, m2, time) = (b.coordinate("x"), b.parameter("m"), b.g().symbol(Symbol::Time));
+    let s = b.sin(time);
+    let place = b.add(x, s);
+    let t = b.kinetic(m2, &[place]);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    assert_eq!(findings(b.model), []);
+    let _ = m;
+}
+
+#[test]
+fn energies_contain_what_they_may() {
+    let (mut b, x, m) = particle();
+    let v = b.dt(x);
+    let a = b.dt(v);
+    let product = b.mul(m, a);
+    b.energy("jerky", EnergyRole::Kinetic, product);
+    let bad = b.mul(v, x);
+    b.energy("moving", EnergyRole::Potential, bad);
+    let input = b.g().symbol(Symbol::Input(0));
+    b.model.inputs.push(Input { name: "w".into(), unit: String::new(), origin: Origin(7) });
+    let driven = b.mul(input, v);
+    b.energy("driven", EnergyRole::Lagrangian, driven);
+    let lifted = b.mul(input, x);
+    b.energy("lifted", EnergyRole::Potential, lifted);
+    let found: Vec<(String, &str)> = findings(b.model)
+        .into_iter()
+        .map(|f| match f {
+            Finding::Contains { name, what, .. } => (name, what),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    let expected = [("jerky", "accelerations"), ("moving", "velocities"), ("driven", "inputs")];
+    assert_eq!(found, expected.map(|(n, w)| (n.to_owned(), w)));
+}
+
+#[test]
+fn forces_act_at_places_and_do_not_contain_accelerations() {
+    let (mut b, x, m) = particle();
+    let v = b.dt(x);
+    let a = b.dt(v);
+    let force = |name: &str, expression, magnitude| Force {
+        name: name.into(),
+        terms: vec![ForceTerm::Along { expression, magnitude }],
+        origin: Origin(9),
+    };
+    b.model.forces = vec![force("feedback", x, a), force("misplaced", v, m), force("fine", x, v)];
+    let found: Vec<String> = findings(b.model).iter().map(|f| format!("{f:?}")).collect();
+    assert_eq!(found.len(), 2);
+    assert!(found[0].contains("feedback") && found[0].contains("accelerations"));
+    assert!(found[1].contains("misplaced") && found[1].contains("velocities"));
+}
+
+#[test]
+fn what_changes_nothing_is_reported() {
+    let (mut b, x, m) = particle();
+    let g = b.parameter("g");
+    let weight = b.mul(m, g);
+    b.energy("gravity", EnergyRole::Potential, weight);
+    b.energy("drag", EnergyRole::Dissipation, x);
+    b.model.events.push(Event { name: "never".into(), node: g, origin: Origin(5) });
+    let found: Vec<String> = findings(b.model)
+        .into_iter()
+        .map(|f| match f {
+            Finding::NoEffect { role, name, reason, .. } => format!("{role} {name} {reason}"),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    let expected = [
+        "potential energy gravity does not depend on any coordinate",
+        "dissipation function drag does not depend on any velocity",
+        "event never never crosses zero because it is constant",
+    ];
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_force_on_a_fixed_point_does_nothing() {
+    let (mut b, _, m) = particle();
+    let zero = b.g().zero();
+    let terms = vec![ForceTerm::At { point: vec![zero, m], vector: vec![m, m] }];
+    b.model.forces.push(Force { name: "anchor".into(), terms, origin: Origin(3) });
+    assert!(matches!(&findings(b.model)[..], [Finding::NoEffect { role: "force", name, .. }] if name == "anchor"));
+}
+
+#[test]
+fn negative_inertia_is_found_with_and_without_nominal_values() {
+    let (mut b, x, m) = particle();
+    let t = b.kinetic(m, &[x]);
+    let minus = b.neg(t);
+    b.model.energies.clear();
+    b.energy("kinetic", EnergyRole::Kinetic, minus);
+    let negative =
+        |nominal| vec![Finding::NegativeInertia { direction: "x".into(), nominal, origins: vec![Origin(0)] }];
+    assert_eq!(findings(b.model.clone()), negative(false));
+    b.model.nominal = vec![(0, 2.0)];
+    assert_eq!(findings(b.model), negative(true));
+
+    // ½ẋ² + c ẋẏ + ½ẏ² is positive only for |c| < 1: without a value for c there is nothing to say.
+    let mut b = Builder::new("Coupled");
+    let (x, y, c, one) = (b.coordinate("x"), b.coordinate("y"), b.parameter("c"), b.ratio(1, 1));
+    let both = b.kinetic(one, &[x, y]);
+    let (u, v) = (b.dt(x), b.dt(y));
+    let product = b.mul(u, v);
+    let coupling = b.mul(c, product);
+    let t = b.add(both, coupling);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    assert_eq!(findings(b.model.clone()), []);
+    b.model.nominal = vec![(0, 0.5)];
+    assert_eq!(findings(b.model.clone()), []);
+    b.model.nominal = vec![(0, 2.0)];
+    assert!(matches!(findings(b.model)[..], [Finding::NegativeInertia { nominal: true, .. }]));
+}
+
+#[test]
+fn energy_and_ignorable_momenta_are_conserved() {
+    assert_eq!(names(double_pendulum()), ["energy"]);
+    assert_eq!(names(chain(3)), ["energy", "momentum of x"]);
+    let (mut b, ..) = particle();
+    b.model.coordinates[0].unit = "m".into();
+    let expected = [("energy", "J"), ("momentum of x", "kg*m/s")].map(|(n, u)| (n.to_owned(), u.to_owned()));
+    assert_eq!(conserved(b.model), expected);
+}
+
+/// Two bodies of different mass joined by a spring: only the sum of their momenta stays. And a free pair of angles, geared 2 : 1.
+#[test]
+fn momenta_of_constant_combinations_are_found() {
+    let mut b = Builder::new("Pair");
+    let (x, y) = (b.coordinate("x"), b.coordinate("y"));
+    let [m1, m2, k] = ["m1", "m2", "k"].map(|n| b.parameter(n));
+    let (t1, t2) = (b.kinetic(m1, &[x]), b.kinetic(m2, &[y]));
+    let t = b.add(t1, t2);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    let mut geared = b.model.clone();
+    let spring = |b: &mut Builder, factor: i128| {
+        let n = b.ratio(factor, 1);
+        let scaled = b.mul(n, y);
+        let stretch = b.sub(scaled, x);
+        let c = b.cos(stretch);
+        let v = b.mul(k, c);
+        b.energy("spring", EnergyRole::Potential, v);
+    };
+    spring(&mut b, 1);
+    assert_eq!(names(b.model), ["energy", "momentum of x + y"]);
+    let mut b = Builder { model: core::mem::take(&mut geared) };
+    spring(&mut b, 2);
+    assert_eq!(names(b.model), ["energy", "momentum of 2 x + y"]);
+}
+
+#[test]
+fn forces_that_do_work_spoil_energy_and_internal_ones_leave_momentum() {
+    let (mut b, x, m) = particle();
+    let y = b.coordinate("y");
+    let t = b.kinetic(m, &[y]);
+    b.energy("other", EnergyRole::Kinetic, t);
+    let stretch = b.sub(x, y);
+    let rate = b.dt(stretch);
+    let magnitude = b.neg(rate);
+    let terms = vec![ForceTerm::Along { expression: stretch, magnitude }];
+    b.model.forces.push(Force { name: "damper".into(), terms, origin: Origin(3) });
+    assert_eq!(names(b.model), ["momentum of x + y"]);
+}
+
+/// A bead in a tube that turns at a given rate: T + V grows, the energy function does not.
+#[test]
+fn the_energy_function_is_told_from_the_energy() {
+    let mut b = Builder::new("Tube");
+    let (r, m, omega) = (b.coordinate("r"), b.parameter("m"), b.parameter("omega"));
+    let time = b.g().symbol(Symbol::Time);
+    let angle = b.mul(omega, time);
+    let (s, c) = (b.sin(angle), b.cos(angle));
+    let place = [b.mul(r, c), b.mul(r, s)];
+    let t = b.kinetic(m, &place);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    assert_eq!(names(b.model), ["energy function"]);
+}
+
+#[test]
+fn time_and_inputs_in_the_energies_spoil_the_energy() {
+    for symbol in [Symbol::Time, Symbol::Input(0)] {
+        let (mut b, x, _) = particle();
+        if symbol != Symbol::Time {
+            b.model.inputs.push(Input { name: "w".into(), unit: String::new(), origin: Origin(7) });
+        }
+        let s = b.g().symbol(symbol);
+        let sum = b.add(x, s);
+        let v = b.g().unary(Unary::Cosh, sum);
+        b.energy("spring", EnergyRole::Potential, v);
+        assert_eq!(names(b.model), [""; 0]);
+    }
+}
