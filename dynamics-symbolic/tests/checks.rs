@@ -62,7 +62,6 @@ fn what_nothing_reads_is_unused() {
 fn elements_of_one_array_are_read_together() {
     let (mut b, x, _) = particle();
     let k = b.parameters("k", 3);
-    (1..4).for_each(|i| b.model.parameters[i].origin = Origin(50));
     let square = b.mul(x, x);
     let v = b.mul(k[1], square);
     b.energy("spring", EnergyRole::Potential, v);

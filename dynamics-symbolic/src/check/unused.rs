@@ -35,7 +35,7 @@ fn group<'a>(what: &'static str, all: impl Iterator<Item = (&'a String, Origin, 
     let mut declared: Vec<(&str, Origin, bool)> = Vec::new();
     for (name, origin, read) in all {
         let base = name.split(['[', '.']).next().unwrap_or(name);
-        match declared.iter_mut().find(|(n, o, _)| *n == base && *o == origin) {
+        match declared.iter_mut().find(|(n, ..)| *n == base) {
             Some((_, _, any)) => *any |= read,
             None => declared.push((base, origin, read)),
         }
