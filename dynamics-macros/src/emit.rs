@@ -24,6 +24,8 @@ use syn::{Ident, Path, Visibility};
 pub(crate) struct Surface {
     /// Name of the struct.
     pub(crate) name: Ident,
+    /// How the impl block names it; the struct may stand in another module.
+    pub(crate) target: TokenStream,
     /// Its visibility, which the generated types share.
     pub(crate) vis: Visibility,
     /// Path of the façade crate.
@@ -93,6 +95,13 @@ impl Surface {
     fn builder_type(&self) -> Ident {
         format_ident!("{}StateBuilder", self.name)
     }
+    /// Visibility of what the impl block adds: the struct's own is relative to the struct's module, which may be another one.
+    fn impl_vis(&self) -> TokenStream {
+        match self.vis {
+            Visibility::Public(_) => quote!(pub),
+            _ => quote!(pub(crate)),
+        }
+    }
     /// Path of what generated code uses.
     fn private(&self) -> TokenStream {
         let krate = &self.krate;
@@ -123,5 +132,6 @@ fn quiet() -> TokenStream {
 pub(crate) fn named_types(surface: &Surface) -> TokenStream {
     let (coordinates, state, builder) =
         (coordinates::coordinates(surface), state::state(surface), builder::builder(surface));
-    quote!(#coordinates #state #builder)
+    let declared = coordinates::declared(surface);
+    quote!(#coordinates #state #builder #declared)
 }

@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::{Slot, Surface, docs, local, offsets};
+use super::{Slot, Surface, docs, local, offsets, quiet};
 
 /// `XCoordinates`, one time jet per coordinate and input, and time.
 pub(super) fn coordinates(surface: &Surface) -> TokenStream {
@@ -35,8 +35,28 @@ pub(super) fn coordinates(surface: &Surface) -> TokenStream {
     }
 }
 
+/// `impl Declared`: how the impl block, perhaps in another module, finds the types.
+pub(super) fn declared(surface: &Surface) -> TokenStream {
+    let (model, private, quiet) = (&surface.name, surface.private(), quiet());
+    let (state_type, coordinates_type, n) = (surface.state_type(), surface.coordinates_type(), surface.degrees());
+    let (state, accelerations, assembly) = (local("state"), local("accelerations"), assembly(surface));
+    quote! {
+        #quiet
+        #[automatically_derived]
+        impl #private::Declared for #model {
+            type State = #state_type;
+            type Coordinates = #coordinates_type;
+            type Accelerations = #private::SVector<#private::f64, #n>;
+            #[inline]
+            fn coordinates_with(#state: &Self::State, #accelerations: &Self::Accelerations) -> Self::Coordinates {
+                #assembly
+            }
+        }
+    }
+}
+
 /// The body of `coordinates_with(state, accelerations)`.
-pub(super) fn assembly(surface: &Surface) -> TokenStream {
+fn assembly(surface: &Surface) -> TokenStream {
     let private = surface.private();
     let (name, state, accelerations) = (surface.coordinates_type(), local("state"), local("accelerations"));
     let jets = offsets(&surface.coordinates).map(|(at, slot)| {

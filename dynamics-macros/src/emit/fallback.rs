@@ -7,9 +7,9 @@ use super::{Surface, quiet};
 
 /// Stub impls of everything that [`traits`](super::traits) implements. They never run: the errors stop the build.
 pub(crate) fn fallback(surface: &Surface) -> TokenStream {
-    let (model, private, quiet) = (&surface.name, surface.private(), quiet());
+    let (model, private, quiet) = (&surface.target, surface.private(), quiet());
     let identity = super::traits::model(surface, &super::traits::Names::default());
-    let (vis, never) = (&surface.vis, quote!(#private::unreachable!()));
+    let (vis, never) = (surface.impl_vis(), quote!(#private::unreachable!()));
     let f64 = quote!(#private::f64);
     let error = quote!(#private::SingularMassMatrix);
     let (n, m) = (surface.degrees(), surface.input_count());

@@ -102,7 +102,7 @@ impl Body<'_> {
     fn signature(&self, live: usize, out: usize) -> TokenStream {
         let private = &self.access.private;
         let f64 = quote!(#private::f64);
-        let (name, n, m) = (&self.surface.name, self.surface.degrees(), self.surface.input_count());
+        let (name, n, m) = (&self.surface.target, self.surface.degrees(), self.surface.input_count());
         let constants = self.constants.len();
         let (model, t, q, u, w, k, x) =
             (local("model"), local("t"), local("q"), local("u"), local("w"), local("k"), local("x"));

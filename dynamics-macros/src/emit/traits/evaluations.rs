@@ -57,7 +57,7 @@ impl Emission<'_> {
         let (Some(kinetic), Some(potential)) = (&programs.kinetic_energy, &programs.potential_energy) else {
             return TokenStream::new();
         };
-        let (model, private, f64) = (&self.surface.name, &self.private, self.float());
+        let (model, private, f64) = (&self.surface.target, &self.private, self.float());
         let (f1, kinetic) = self.method(kinetic, "kinetic_energy", &f64, |r| r[0].clone());
         let (f2, potential) = self.method(potential, "potential_energy", &f64, |r| r[0].clone());
         quote! {
@@ -68,7 +68,7 @@ impl Emission<'_> {
 
     /// `impl Powers`.
     pub(super) fn powers(&self) -> TokenStream {
-        let (model, private) = (&self.surface.name, &self.private);
+        let (model, private) = (&self.surface.target, &self.private);
         let names = self.named(&self.compiled.equations.powers);
         let (functions, method) = self.writing(&self.compiled.programs.powers, "powers");
         quote! {

@@ -4,7 +4,7 @@ use dynamics_symbolic::compile::Compiled;
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::super::{Surface, coordinates, local, plain, quiet};
+use super::super::{Surface, local, plain, quiet};
 
 /// Names and units of the scalars of a model.
 #[derive(Default)]
@@ -33,12 +33,11 @@ pub(super) fn quantities<'a>(private: &TokenStream, named: impl Iterator<Item = 
 
 /// `impl Model`.
 pub(in crate::emit) fn model(surface: &Surface, names: &Names) -> TokenStream {
-    let (model, private, quiet) = (&surface.name, surface.private(), quiet());
+    let (model, private, quiet) = (&surface.target, surface.private(), quiet());
     let (n, m, f64) = (surface.degrees(), surface.input_count(), quote!(#private::f64));
-    let (state_type, coordinates_type) = (surface.state_type(), surface.coordinates_type());
     let list = |named: &[(String, String)]| quantities(&private, named.iter().map(|(n, u)| (n.as_str(), u.as_str())));
     let (coordinates, inputs, parameters) = (list(&names.coordinates), list(&names.inputs), list(&names.parameters));
-    let (name, assembly) = (plain(model), coordinates::assembly(surface));
+    let name = plain(&surface.name);
     let (state, accelerations) = (local("state"), local("accelerations"));
     let quantity_list = quote!(&'static [#private::Quantity]);
     quote! {
@@ -48,15 +47,15 @@ pub(in crate::emit) fn model(surface: &Surface, names: &Names) -> TokenStream {
             type Vector = #private::SVector<#f64, #n>;
             type Matrix = #private::SMatrix<#f64, #n, #n>;
             type Inputs = #private::SVector<#f64, #m>;
-            type State = #state_type;
-            type Coordinates = #coordinates_type;
+            type State = <Self as #private::Declared>::State;
+            type Coordinates = <Self as #private::Declared>::Coordinates;
             const NAME: &'static #private::str = #name;
             const COORDINATES: #quantity_list = #coordinates;
             const INPUTS: #quantity_list = #inputs;
             const PARAMETERS: #quantity_list = #parameters;
             #[inline]
             fn coordinates_with(#state: &Self::State, #accelerations: &Self::Vector) -> Self::Coordinates {
-                #assembly
+                <Self as #private::Declared>::coordinates_with(#state, #accelerations)
             }
         }
     }
@@ -64,7 +63,7 @@ pub(in crate::emit) fn model(surface: &Surface, names: &Names) -> TokenStream {
 
 /// The inherent constants with texts.
 pub(super) fn texts(surface: &Surface, compiled: &Compiled) -> TokenStream {
-    let (model, vis, private, quiet) = (&surface.name, &surface.vis, surface.private(), quiet());
+    let (model, vis, private, quiet) = (&surface.target, surface.impl_vis(), surface.private(), quiet());
     let Compiled { report, listing, equations_text, latex, .. } = compiled;
     let shown = format!("The equations of motion as readable text:\n\n```text\n{}\n```", equations_text.trim_end());
     let text = quote!(&'static #private::str);
@@ -85,7 +84,7 @@ pub(super) fn texts(surface: &Surface, compiled: &Compiled) -> TokenStream {
 
 /// `impl Draw`: the `#[drawing]` function, or the points that helper functions return.
 pub(super) fn draw(surface: &Surface) -> TokenStream {
-    let (model, private, q) = (&surface.name, surface.private(), local("coordinates"));
+    let (model, private, q) = (&surface.target, surface.private(), local("coordinates"));
     let drawing = match &surface.drawing {
         Some(function) => quote!(self.#function(#q)),
         None => {

@@ -25,7 +25,7 @@ struct Staged {
 impl Emission<'_> {
     /// `impl Dynamics`.
     pub(super) fn dynamics(&self) -> TokenStream {
-        let (model, private, programs) = (&self.surface.name, &self.private, &self.compiled.programs);
+        let (model, private, programs) = (&self.surface.target, &self.private, &self.compiled.programs);
         let (vector, matrix) = (quote!(<Self as Model>::Vector), quote!(<Self as Model>::Matrix));
         let staged = self.staged();
         let count = staged.constants.len();
@@ -141,7 +141,7 @@ impl Emission<'_> {
     /// `impl Linearize`, unless the Jacobians would be too large: the report says so.
     pub(super) fn linearize(&self) -> TokenStream {
         let Ok(programs) = &self.compiled.programs.jacobians else { return TokenStream::new() };
-        let (model, private) = (&self.surface.name, &self.private);
+        let (model, private) = (&self.surface.target, &self.private);
         let (n, m, p) = (self.degrees(), self.surface.input_count(), self.compiled.model.parameters.len());
         let (f64, jacobian) = (self.float(), quote!(#private::StateJacobian<Self>));
         let (f1, state) = self.solving(&programs.state, "state_jacobian", &jacobian, |r| {
@@ -166,7 +166,7 @@ impl Emission<'_> {
 
     /// `impl Outputs`.
     pub(super) fn outputs(&self) -> TokenStream {
-        let (model, private) = (&self.surface.name, &self.private);
+        let (model, private) = (&self.surface.target, &self.private);
         let outputs = &self.compiled.equations.outputs;
         let names = self.named(outputs);
         let (functions, method) = self.results(&self.compiled.programs.outputs, "outputs", outputs);
@@ -181,7 +181,7 @@ impl Emission<'_> {
 
     /// `impl Events`.
     pub(super) fn events(&self) -> TokenStream {
-        let (model, private) = (&self.surface.name, &self.private);
+        let (model, private) = (&self.surface.target, &self.private);
         let events = &self.compiled.equations.events;
         let names = self.named(events);
         let (functions, method) = self.results(&self.compiled.programs.events, "events", events);
