@@ -6,26 +6,28 @@
 //! | what | type | from a motion |
 //! |---|---|---|
 //! | a picture of one instant | [`Drawing`] | the `#[drawing]` function |
-//! | a moving picture | animation | `motion.animate("run.html")` |
+//! | a moving picture | [`Animation`] | `motion.animate("run.html")` |
 //! | curves | [`Chart`], [`Panel`] | `motion.plot("run.svg")` |
 //! | numbers | table | `motion.write_csv("run.csv")` |
 
+mod animation;
 mod chart;
-#[allow(dead_code)]
 mod color;
 mod drawing;
+mod error;
 #[cfg(feature = "std")]
 mod file;
 mod reduce;
 mod svg;
-#[allow(dead_code)]
 mod text;
 mod ticks;
 #[cfg(test)]
 mod xml_check;
 
+pub use animation::{Animation, Film};
 pub use chart::{Axis, Chart, Mark, Panel, Scale, Series};
 pub use color::Color;
 pub use drawing::{Drawing, Figure, Point, Shape};
+pub use error::OutputError;
 #[cfg(feature = "std")]
 pub use file::FileError;

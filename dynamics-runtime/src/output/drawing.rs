@@ -102,6 +102,17 @@ pub enum Figure {
         /// Whether it is a disc.
         filled: bool,
     },
+    /// Part of a circle of the plane.
+    Arc {
+        /// The centre.
+        center: Point,
+        /// The radius.
+        radius: f64,
+        /// The angle where it begins, in rad, counter-clockwise from the x-axis.
+        from: f64,
+        /// The angle where it ends.
+        to: f64,
+    },
     /// A marker of fixed size in pixels.
     Dot {
         /// The centre.
@@ -269,7 +280,8 @@ impl Drawing {
         self.figure(Figure::Dot { center: center.into() })
     }
 
-    /// A rectangle about its centre, turned counter-clockwise by `angle` (rad); filled if the pen has a fill.
+    /// A rectangle about its centre, turned counter-clockwise by `angle` (rad); filled if the pen has a fill. In space it stands
+    /// upright in the plane of x and z.
     #[must_use]
     pub fn rectangle(
         self,
@@ -288,11 +300,16 @@ impl Drawing {
         }))
     }
 
-    /// An arc about `center` from angle `from` to angle `to` (rad, counter-clockwise from the x-axis).
+    /// An arc about `center` from angle `from` to angle `to` (rad, counter-clockwise from the x-axis); in space it stands upright
+    /// in the plane of x and z.
     #[must_use]
     pub fn arc(self, center: impl Into<Point>, radius: impl Scalar, from: impl Scalar, to: impl Scalar) -> Self {
         let (center, radius) = (center.into(), radius.value());
-        self.curve(from.value(), to.value(), 48, |angle| {
+        let (from, to) = (from.value(), to.value());
+        if matches!(center, Point::Planar(_)) {
+            return self.figure(Figure::Arc { center, radius, from, to });
+        }
+        self.curve(from, to, 48, |angle| {
             let (sin, cos) = libm::sincos(angle);
             center.offset([radius * cos, radius * sin])
         })

@@ -126,6 +126,12 @@ pub(super) fn with_unit(name: &str, unit: &str) -> String {
     if unit.is_empty() { String::from(name) } else { format!("{name} in {unit}") }
 }
 
+/// A value for people, with its unit where that is known.
+pub(super) fn value_with_unit(value: f64, unit: &str) -> String {
+    let value = readable(value, 3);
+    if unit.is_empty() { value } else { format!("{value} {unit}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,459 @@
+//! Pictures of many instants as a few columns of small integers.
+//!
+//! Instants whose pictures have the same figures form a *scene*: its figures are written once, and every number that moves is a
+//! column over the instants. Columns that are equal are written once, columns that stand still are a single number, and the
+//! others are differences of integers: places in units of 1/20,000 of the view, finer than any screen. So a link of a
+//! mechanism costs a few bytes per instant.
+
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::fmt::Write;
+
+use super::super::color::Color;
+use super::super::drawing::{Drawing, Figure, Point, Shape};
+use super::super::text::{json, json_number};
+
+/// Beyond this a coordinate counts as not finite: its square would overflow.
+const LARGEST: f64 = 1e150;
+
+/// Parts of a radian.
+const PARTS_OF_RADIAN: f64 = 10_000.0;
+
+/// Parts of the view's larger side.
+const PARTS: f64 = 20_000.0;
+
+/// The rectangle that holds everything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    lo: [f64; 2],
+    hi: [f64; 2],
+}
+
+impl Bounds {
+    pub(super) const EMPTY: Self = Self { lo: [f64::INFINITY; 2], hi: [f64::NEG_INFINITY; 2] };
+
+    fn include(&mut self, [x, y]: [f64; 2], radius: f64) {
+        if x.abs() < LARGEST && y.abs() < LARGEST && radius.abs() < LARGEST {
+            let radius = radius.abs();
+            self.lo = [self.lo[0].min(x - radius), self.lo[1].min(y - radius)];
+            self.hi = [self.hi[0].max(x + radius), self.hi[1].max(y + radius)];
+        }
+    }
+
+    pub(super) fn union(self, other: Self) -> Self {
+        Self {
+            lo: [self.lo[0].min(other.lo[0]), self.lo[1].min(other.lo[1])],
+            hi: [self.hi[0].max(other.hi[0]), self.hi[1].max(other.hi[1])],
+        }
+    }
+
+    /// The integer grid of these bounds.
+    pub(super) fn grid(self) -> Grid {
+        if self.lo[0] > self.hi[0] {
+            return UNIT_GRID;
+        }
+        let size = [self.hi[0] - self.lo[0], self.hi[1] - self.lo[1]];
+        let largest = size[0].max(size[1]);
+        if largest < 1e-290 {
+            // A single point gets a view about it.
+            return Grid { origin: self.lo, ..UNIT_GRID };
+        }
+        let quantum = largest / PARTS;
+        Grid {
+            origin: [0, 1].map(|axis| 0.5 * (self.lo[axis] + self.hi[axis])),
+            quantum,
+            half: size.map(|side| libm::ceil(0.5 * side / quantum) as i64),
+        }
+    }
+}
+
+/// Places as integers, counted from the middle of the view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grid {
+    pub(super) origin: [f64; 2],
+    pub(super) quantum: f64,
+    /// Half the sides of the view.
+    pub(super) half: [i64; 2],
+}
+
+/// The grid of the square with side 2 about the origin.
+const UNIT_GRID: Grid = Grid { origin: [0.0; 2], quantum: 2.0 / PARTS, half: [10_000; 2] };
+
+/// What a number of a figure measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Measure {
+    X,
+    Y,
+    Length,
+    Angle,
+}
+
+impl Grid {
+    fn integer(&self, value: f64, measure: Measure) -> Option<i64> {
+        let parts = match measure {
+            Measure::X => (value - self.origin[0]) / self.quantum,
+            Measure::Y => (value - self.origin[1]) / self.quantum,
+            Measure::Length => value / self.quantum,
+            Measure::Angle => value * PARTS_OF_RADIAN,
+        };
+        // 2⁵³: beyond, the page's numbers have gaps.
+        (parts.abs() < 9e15).then(|| libm::round(parts) as i64)
+    }
+}
+
+/// One value per instant of a scene, and only one while it stands still.
+#[derive(Clone, Debug, PartialEq)]
+enum Column<T> {
+    Still(T),
+    Moving(Vec<T>),
+}
+
+impl<T: Clone + PartialEq> Column<T> {
+    /// Adds the value of the instant after `seen` others.
+    fn push(&mut self, value: T, seen: usize) {
+        match self {
+            Self::Still(still) if *still == value => {}
+            Self::Still(still) => {
+                let mut values = alloc::vec![still.clone(); seen];
+                values.push(value);
+                *self = Self::Moving(values);
+            }
+            Self::Moving(values) => values.push(value),
+        }
+    }
+}
+
+/// A number that may be NaN and then equals itself.
+#[derive(Clone, Copy, Debug)]
+struct Number(f64);
+
+impl PartialEq for Number {
+    fn eq(&self, other: &Self) -> bool {
+        self.0 == other.0 || (self.0.is_nan() && other.0.is_nan())
+    }
+}
+
+/// The instants whose pictures have the same figures.
+#[derive(Debug)]
+struct Scene {
+    /// What stays the same of each figure, as the inside of a JSON object.
+    figures: Vec<String>,
+    measures: Vec<Measure>,
+    numbers: Vec<Column<Number>>,
+    /// The words of text figures in order.
+    words: Vec<Column<String>>,
+    instants: usize,
+}
+
+/// The pictures of one motion.
+#[derive(Debug)]
+pub(super) struct Reel {
+    scenes: Vec<Scene>,
+    known: BTreeMap<Vec<String>, usize>,
+    /// The scene of each instant.
+    order: Vec<usize>,
+    pub(super) bounds: Bounds,
+    /// Whether any point is one of space.
+    pub(super) spatial: bool,
+    /// The colour of lines that have none of their own.
+    ink: Color,
+}
+
+/// A picture taken apart.
+#[derive(Default)]
+struct Parts {
+    figures: Vec<String>,
+    measures: Vec<Measure>,
+    numbers: Vec<f64>,
+    words: Vec<String>,
+}
+
+impl Reel {
+    /// An empty reel; where several motions share a view, lines take the `ink` of their motion.
+    pub(super) fn new(ink: Color) -> Self {
+        Self {
+            scenes: Vec::new(),
+            known: BTreeMap::new(),
+            order: Vec::new(),
+            bounds: Bounds::EMPTY,
+            spatial: false,
+            ink,
+        }
+    }
+
+    /// Adds the picture of the next instant.
+    pub(super) fn push(&mut self, drawing: &Drawing) {
+        let mut parts = Parts::default();
+        for shape in drawing.shapes() {
+            self.take_apart(shape, &mut parts);
+        }
+        let Parts { figures, measures, numbers, words } = parts;
+        let numbers = numbers.into_iter().map(Number);
+        if let Some(&id) = self.known.get(&figures) {
+            let scene = &mut self.scenes[id];
+            for (column, number) in scene.numbers.iter_mut().zip(numbers) {
+                column.push(number, scene.instants);
+            }
+            for (column, word) in scene.words.iter_mut().zip(words) {
+                column.push(word, scene.instants);
+            }
+            scene.instants += 1;
+            self.order.push(id);
+            return;
+        }
+        self.order.push(self.scenes.len());
+        self.known.insert(figures.clone(), self.scenes.len());
+        self.scenes.push(Scene {
+            figures,
+            measures,
+            numbers: numbers.map(Column::Still).collect(),
+            words: words.into_iter().map(Column::Still).collect(),
+            instants: 1,
+        });
+    }
+
+    fn take_apart(&mut self, shape: &Shape, parts: &mut Parts) {
+        let mut figure = String::new();
+        let mut points: Vec<Point> = Vec::new();
+        let mut radius = 0.0;
+        let mut angles: Option<[f64; 2]> = None;
+        let mut own = self.ink;
+        match &shape.figure {
+            Figure::Polyline { points: corners, closed } => {
+                points.extend(corners);
+                let _ = write!(figure, "\"k\":\"line\",\"n\":{}", corners.len());
+                if *closed {
+                    figure.push_str(",\"z\":1");
+                }
+            }
+            Figure::Circle { center, radius: length, filled } => {
+                points.push(*center);
+                radius = *length;
+                figure.push_str(if *filled { "\"k\":\"disc\"" } else { "\"k\":\"circle\"" });
+                if *filled {
+                    own = Color::Accent;
+                }
+            }
+            Figure::Arc { center, radius: length, from, to } => {
+                points.push(*center);
+                radius = *length;
+                angles = Some([*from, *to]);
+                figure.push_str("\"k\":\"arc\"");
+            }
+            Figure::Dot { center } => {
+                points.push(*center);
+                figure.push_str("\"k\":\"dot\"");
+                own = Color::Accent;
+            }
+            Figure::Spring { from, to, coils } => {
+                points.extend([from, to]);
+                let _ = write!(figure, "\"k\":\"spring\",\"n\":{}", (*coils).clamp(1, 500));
+            }
+            Figure::Arrow { from, to } => {
+                points.extend([from, to]);
+                figure.push_str("\"k\":\"arrow\"");
+            }
+            Figure::Text { at, text, beside } => {
+                points.push(*at);
+                let _ = write!(figure, "\"k\":\"text\",\"b\":{}", u8::from(*beside));
+                parts.words.push(text.clone());
+                own = Color::Ink;
+            }
+            Figure::Trace { name, at, seconds } => {
+                points.push(*at);
+                let _ = write!(figure, "\"k\":\"trace\",\"name\":{}", json(name));
+                if let Some(seconds) = seconds {
+                    let _ = write!(figure, ",\"s\":{}", json_number(*seconds));
+                }
+                own = Color::Accent;
+            }
+            Figure::Ground { from, to } => {
+                points.extend([from, to]);
+                figure.push_str("\"k\":\"ground\"");
+                own = Color::Faint;
+            }
+            Figure::Pivot { at } => {
+                points.push(*at);
+                figure.push_str("\"k\":\"pivot\"");
+                own = Color::Faint;
+            }
+        }
+        pen(&mut figure, shape, own);
+        self.spatial |= points.iter().any(|point| matches!(point, Point::Spatial(_)));
+        for point in points {
+            let place = point.projected();
+            self.bounds.include(place, radius);
+            parts.numbers.extend(place);
+            parts.measures.extend([Measure::X, Measure::Y]);
+        }
+        if matches!(shape.figure, Figure::Circle { .. } | Figure::Arc { .. }) {
+            parts.numbers.push(radius);
+            parts.measures.push(Measure::Length);
+        }
+        for angle in angles.into_iter().flatten() {
+            parts.numbers.push(angle);
+            parts.measures.push(Measure::Angle);
+        }
+        parts.figures.push(figure);
+    }
+
+    /// As JSON: `{"scenes":[…],"order":[…]}`, the order left out where there is one scene.
+    pub(super) fn to_json(&self, grid: &Grid) -> String {
+        let scenes: Vec<_> = self.scenes.iter().map(|scene| scene.to_json(grid)).collect();
+        let mut out = format!("{{\"scenes\":[{}]", scenes.join(","));
+        if self.scenes.len() > 1 {
+            let order: Vec<_> = self.order.iter().map(ToString::to_string).collect();
+            let _ = write!(out, ",\"order\":[{}]", order.join(","));
+        }
+        out.push('}');
+        out
+    }
+}
+
+fn pen(figure: &mut String, shape: &Shape, own: Color) {
+    let resolved = |color: Color| if color == Color::Auto { own } else { color };
+    let _ = write!(figure, ",\"c\":{},\"w\":{}", json(&resolved(shape.color).role()), json_number(shape.width));
+    if let Some(fill) = shape.fill {
+        let _ = write!(figure, ",\"f\":{}", json(&resolved(fill).role()));
+    }
+    if shape.dashed {
+        figure.push_str(",\"d\":1");
+    }
+}
+
+impl Scene {
+    fn to_json(&self, grid: &Grid) -> String {
+        let mut columns: Vec<String> = Vec::new();
+        let mut written: BTreeMap<String, usize> = BTreeMap::new();
+        let mut places: Vec<String> = Vec::new();
+        for (column, measure) in self.numbers.iter().zip(&self.measures) {
+            let text = match column {
+                Column::Still(value) => match grid.integer(value.0, *measure) {
+                    Some(integer) => integer.to_string(),
+                    None => String::from("null"),
+                },
+                Column::Moving(values) => differences(values.iter().map(|value| grid.integer(value.0, *measure))),
+            };
+            let id = *written.entry(text.clone()).or_insert_with(|| {
+                columns.push(text);
+                columns.len() - 1
+            });
+            places.push(id.to_string());
+        }
+        let words: Vec<_> = self.words.iter().map(words_json).collect();
+        let figures: Vec<_> = self.figures.iter().map(|inside| format!("{{{inside}}}")).collect();
+        format!(
+            "{{\"figures\":[{}],\"columns\":[{}],\"places\":[{}],\"words\":[{}]}}",
+            figures.join(","),
+            columns.join(","),
+            places.join(","),
+            words.join(",")
+        )
+    }
+}
+
+fn words_json(column: &Column<String>) -> String {
+    match column {
+        Column::Still(word) => json(word),
+        Column::Moving(words) => {
+            let words: Vec<_> = words.iter().map(|word| json(word)).collect();
+            format!("[{}]", words.join(","))
+        }
+    }
+}
+
+/// `[first, difference, difference, …]`; a missing value is `null` and the difference after it counts from the last one there was.
+pub(super) fn differences(values: impl Iterator<Item = Option<i64>>) -> String {
+    let mut out = String::from("[");
+    let mut last = 0;
+    for (k, value) in values.enumerate() {
+        if k > 0 {
+            out.push(',');
+        }
+        match value {
+            Some(value) => {
+                let _ = write!(out, "{}", value - last);
+                last = value;
+            }
+            None => out.push_str("null"),
+        }
+    }
+    out.push(']');
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_add_up_and_gaps_are_null() {
+        let values = [Some(5), Some(7), None, Some(4), Some(4)];
+        assert_eq!(differences(values.into_iter()), "[5,2,null,-3,0]");
+        assert_eq!(differences([].into_iter()), "[]");
+    }
+
+    #[test]
+    fn what_stands_still_and_what_is_equal_is_written_once() {
+        let mut reel = Reel::new(Color::Ink);
+        for k in 0..4 {
+            let x = f64::from(k);
+            reel.push(&Drawing::new().line([0.0, 0.0], [x, 1.0]).disc([x, 1.0], 0.5));
+        }
+        let json = reel.to_json(&reel.bounds.grid());
+        // The bounds are −0.5 … 3.5 by 0 … 1.5: 20,000 parts of 4, counted from (1.5, 0.75).
+        assert!(json.contains("\"columns\":[-7500,-3750,[-7500,5000,5000,5000],1250,2500]"), "{json}");
+        assert!(json.contains("\"places\":[0,1,2,3,2,3,4]"), "{json}");
+        assert!(!json.contains("order"));
+    }
+
+    #[test]
+    fn a_change_of_figures_begins_a_scene_and_the_old_one_is_found_again() {
+        let mut reel = Reel::new(Color::Ink);
+        let one = Drawing::new().dot([0.0, 0.0]);
+        let two = one.clone().dot([1.0, 0.0]);
+        for drawing in [&one, &two, &one] {
+            reel.push(drawing);
+        }
+        let json = reel.to_json(&reel.bounds.grid());
+        assert!(json.ends_with("\"order\":[0,1,0]}"), "{json}");
+        assert_eq!(json.matches("figures").count(), 2);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_null_and_does_not_spoil_the_view() {
+        let mut reel = Reel::new(Color::Ink);
+        for x in [0.0, f64::NAN, f64::NAN, f64::INFINITY, 1e200, 2.0] {
+            reel.push(&Drawing::new().disc([x, 0.0], 1.0));
+        }
+        let grid = reel.bounds.grid();
+        assert_eq!(grid.origin, [1.0, 0.0]);
+        let json = reel.to_json(&grid);
+        assert!(json.contains("[-5000,null,null,null,null,10000]"), "{json}");
+    }
+
+    #[test]
+    fn any_bounds_have_a_grid() {
+        for points in [&[][..], &[[3.0, 4.0]], &[[1e149, 0.0], [-1e149, 0.0]], &[[0.0, 0.0], [1e-300, 0.0]]] {
+            let mut bounds = Bounds::EMPTY;
+            for point in points {
+                bounds.include(*point, 0.0);
+            }
+            let grid = bounds.grid();
+            assert!(grid.quantum > 0.0 && grid.quantum.is_finite());
+            assert!(grid.half.iter().all(|half| (0..=10_001).contains(half)), "{grid:?}");
+        }
+    }
+
+    #[test]
+    fn words_that_change_are_a_column() {
+        let mut reel = Reel::new(Color::Ink);
+        for k in 0..2 {
+            reel.push(&Drawing::new().text([0.0, 0.0], format!("<{k}>")).label([0.0, 0.0], "still"));
+        }
+        let json = reel.to_json(&reel.bounds.grid());
+        assert!(json.contains(r#""words":[["\u003c0\u003e","\u003c1\u003e"],"still"]"#), "{json}");
+    }
+}

@@ -1,0 +1,510 @@
+"use strict";
+(() => {
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const $ = (id) => document.getElementById(id);
+  const last = data.frames - 1;
+  const several = data.films.length > 1;
+
+  // ---- data: differences back to values; a missing value is NaN
+
+  const summed = (differences) => {
+    let value = 0;
+    return Float64Array.from(differences, (d) => (d === null ? NaN : (value += d)));
+  };
+
+  const films = data.films.map((film) => {
+    const scenes = film.reel.scenes.map((scene) => {
+      const columns = scene.columns.map((c) => (Array.isArray(c) ? summed(c) : c === null ? NaN : c));
+      return { ...scene, numbers: scene.places.map((place) => columns[place]) };
+    });
+    // Scene of every instant, and how many instants of that scene went before.
+    const order = film.reel.order || new Array(data.frames).fill(0);
+    const seen = scenes.map(() => 0);
+    const local = order.map((scene) => seen[scene]++);
+    return { ...film, scenes, order, local, traces: tracesOf(scenes, order, local) };
+  });
+
+  // Where each traced point is at every instant, whatever the scene.
+  function tracesOf(scenes, order, local) {
+    const traces = new Map();
+    scenes.forEach((scene, id) => {
+      let number = 0;
+      for (const figure of scene.figures) {
+        if (figure.k === "trace") {
+          if (!traces.has(figure.name)) {
+            const empty = () => new Float64Array(order.length).fill(NaN);
+            traces.set(figure.name, { x: empty(), y: empty() });
+          }
+          const { x, y } = traces.get(figure.name);
+          order.forEach((scene_id, frame) => {
+            if (scene_id === id) {
+              x[frame] = at(scene.numbers[number], local[frame]);
+              y[frame] = at(scene.numbers[number + 1], local[frame]);
+            }
+          });
+        }
+        number += numbersOf(figure);
+      }
+    });
+    return traces;
+  }
+
+  function numbersOf(figure) {
+    switch (figure.k) {
+      case "line": return 2 * figure.n;
+      case "disc": case "circle": return 3;
+      case "arc": return 5;
+      case "spring": case "arrow": case "ground": return 4;
+      default: return 2;
+    }
+  }
+
+  function at(column, k) { return typeof column === "number" ? column : column[k]; }
+
+  const strip = data.strip.map((curve) => ({
+    ...curve, values: summed(curve.values).map((v) => curve.lo + curve.unit_of_values * v),
+  }));
+
+  // ---- state of the player
+
+  let frame = 0;              // where we are, a fraction of instants
+  let playing = false;
+  let looping = true;
+  let speed = data.speed;     // seconds of the motion per second of playing
+  let before = null;          // clock of the last picture while playing
+  const step = Math.abs(data.step);
+
+  // ---- colours
+
+  let palette = {};
+  function readPalette() {
+    const style = getComputedStyle(document.documentElement);
+    for (const name of ["ground", "panel", "ink", "quiet", "faint", "rule", "blue", "red", "green", "amber", "purple", "teal", "brown", "pink"]) {
+      palette[name] = style.getPropertyValue("--" + name).trim();
+    }
+  }
+  const color = (role, film) => palette[role === "accent" ? film.color : role] || (role[0] === "#" ? role : palette.ink);
+
+  // ---- canvases, in CSS pixels whatever the screen's resolution
+
+  function prepare(canvas) {
+    const { width, height } = canvas.getBoundingClientRect();
+    const ratio = window.devicePixelRatio || 1;
+    const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
+    if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
+    const pen = canvas.getContext("2d");
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    return { pen, width, height };
+  }
+
+  // ---- the picture
+
+  const picture = $("picture");
+  let view = { scale: 1, x: 0, y: 0, marks: 1 };
+
+  function drawPicture() {
+    const { pen, width, height } = prepare(picture);
+    const room = Math.min(34, 0.08 * Math.min(width, height)) + 4;
+    const scale = Math.min((width - 2 * room) / (2 * Math.max(data.half[0], 1)), (height - 2 * room) / (2 * Math.max(data.half[1], 1)));
+    // Signs of fixed size shrink with small pictures.
+    view = { scale, x: width / 2, y: height / 2, marks: Math.max(0.6, Math.min(1, Math.min(width, height) / 420)) };
+    if (!data.spatial) drawGrid(pen, width, height);
+    pen.lineJoin = pen.lineCap = "round";
+    for (const film of films) drawTraces(pen, film);
+    for (const film of films) drawFilm(pen, film);
+  }
+
+  function roundStep(least) {
+    const power = 10 ** Math.floor(Math.log10(least));
+    return [1, 2, 5, 10].map((d) => d * power).find((s) => s >= least * (1 - 1e-9));
+  }
+
+  function drawGrid(pen, width, height) {
+    const unit = view.scale / data.quantum;   // pixels per length of the model
+    const spacing = roundStep(64 / unit);
+    if (!(spacing > 0) || !Number.isFinite(spacing)) return;
+    pen.strokeStyle = palette.rule;
+    pen.lineWidth = 1;
+    pen.beginPath();
+    const left = data.origin[0] - view.x / unit, bottom = data.origin[1] - (height - view.y) / unit;
+    for (let k = Math.ceil(left / spacing), n = 0; n < 200; k++, n++) {
+      const x = Math.round((k * spacing - left) * unit) + 0.5;
+      if (x > width) break;
+      pen.moveTo(x, 0); pen.lineTo(x, height);
+    }
+    for (let k = Math.ceil(bottom / spacing), n = 0; n < 200; k++, n++) {
+      const y = height - Math.round((k * spacing - bottom) * unit) - 0.5;
+      if (y < 0) break;
+      pen.moveTo(0, y); pen.lineTo(width, y);
+    }
+    pen.stroke();
+    $("scale").textContent = "grid " + number(spacing);
+  }
+
+  const px = (x) => view.x + view.scale * x;
+  const py = (y) => view.y - view.scale * y;
+
+  // The numbers of a film now: between two instants of the same scene they are interpolated.
+  function current(film) {
+    const k = Math.min(Math.floor(frame), last), part = frame - k;
+    const scene = film.scenes[film.order[k]];
+    if (!scene) return null;
+    const a = film.local[k];
+    const between = part > 0 && k < last && film.order[k + 1] === film.order[k];
+    const value = (column) => {
+      if (typeof column === "number") return column;
+      const v = column[a];
+      return between ? v + part * (column[a + 1] - v) : v;
+    };
+    return { scene, instant: a, value };
+  }
+
+  function drawFilm(pen, film) {
+    const now = current(film);
+    if (!now) return;
+    let number = 0, word = 0;
+    for (const figure of now.scene.figures) {
+      const count = numbersOf(figure);
+      const v = [];
+      for (let k = 0; k < count; k++) v.push(now.value(now.scene.numbers[number + k]));
+      number += count;
+      const words = figure.k === "text" ? now.scene.words[word++] : "";
+      if (v.some(Number.isNaN)) continue;
+      pen.strokeStyle = pen.fillStyle = color(figure.c, film);
+      pen.lineWidth = figure.w ?? 2;
+      pen.setLineDash(figure.d ? [6, 5] : []);
+      draw[figure.k]?.(pen, v, figure, film, Array.isArray(words) ? words[now.instant] : words);
+    }
+    pen.setLineDash([]);
+  }
+
+  const outline = (pen, v) => {
+    pen.beginPath();
+    for (let k = 0; k < v.length; k += 2) pen.lineTo(px(v[k]), py(v[k + 1]));
+  };
+  const filled = (pen, figure, film) => {
+    if (!figure.f) return;
+    const stroke = pen.fillStyle;
+    pen.fillStyle = color(figure.f, film);
+    pen.fill();
+    pen.fillStyle = stroke;
+  };
+
+  const draw = {
+    line(pen, v, figure, film) {
+      outline(pen, v);
+      if (figure.z) { pen.closePath(); filled(pen, figure, film); }
+      pen.stroke();
+    },
+    disc(pen, v) {
+      pen.beginPath();
+      pen.arc(px(v[0]), py(v[1]), Math.max(1.5, Math.abs(v[2]) * view.scale), 0, 2 * Math.PI);
+      pen.fill();
+    },
+    circle(pen, v, figure, film) {
+      pen.beginPath();
+      pen.arc(px(v[0]), py(v[1]), Math.abs(v[2]) * view.scale, 0, 2 * Math.PI);
+      filled(pen, figure, film);
+      pen.stroke();
+    },
+    // Angles count in 1/10,000 rad; up is up, so they run against the canvas.
+    arc(pen, v) {
+      pen.beginPath();
+      pen.arc(px(v[0]), py(v[1]), Math.abs(v[2]) * view.scale, -v[3] / 1e4, -v[4] / 1e4, v[4] > v[3]);
+      pen.stroke();
+    },
+    dot(pen, v) {
+      pen.beginPath();
+      pen.arc(px(v[0]), py(v[1]), 7 * view.marks, 0, 2 * Math.PI);
+      pen.fill();
+    },
+    spring(pen, v, figure) {
+      const [ax, ay, bx, by] = [px(v[0]), py(v[1]), px(v[2]), py(v[3])];
+      const length = Math.hypot(bx - ax, by - ay) || 1;
+      const [ex, ey] = [(bx - ax) / length, (by - ay) / length];
+      const straight = 0.1 * length, half = 8 * view.marks, turns = 2 * figure.n;
+      pen.beginPath();
+      pen.moveTo(ax, ay);
+      pen.lineTo(ax + straight * ex, ay + straight * ey);
+      for (let k = 0; k < turns; k++) {
+        const s = straight + (length - 2 * straight) * (k + 0.5) / turns, side = k % 2 ? -half : half;
+        pen.lineTo(ax + s * ex - side * ey, ay + s * ey + side * ex);
+      }
+      pen.lineTo(bx - straight * ex, by - straight * ey);
+      pen.lineTo(bx, by);
+      pen.stroke();
+    },
+    arrow(pen, v) {
+      const [ax, ay, bx, by] = [px(v[0]), py(v[1]), px(v[2]), py(v[3])];
+      const length = Math.hypot(bx - ax, by - ay);
+      if (length < 0.5) return;
+      const head = Math.min(11 * view.marks, 0.6 * length), [ex, ey] = [(bx - ax) / length, (by - ay) / length];
+      pen.beginPath();
+      pen.moveTo(ax, ay);
+      pen.lineTo(bx - 0.8 * head * ex, by - 0.8 * head * ey);
+      pen.stroke();
+      pen.beginPath();
+      pen.moveTo(bx, by);
+      pen.lineTo(bx - head * ex - 0.45 * head * ey, by - head * ey + 0.45 * head * ex);
+      pen.lineTo(bx - head * ex + 0.45 * head * ey, by - head * ey - 0.45 * head * ex);
+      pen.fill();
+    },
+    text(pen, v, figure, film, words) {
+      pen.font = "14px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
+      pen.textAlign = figure.b ? "left" : "center";
+      pen.textBaseline = "middle";
+      const shift = figure.b ? 11 : 0;
+      pen.save();
+      pen.setLineDash([]);
+      pen.strokeStyle = palette.panel;
+      pen.lineWidth = 4;
+      pen.strokeText(words, px(v[0]) + shift, py(v[1]) - shift);
+      pen.restore();
+      pen.fillText(words, px(v[0]) + shift, py(v[1]) - shift);
+    },
+    ground(pen, v) {
+      const [ax, ay, bx, by] = [px(v[0]), py(v[1]), px(v[2]), py(v[3])];
+      const length = Math.hypot(bx - ax, by - ay) || 1, size = 9 * view.marks;
+      const [ex, ey] = [(bx - ax) / length, (by - ay) / length];
+      pen.beginPath();
+      pen.moveTo(ax, ay);
+      pen.lineTo(bx, by);
+      pen.stroke();
+      pen.lineWidth = 1;
+      pen.beginPath();
+      for (let s = size / 2; s <= length; s += size) {
+        pen.moveTo(ax + s * ex, ay + s * ey);
+        pen.lineTo(ax + (s - size) * ex - size * ey, ay + (s - size) * ey + size * ex);
+      }
+      pen.stroke();
+    },
+    pivot(pen, v) {
+      const [x, y, r] = [px(v[0]), py(v[1]), 5 * view.marks];
+      pen.beginPath();
+      pen.arc(x, y, r, 0, 2 * Math.PI);
+      pen.save();
+      pen.fillStyle = palette.panel;
+      pen.fill();
+      pen.restore();
+      pen.stroke();
+    },
+    trace() {},
+  };
+
+  function drawTraces(pen, film) {
+    const now = current(film);
+    if (!now) return;
+    let number = 0;
+    for (const figure of now.scene.figures) {
+      if (figure.k === "trace") {
+        const trace = film.traces.get(figure.name);
+        const head = [now.value(now.scene.numbers[number]), now.value(now.scene.numbers[number + 1])];
+        pen.strokeStyle = color(figure.c, film);
+        pen.lineWidth = 0.75 * (figure.w ?? 2);
+        pen.setLineDash(figure.d ? [6, 5] : []);
+        drawTrace(pen, trace, head, figure.s);
+      }
+      number += numbersOf(figure);
+    }
+    pen.globalAlpha = 1;
+    pen.setLineDash([]);
+  }
+
+  // A trace of limited length fades in pieces; a whole one is a single quiet stroke.
+  function drawTrace(pen, { x, y }, head, seconds) {
+    const end = Math.floor(frame);
+    const reach = seconds == null || !step ? end : Math.max(0, Math.ceil(seconds / step));
+    const begin = Math.max(0, end - reach), pieces = seconds == null ? 1 : 20;
+    for (let piece = 0; piece < pieces; piece++) {
+      const from = begin + Math.floor((end - begin) * piece / pieces);
+      const to = piece === pieces - 1 ? end : begin + Math.floor((end - begin) * (piece + 1) / pieces);
+      if (to <= from && piece < pieces - 1) continue;
+      pen.globalAlpha = seconds == null ? 0.5 : 0.08 + 0.72 * (piece + 1) / pieces;
+      pen.beginPath();
+      let down = false;
+      for (let k = from; k <= to; k++) {
+        if (Number.isNaN(x[k]) || Number.isNaN(y[k])) { down = false; continue; }
+        if (down) pen.lineTo(px(x[k]), py(y[k])); else pen.moveTo(px(x[k]), py(y[k]));
+        down = true;
+      }
+      if (to === end && down && !head.some(Number.isNaN)) pen.lineTo(px(head[0]), py(head[1]));
+      pen.stroke();
+    }
+  }
+
+  // ---- the strip of plots
+
+  const plot = $("plot");
+  const edge = { left: 58, right: 10, top: 8, bottom: 8 };
+
+  function drawStrip() {
+    if (!strip.length) return;
+    const { pen, width, height } = prepare(plot);
+    let lo = Infinity, hi = -Infinity;
+    for (const curve of strip) for (const v of curve.values) { if (v < lo) lo = v; if (v > hi) hi = v; }
+    if (!(lo <= hi)) { lo = -1; hi = 1; }
+    if (lo === hi) { const half = Math.abs(lo) / 2 || 1; lo -= half; hi += half; }
+    const x = (k) => edge.left + (width - edge.left - edge.right) * (last ? k / last : 0);
+    const y = (v) => height - edge.bottom - (height - edge.top - edge.bottom) * (v - lo) / (hi - lo);
+    pen.strokeStyle = palette.rule;
+    pen.lineWidth = 1;
+    pen.strokeRect(edge.left + 0.5, edge.top - 3.5, width - edge.left - edge.right - 1, height - edge.top - edge.bottom + 7);
+    if (lo < 0 && hi > 0) {
+      pen.beginPath(); pen.moveTo(edge.left, y(0)); pen.lineTo(width - edge.right, y(0)); pen.stroke();
+    }
+    pen.fillStyle = palette.quiet;
+    pen.font = "11px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    pen.fillText(number(hi, 3), edge.left - 6, y(hi) + 3);
+    pen.fillText(number(lo, 3), edge.left - 6, y(lo) - 3);
+    if (lo < 0 && hi > 0 && Math.min(y(0) - y(hi), y(lo) - y(0)) > 18) pen.fillText("0", edge.left - 6, y(0));
+    pen.lineWidth = 1.6;
+    pen.lineJoin = "round";
+    for (const curve of strip) {
+      pen.strokeStyle = palette[curve.color];
+      pen.setLineDash([[], [7, 4], [2, 3]][curve.dash % 3]);
+      pen.beginPath();
+      let down = false;
+      curve.values.forEach((v, k) => {
+        if (Number.isNaN(v)) { down = false; return; }
+        if (down) pen.lineTo(x(k), y(v)); else pen.moveTo(x(k), y(v));
+        down = true;
+      });
+      pen.stroke();
+    }
+    pen.setLineDash([]);
+    pen.strokeStyle = palette.ink;
+    pen.lineWidth = 1;
+    pen.beginPath(); pen.moveTo(x(frame), edge.top - 4); pen.lineTo(x(frame), height - edge.bottom + 4); pen.stroke();
+    strip.forEach((curve) => {
+      const v = interpolated(curve.values);
+      pen.fillStyle = palette[curve.color];
+      if (!Number.isNaN(v)) { pen.beginPath(); pen.arc(x(frame), y(v), 3, 0, 2 * Math.PI); pen.fill(); }
+      curve.shown.textContent = Number.isNaN(v) ? "–" : number(v, 4) + (curve.unit ? " " + curve.unit : "");
+    });
+  }
+
+  function interpolated(values) {
+    const k = Math.min(Math.floor(frame), last), part = frame - k;
+    return part > 0 && k < last ? values[k] + part * (values[k + 1] - values[k]) : values[k];
+  }
+
+  // ---- numbers and times as people write them
+
+  function number(v, digits = 3) {
+    if (v === 0) return "0";
+    const size = Math.abs(v);
+    const text = size >= 1e-3 && size < 1e5 ? String(Number(v.toPrecision(digits))) : v.toExponential(digits - 1).replace(/\.?0+e/, "e").replace("e+", "e");
+    return text.replace(/-/g, "−");
+  }
+
+  const timeDigits = Math.max(0, Math.min(12, 3 - Math.floor(Math.log10(step * last || 1) + 1e-9)));
+  const time = (k) => (data.start + data.step * k).toFixed(timeDigits).replace(/-/g, "−");
+
+  // ---- what the viewer does
+
+  const refresh = () => { drawPicture(); drawStrip(); };
+
+  function seek(k) {
+    frame = Math.max(0, Math.min(last, k));
+    $("scrub").value = last ? frame / last : 0;
+    $("time").textContent = "t = " + time(frame) + " / " + time(last) + (data.time_unit && " " + data.time_unit);
+    refresh();
+  }
+
+  function setPlaying(value) {
+    playing = value && last > 0;
+    $("sign").setAttribute("d", playing ? "M6 5h4v14H6zM14 5h4v14h-4z" : "M7 4.5v15l12.5-7.5z");
+    $("play").setAttribute("aria-label", playing ? "pause" : "play");
+    before = null;
+    if (playing) { if (frame >= last) seek(0); requestAnimationFrame(tick); }
+  }
+
+  function tick(now) {
+    if (!playing) return;
+    // A page that was hidden goes on where it was.
+    const passed = before === null ? 0 : Math.min(now - before, 100) / 1000;
+    before = now;
+    let next = frame + passed * speed / step;
+    if (next >= last) {
+      if (!looping) { seek(last); setPlaying(false); return; }
+      next = last > 0 ? next % last : 0;
+    }
+    seek(next);
+    requestAnimationFrame(tick);
+  }
+
+  function setLooping(value) {
+    looping = value;
+    $("loop").setAttribute("aria-pressed", String(value));
+  }
+
+  const factors = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20];
+  for (const factor of factors) {
+    const option = new Option(number(Number((factor * data.speed).toPrecision(6)), 3) + " ×", String(factor), factor === 1, factor === 1);
+    $("speed").append(option);
+  }
+  function faster(by) {
+    const k = Math.max(0, Math.min(factors.length - 1, $("speed").selectedIndex + by));
+    $("speed").selectedIndex = k;
+    speed = data.speed * factors[k];
+  }
+
+  $("play").addEventListener("click", () => setPlaying(!playing));
+  picture.addEventListener("click", () => setPlaying(!playing));
+  $("loop").addEventListener("click", () => setLooping(!looping));
+  $("speed").addEventListener("change", () => faster(0));
+  $("scrub").addEventListener("input", (event) => { setPlaying(false); seek(event.target.valueAsNumber * last); });
+
+  const scrubPlot = (event) => {
+    const box = plot.getBoundingClientRect();
+    setPlaying(false);
+    seek(last * (event.clientX - box.left - edge.left) / (box.width - edge.left - edge.right));
+  };
+  plot.addEventListener("pointerdown", (event) => { plot.setPointerCapture(event.pointerId); scrubPlot(event); });
+  plot.addEventListener("pointermove", (event) => { if (event.buttons) scrubPlot(event); });
+
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select, summary")) return;
+    const far = event.shiftKey ? last / 10 : last / 100;
+    const jump = (k) => { setPlaying(false); seek(k); };
+    const actions = {
+      " ": () => setPlaying(!playing), k: () => setPlaying(!playing), l: () => setLooping(!looping), L: () => setLooping(!looping),
+      ArrowLeft: () => jump(frame - far), ArrowRight: () => jump(frame + far), ",": () => jump(Math.ceil(frame) - 1), ".": () => jump(Math.floor(frame) + 1),
+      Home: () => jump(0), End: () => jump(last), "+": () => faster(1), "=": () => faster(1), "-": () => faster(-1),
+    };
+    const action = actions[event.key];
+    if (action) { event.preventDefault(); action(); }
+  });
+
+  // ---- names, and the start
+
+  function key(name, tint) {
+    const item = document.createElement("span"), line = document.createElement("i"), value = document.createElement("b");
+    item.className = "key";
+    line.style.borderColor = "var(--" + tint + ")";
+    item.append(line, name, value);
+    return { item, line, value };
+  }
+
+  if (several || films.some((film) => film.label)) {
+    for (const film of films) $("films").append(key(film.label || "–", film.color).item);
+  }
+  if (strip.length) {
+    $("strip").hidden = false;
+    for (const curve of strip) {
+      const { item, line, value } = key(curve.name, curve.color);
+      line.style.borderTopStyle = ["solid", "dashed", "dotted"][curve.dash % 3];
+      curve.shown = value;
+      $("curves").append(item);
+    }
+  }
+
+  readPalette();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readPalette(); refresh(); });
+  new ResizeObserver(refresh).observe($("stage"));
+  seek(0);
+  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) setPlaying(true);
+})();

@@ -1,0 +1,149 @@
+use alloc::string::ToString;
+use alloc::vec;
+
+use super::*;
+
+/// A disc that goes once around while `angle` counts.
+struct Wheel {
+    name: &'static str,
+    span: [f64; 2],
+}
+
+const WHEEL: Wheel = Wheel { name: "Wheel", span: [0.0, 10.0] };
+
+impl Film for Wheel {
+    fn title(&self) -> String {
+        self.name.to_string()
+    }
+    fn method(&self) -> String {
+        "drawn by hand".to_string()
+    }
+    fn summary(&self) -> String {
+        "1 step < 2 steps & more\n".to_string()
+    }
+    fn span(&self) -> [f64; 2] {
+        self.span
+    }
+    fn quantities(&self) -> Vec<(String, String)> {
+        [("angle", "rad"), ("turns", ""), ("bad", "")].map(|(name, unit)| (name.to_string(), unit.to_string())).to_vec()
+    }
+    fn play(&self, times: &[f64], show: &mut dyn FnMut(&Drawing, &[f64])) {
+        for t in times {
+            let (sin, cos) = libm::sincos(*t);
+            let drawing = Drawing::new()
+                .line([0.0, 0.0], [cos, sin])
+                .trace("rim", [cos, sin])
+                .disc([cos, sin], 0.1)
+                .label([cos, sin], self.name);
+            show(&drawing, &[*t, t / 6.0, f64::NAN]);
+        }
+    }
+}
+
+fn data(html: &str) -> &str {
+    html.split("id=\"data\">").nth(1).unwrap().split("</script>").next().unwrap().trim()
+}
+
+#[test]
+fn the_page_has_its_parts_and_is_self_contained() {
+    let html = Animation::new().add(&WHEEL, "").to_html().unwrap();
+    for part in ["<!DOCTYPE html>", "<h1>Wheel</h1>", "drawn by hand", "1 step &lt; 2 steps &amp; more</pre>"] {
+        assert!(html.contains(part), "{part}");
+    }
+    for outside in ["http:", "https:", "//cdn", "import ", "fetch(", "{{"] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+    assert!(data(&html).contains("\"frames\":601,\"speed\":1,"));
+    assert!(html.len() < 60_000, "{}", html.len());
+}
+
+#[test]
+fn hostile_names_stay_text() {
+    let name = "</script><script>alert('{{data}}')</script>";
+    let wheel = Wheel { name, ..WHEEL };
+    let html = Animation::new().add(&wheel, name).add(&wheel, "<b>").to_html().unwrap();
+    assert_eq!(html.matches("<script").count(), 2);
+    assert_eq!(html.matches("</script").count(), 2);
+    assert!(!html.contains("<b>"));
+    assert!(html.contains("alert(&#39;{{data}}&#39;)"));
+}
+
+#[test]
+fn an_unknown_quantity_is_an_error_that_names_its_neighbour() {
+    let error = Animation::new().add(&WHEEL, "").plot(["angl"]).to_html().unwrap_err();
+    assert_eq!(error.to_string(), "there is no quantity `angl`; did you mean `angle`?");
+}
+
+#[test]
+fn curves_are_chosen_by_name_or_by_their_common_unit() {
+    let html = |animation: Animation<'_>| animation.to_html().unwrap();
+    let page = html(Animation::new().add(&WHEEL, ""));
+    assert!(data(&page).contains("\"name\":\"angle\"") && !data(&page).contains("\"turns\""));
+    let page = html(Animation::new().add(&WHEEL, "").plot(["turns", "bad"]));
+    assert!(data(&page).contains("\"turns\"") && !data(&page).contains("\"name\":\"angle\""));
+    let page = html(Animation::new().add(&WHEEL, "").without_plot());
+    assert!(data(&page).ends_with("\"strip\":[]}"));
+    let page = html(Animation::new().add(&WHEEL, "A").add(&WHEEL, "B"));
+    assert!(data(&page).contains("\"angle (A)\"") && data(&page).contains("\"angle (B)\""));
+}
+
+#[test]
+fn values_that_are_no_numbers_are_null() {
+    let html = Animation::new().add(&WHEEL, "").frames(3).plot(["bad"]).to_html().unwrap();
+    assert!(data(&html).contains("\"values\":[null,null,null]"));
+    assert!(!data(&html).contains("NaN"));
+}
+
+#[test]
+fn speeds_and_instants() {
+    let clock = |span: [f64; 2]| {
+        let wheel = Wheel { span, ..WHEEL };
+        Clock::of(&Animation::new().add(&wheel, ""))
+    };
+    let real = clock([1.0, 11.0]);
+    assert_eq!((real.frames, real.speed, real.notes.len()), (601, 1.0, 0));
+    let long = clock([0.0, 1000.0]);
+    assert_eq!((long.frames, long.speed), (3600, 20.0));
+    assert_eq!(long.notes, ["played 20 × as fast as real time", "one instant every 0.278 s"]);
+    let short = clock([0.0, 0.01]);
+    assert_eq!((short.frames, short.speed), (601, 0.001));
+    let back = clock([10.0, 0.0]);
+    assert_eq!((back.start, back.frames), (10.0, 601));
+    assert!((back.step + 10.0 / 600.0).abs() < 1e-15);
+    let still = clock([3.0, 3.0]);
+    assert_eq!((still.start, still.step, still.frames), (3.0, 0.0, 1));
+    for hard in [[0.0, 1e300], [0.0, 1e-300], [-1e300, 1e-300]] {
+        let clock = clock(hard);
+        assert!(clock.frames >= 2 && clock.speed.is_normal(), "{hard:?} {clock:?}");
+        let times = clock.times(hard);
+        assert_eq!(times[0], hard[0]);
+        assert!((times[clock.frames - 1] - hard[1]).abs() <= 1e-12 * hard[1].abs().max(hard[0].abs()));
+        assert!(times.iter().all(|t| t.is_finite()));
+    }
+}
+
+#[test]
+fn a_motion_that_is_over_stays_where_it_ended() {
+    let short = Wheel { span: [0.0, 5.0], ..WHEEL };
+    let animation = Animation::new().add(&WHEEL, "A").add(&short, "B");
+    let clock = Clock::of(&animation);
+    let times = clock.times(short.span);
+    assert_eq!(times.len(), 601);
+    assert_eq!(times[600], 5.0);
+    assert_eq!(times[150], 2.5);
+}
+
+#[test]
+fn a_page_without_motions_is_a_page() {
+    let html = Animation::new().to_html().unwrap();
+    assert!(html.contains("<h1>No motion</h1>"));
+    assert!(data(&html).contains("\"films\":[]"));
+}
+
+#[test]
+fn templates_are_filled_once() {
+    assert_eq!(fill("{{a}}-{{b}}-{{a}}", &[("a", "{{b}}"), ("b", "2")]), "{{b}}-2-{{b}}");
+    assert_eq!(fill("{{open", &[]), "");
+    let values = vec![("x", "1")];
+    assert_eq!(fill("none", &values), "none");
+}
