@@ -211,6 +211,26 @@ proptest! {
     }
 }
 
+/// The search for the interval is right however unevenly the knots lie: at every knot the piece on its right counts.
+#[test]
+fn knots_may_be_spaced_wildly() {
+    let powers = |exponents: core::ops::Range<i32>| exponents.map(|e| 10_f64.powi(e)).collect::<Vec<_>>();
+    let mirrored: Vec<f64> = powers(-9..3).into_iter().rev().map(|x| 1.0 - x).collect();
+    let lopsided: Vec<f64> = (0..50).map(|i| f64::from(i) * 1e-6).chain([1.0]).collect();
+    let subnormal: Vec<f64> = (0..5).map(|i| f64::from(i) * 1e-310).collect();
+    let huge = vec![-1e307, -1.0, 1.0, 1e307];
+    for knots in [powers(-9..3), mirrored, lopsided, subnormal, huge] {
+        let value = |i: usize| if knots[1] - knots[0] < 1e-300 { 2.0 } else { (i % 3) as f64 };
+        let values: Vec<f64> = (0..knots.len()).map(value).collect();
+        let spline = CubicSpline::natural(&knots, &values).unwrap();
+        for i in 0..knots.len() - 1 {
+            assert_eq!(spline.derivatives(knots[i])[0], values[i], "at knot {i} of {knots:?}");
+            let middle = 0.5 * knots[i] + 0.5 * knots[i + 1];
+            assert_eq!(spline.derivatives(middle)[3], spline.derivatives(knots[i])[3], "after knot {i} of {knots:?}");
+        }
+    }
+}
+
 #[test]
 fn outside_its_knots_a_spline_is_not_a_number_or_what_was_asked_for() {
     let (x, y) = ([0.0, 1.0, 2.0, 4.0], [0.0, 1.0, 0.0, 3.0]);

@@ -17,13 +17,13 @@ struct Row {
     right: f64,
 }
 
-/// 2m₀ + m₁ = 3δ₀, which says f″ = 0, and the same at the end.
+/// h₀(2m₀ + m₁) = 3h₀δ₀, which says f″ = 0, and the same at the end; with the factor h₀ the rows are of one size.
 pub(super) fn natural(knots: &[f64], values: &[f64]) -> Vec<f64> {
     let (h, d) = differences(knots, values);
     let last = h.len() - 1;
     let mut rows = inner_rows(&h, &d);
-    rows.insert(0, Row { below: 0.0, diagonal: 2.0, above: 1.0, right: 3.0 * d[0] });
-    rows.push(Row { below: 1.0, diagonal: 2.0, above: 0.0, right: 3.0 * d[last] });
+    rows.insert(0, Row { below: 0.0, diagonal: 2.0 * h[0], above: h[0], right: 3.0 * h[0] * d[0] });
+    rows.push(Row { below: h[last], diagonal: 2.0 * h[last], above: 0.0, right: 3.0 * h[last] * d[last] });
     solve(rows)
 }
 
