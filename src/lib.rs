@@ -45,6 +45,7 @@ pub use dynamics_runtime::*;
 /// Everything that a model and its use need: `use dynamics::prelude::*;`.
 pub mod prelude {
     pub use dynamics_macros::{Dynamics, dynamics};
+    pub use dynamics_runtime::TimeDerivative as _;
     pub use dynamics_runtime::error::{SingularMassMatrix, StateError};
     pub use dynamics_runtime::math::F64Ext as _;
     #[cfg(feature = "alloc")]

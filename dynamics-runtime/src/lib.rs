@@ -6,6 +6,7 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+pub mod derivative;
 pub mod error;
 pub mod expr;
 pub mod force;
@@ -23,6 +24,7 @@ pub mod smooth;
 pub mod spline;
 pub mod vector;
 
+pub use derivative::TimeDerivative;
 pub use expr::Expr;
 pub use force::Force;
 pub use matrix::Mat3;

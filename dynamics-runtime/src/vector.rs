@@ -220,6 +220,12 @@ macro_rules! vector {
             }
         }
 
+        impl<'a, T: Scalar> Sum<&'a Self> for $Vec<T> {
+            fn sum<I: Iterator<Item = &'a Self>>(terms: I) -> Self {
+                terms.copied().sum()
+            }
+        }
+
         impl<T> From<[T; $n]> for $Vec<T> {
             #[inline(always)]
             fn from([$($field),*]: [T; $n]) -> Self {

@@ -1,6 +1,6 @@
 //! Model functions as users write them type-check without annotations and give the values that a hand calculation gives.
 
-use dynamics_runtime::{Expr, Force, Mat3, SmoothFunction, Vec2, Vec3, vec2, vec3};
+use dynamics_runtime::{Expr, Force, Mat3, SmoothFunction, TimeDerivative, Vec2, Vec3, vec2, vec3};
 
 struct Parameters {
     mass: f64,
@@ -137,11 +137,26 @@ fn f64_and_expr_mix_everywhere() {
     tensor -= Mat3::IDENTITY * 0.5;
     assert_eq!(tensor[(1, 1)].value(), 1.5);
     let total: Vec2 = (0..3).map(|i| model.masses[i] * model.bob(&q, i)).sum();
+    let terms = [0, 1, 2].map(|i| model.masses[i] * model.bob(&q, i));
+    assert_eq!(terms.iter().sum::<Vec2>(), total);
     let by_hand = model.bob(&q, 0) + 2.0 * model.bob(&q, 1) + 3.0 * model.bob(&q, 2);
     assert_eq!(total.value(), by_hand.value());
     let (t, factor) = (&q.t, &2.0);
     assert_eq!((1.0 - t / 2.0 + t * factor).rate(), 1.5);
     assert!(0.0 < q.x && q.x <= q.t && q.x >= model.length && q.x != 0.0 && 1.5 == q.x);
+}
+
+#[test]
+fn everything_has_a_time_derivative() {
+    let (model, q) = (parameters(), coordinates());
+    let rates = q.theta.dt().map(Expr::value);
+    assert_eq!(rates, [1.0, 2.0, 3.0]);
+    let (bobs, rotation, axis, (length,)) =
+        ([model.bob(&q, 0), model.bob(&q, 1)], model.orientation(&q), model.axis, (model.length,)).dt();
+    assert_eq!(bobs[1].value(), model.bob(&q, 1).rate());
+    assert_eq!(rotation.value(), model.orientation(&q).rate());
+    assert_eq!((axis, length), (Vec3::new(0.0, 0.0, 0.0), 0.0));
+    assert_eq!([[q.x]].dt()[0][0].value(), -0.5);
 }
 
 #[test]
