@@ -17,6 +17,8 @@ pub mod math;
 pub mod matrix;
 pub mod model;
 #[cfg(feature = "alloc")]
+pub mod motion;
+#[cfg(feature = "alloc")]
 pub mod output;
 pub mod scalar;
 pub mod smooth;

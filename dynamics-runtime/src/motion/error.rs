@@ -1,0 +1,333 @@
+//! Why a simulation did not reach its end, or why a motion has no answer.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use core::fmt;
+
+use super::record::Trajectory;
+use crate::error::SingularMassMatrix;
+use crate::model::{Model, ModelState};
+
+/// A simulation that stopped before its end. What was computed up to there is still in hand: [`SimulationError::motion`].
+pub struct SimulationError<M: Model> {
+    /// What happened.
+    pub kind: SimulationErrorKind,
+    /// Time of the last good state; the start's where nothing has moved.
+    pub time: f64,
+    /// Size of the last step that was tried; 0 where none was.
+    pub step: f64,
+    /// The last good state; the start where nothing has moved.
+    pub state: Box<M::State>,
+    pub(crate) trajectory: Option<Box<Trajectory<M>>>,
+}
+
+/// The kinds of failure, with the values needed to act.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SimulationErrorKind {
+    /// An option makes no sense; nothing was computed.
+    Option(OptionError),
+    /// The mass matrix has no inverse.
+    SingularMassMatrix(SingularMassMatrix),
+    /// An acceleration is infinite or not a number, however short the step.
+    AccelerationNotFinite {
+        /// The coordinate.
+        coordinate: &'static str,
+    },
+    /// The inputs closure returned an infinite value or not a number.
+    InputNotFinite {
+        /// The input.
+        input: &'static str,
+    },
+    /// The tolerance asks for steps below the resolution of time: the motion has a singularity or a jump here.
+    StepSizeTooSmall {
+        /// The coordinate with the largest error.
+        coordinate: &'static str,
+    },
+    /// More steps, rejected ones included, than `.max_steps(..)` permits.
+    TooManySteps {
+        /// The limit.
+        limit: u64,
+        /// When the problem was found stiff, if it was.
+        stiff_at: Option<f64>,
+    },
+    /// The flag given to `.cancel(..)` was raised.
+    Cancelled,
+    /// An event function is not a number.
+    EventNotANumber {
+        /// The event.
+        event: String,
+    },
+    /// An event happens again and again in ever shorter time (Zeno's paradox: a ball that comes to rest by bouncing).
+    EventsAccumulate {
+        /// The event.
+        event: String,
+        /// The time that they approach.
+        at: f64,
+    },
+    /// The reset of an event does not turn the motion away: the event happens again at once.
+    EventRepeats {
+        /// The event.
+        event: String,
+    },
+    /// The reset of an event left a value that is infinite or not a number, or moved time.
+    BadReset {
+        /// The event.
+        event: String,
+        /// The coordinate, velocity or input; `t` where time was moved.
+        name: &'static str,
+    },
+}
+
+/// An option of a simulation that makes no sense.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum OptionError {
+    /// `.until(..)` is missing.
+    NoEnd,
+    /// A number is not admissible.
+    Number {
+        /// The option.
+        option: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is admissible.
+        admissible: &'static str,
+    },
+    /// An output time lies outside the simulated interval.
+    OutputTime {
+        /// What was given.
+        time: f64,
+        /// Start of the interval.
+        start: f64,
+        /// End of the interval.
+        end: f64,
+    },
+    /// There is no event of this name.
+    UnknownEvent {
+        /// What was given.
+        name: String,
+        /// The nearest known name.
+        suggestion: Option<String>,
+    },
+    /// Two ad-hoc events, or an ad-hoc event and one of the model, have the same name.
+    DuplicateEvent {
+        /// The name.
+        name: String,
+    },
+    /// An input has no value: neither in the start state nor by `.inputs(..)`.
+    InputWithoutValue {
+        /// The input.
+        input: &'static str,
+    },
+    /// A value of the start state is infinite or not a number.
+    StartNotFinite {
+        /// The coordinate; `t` for time.
+        name: &'static str,
+        /// Whether it is the coordinate's velocity.
+        rate: bool,
+    },
+    /// A method without error estimate needs `.fixed_step(..)`.
+    NeedsFixedStep,
+    /// `.fixed_step(..)` leaves nothing for another step option to say.
+    FixedStepExcludes {
+        /// The other option.
+        option: &'static str,
+    },
+}
+
+impl From<OptionError> for SimulationErrorKind {
+    fn from(error: OptionError) -> Self {
+        Self::Option(error)
+    }
+}
+
+impl fmt::Display for OptionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoEnd => write!(f, "the end is not given; add `.until(t)`"),
+            Self::Number { option, value, admissible } => {
+                write!(f, "`.{option}({value})` is not possible; give {admissible}")
+            }
+            Self::OutputTime { time, start, end } => {
+                write!(f, "output time {time} lies outside the simulated interval from {start} to {end}")
+            }
+            Self::UnknownEvent { name, suggestion: Some(near) } => {
+                write!(f, "there is no event `{name}`; did you mean `{near}`?")
+            }
+            Self::UnknownEvent { name, suggestion: None } => {
+                write!(f, "there is no event `{name}`; declare it with `#[event]` or `.event(\"{name}\", ..)`")
+            }
+            Self::DuplicateEvent { name } => write!(f, "there are two events `{name}`; rename one"),
+            Self::InputWithoutValue { input } => {
+                write!(f, "input `{input}` has no value; set it in the start state or give `.inputs(|t, state| ..)`")
+            }
+            Self::StartNotFinite { name, rate } => {
+                let what = if *rate { "the velocity of " } else { "" };
+                write!(f, "the start is not finite: {what}`{name}`")
+            }
+            Self::NeedsFixedStep => {
+                write!(f, "RK4 has no error estimate; give `.fixed_step(h)` or choose an adaptive method")
+            }
+            Self::FixedStepExcludes { option } => {
+                write!(f, "`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")
+            }
+        }
+    }
+}
+
+impl core::error::Error for OptionError {}
+
+impl fmt::Display for SimulationErrorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Option(error) => error.fmt(f),
+            Self::SingularMassMatrix(error) => error.fmt(f),
+            Self::AccelerationNotFinite { coordinate } => {
+                write!(f, "the acceleration of `{coordinate}` is not finite")
+            }
+            Self::InputNotFinite { input } => write!(f, "the inputs closure gave no finite value for `{input}`"),
+            Self::StepSizeTooSmall { coordinate } => write!(
+                f,
+                "the step size collapsed, the error of `{coordinate}` stays above the tolerance: the motion has a \
+                 singularity or a jump here; loosen the tolerance, or make the jump an event"
+            ),
+            Self::TooManySteps { limit, stiff_at: None } => {
+                write!(f, "more than {limit} steps; raise `.max_steps(..)` or loosen the tolerance")
+            }
+            Self::TooManySteps { limit, stiff_at: Some(t) } => write!(
+                f,
+                "more than {limit} steps; the problem is stiff from t = {t} on: stability, not accuracy, bounds the \
+                 step of an explicit method"
+            ),
+            Self::Cancelled => write!(f, "cancelled"),
+            Self::EventNotANumber { event } => write!(f, "the function of event `{event}` is not a number"),
+            Self::EventsAccumulate { event, at } => write!(
+                f,
+                "event `{event}` happens in ever shorter time and accumulates at about t = {at}; let its action \
+                 return `Flow::Stop` once the speed is small, and go on from there without it"
+            ),
+            Self::EventRepeats { event } => write!(
+                f,
+                "the reset at event `{event}` does not turn the motion away: it happens again at once; check the \
+                 reset's sign and the direction it is called for"
+            ),
+            Self::BadReset { event, name: "t" } => {
+                write!(f, "the reset at event `{event}` moved time; change coordinates, velocities or inputs only")
+            }
+            Self::BadReset { event, name } => write!(f, "the reset at event `{event}` left `{name}` not finite"),
+        }
+    }
+}
+
+impl<M: Model> fmt::Display for SimulationError<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if matches!(self.kind, SimulationErrorKind::Option(_)) {
+            return write!(f, "`{}` was not simulated: {}", M::NAME, self.kind);
+        }
+        write!(f, "`{}` stopped at t = {}: {}", M::NAME, self.time, self.kind)?;
+        if self.step != 0.0 {
+            write!(f, " (last step tried {:.3e})", self.step)?;
+        }
+        write!(f, "\n  state there:")?;
+        for (i, coordinate) in M::COORDINATES.iter().enumerate() {
+            let (q, u) = (self.state.q()[i], self.state.u()[i]);
+            write!(f, "\n    {} = {q}, rate {u}", coordinate.name)?;
+        }
+        Ok(())
+    }
+}
+
+impl<M: Model> fmt::Debug for SimulationError<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SimulationError")
+            .field("kind", &self.kind)
+            .field("time", &self.time)
+            .field("step", &self.step)
+            .field("state", &self.state)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<M: Model> core::error::Error for SimulationError<M> {}
+
+/// Why a motion has no answer to a question.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// The time lies outside the motion.
+    OutOfRange {
+        /// What was asked.
+        time: f64,
+        /// Start of the motion.
+        start: f64,
+        /// End of the motion.
+        end: f64,
+    },
+    /// There is no output of this name.
+    UnknownOutput {
+        /// What was asked.
+        name: String,
+        /// The nearest known name.
+        suggestion: Option<String>,
+    },
+    /// The mass matrix has no inverse there.
+    SingularMassMatrix(SingularMassMatrix),
+}
+
+impl fmt::Display for MotionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OutOfRange { time, start, end } => {
+                write!(f, "t = {time} lies outside the motion, which goes from {start} to {end}")
+            }
+            Self::UnknownOutput { name, suggestion: Some(near) } => {
+                write!(f, "there is no output `{name}`; did you mean `{near}`?")
+            }
+            Self::UnknownOutput { name, suggestion: None } => {
+                write!(f, "there is no output `{name}`; declare it with `#[output]`")
+            }
+            Self::SingularMassMatrix(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for MotionError {}
+
+/// The known name nearest to the given one, if it is near enough to be meant.
+pub(crate) fn suggest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    let near = |candidate: &str| distance(name, candidate);
+    known
+        .map(|candidate| (near(candidate), candidate))
+        .filter(|&(d, candidate)| d <= 1 + candidate.chars().count().max(name.chars().count()) / 3)
+        .min_by_key(|&(d, _)| d)
+        .map(|(_, candidate)| candidate.into())
+}
+
+/// Insertions, deletions and replacements between two words (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let mut row: alloc::vec::Vec<usize> = (0..=b.chars().count()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = core::mem::replace(&mut row[0], i + 1);
+        for (j, y) in b.chars().enumerate() {
+            let replace = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = replace.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.chars().count()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn suggests_what_may_be_meant_and_nothing_else() {
+        let known = || ["impact", "apex", "return"].into_iter();
+        assert_eq!(suggest("impct", known()).as_deref(), Some("impact"));
+        assert_eq!(suggest("apexx", known()).as_deref(), Some("apex"));
+        assert_eq!(suggest("temperature", known()), None);
+        assert_eq!(distance("kitten", "sitting"), 3);
+    }
+}

@@ -1,0 +1,27 @@
+//! Simulations and the motions that they compute.
+//!
+//! `model.simulate(start)` ([`Simulate`]) opens a [`Simulation`], which takes the options and runs; the result is a [`Motion`]:
+//! the accepted steps, and from them every state in between, outputs, energies, events, the account of work, the costs.
+//!
+//! A motion keeps for each step only its start. The interpolant of a step is computed again where it is asked for, with the same
+//! stages that made the step, and so has the method's own dense order; a run pays for it only where events are watched.
+
+mod error;
+mod plant;
+mod progress;
+mod query;
+mod record;
+mod run;
+mod simulate;
+mod summary;
+mod watch;
+mod work;
+
+pub use crate::integrate::{Direction, Method};
+pub use error::{MotionError, OptionError, SimulationError, SimulationErrorKind};
+pub use query::{Motion, Sampler};
+pub use record::{Counts, EventRecord};
+pub use simulate::{Simulate, Simulation};
+pub use summary::{Drift, Summary};
+pub use watch::Flow;
+pub use work::{WorkAccount, WorkRow};

@@ -1,0 +1,326 @@
+//! A computed motion: states at any time, and everything that follows from a state.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::error::{MotionError, SimulationError, suggest};
+use super::plant::{EvaluationError, InputLaw, Plant, with_inputs};
+use super::record::{Counts, EventRecord, Record, Trajectory};
+use super::simulate::Simulate;
+use crate::integrate::{
+    Dense, Dop853, DormandPrince5, Hermite, Method, Nested, Phase, Scheme, Step, Stepper, Tolerances,
+};
+use crate::model::{Model, ModelState, Vector};
+
+/// The motion of a model, as a simulation computed it.
+///
+/// It borrows the model. Times run from [`Motion::start_time`] to [`Motion::end_time`], which is the smaller one where the motion
+/// was computed backwards.
+pub struct Motion<'m, M: Simulate> {
+    model: &'m M,
+    constants: M::Constants,
+    law: Option<InputLaw<'m, M>>,
+    pub(super) trajectory: Trajectory<M>,
+}
+
+/// The interpolant of one step.
+enum Interpolant<V> {
+    Hermite(Hermite<V>),
+    DormandPrince5(Nested<V, 5>),
+    Dop853(Nested<V, 8>),
+}
+
+impl<V: Vector> Dense<V> for Interpolant<V> {
+    fn at(&self, theta: f64) -> Phase<V> {
+        match self {
+            Self::Hermite(dense) => dense.at(theta),
+            Self::DormandPrince5(dense) => dense.at(theta),
+            Self::Dop853(dense) => dense.at(theta),
+        }
+    }
+}
+
+impl<'m, M: Simulate> Motion<'m, M> {
+    pub(super) fn new(
+        model: &'m M,
+        constants: M::Constants,
+        law: Option<InputLaw<'m, M>>,
+        trajectory: Trajectory<M>,
+    ) -> Self {
+        Self { model, constants, law, trajectory }
+    }
+
+    /// The model that moved.
+    #[must_use]
+    pub fn model(&self) -> &'m M {
+        self.model
+    }
+
+    /// The state at the start.
+    #[must_use]
+    pub fn start(&self) -> M::State {
+        self.complete(self.trajectory.first().state)
+    }
+
+    /// The state at the end.
+    #[must_use]
+    pub fn end(&self) -> M::State {
+        self.complete(self.trajectory.last().state)
+    }
+
+    /// Time of the start.
+    #[must_use]
+    pub fn start_time(&self) -> f64 {
+        self.trajectory.first().state.t()
+    }
+
+    /// Time of the end.
+    #[must_use]
+    pub fn end_time(&self) -> f64 {
+        self.trajectory.last().state.t()
+    }
+
+    /// The state at time t, from the method's dense output; after a reset where t is the time of one.
+    ///
+    /// Outside the motion q, u and inputs are NaN: nothing is clamped. [`Motion::try_at`] gives an error there. Each call computes
+    /// the stages of a step again; [`Motion::sample`] does so once per step.
+    #[must_use]
+    pub fn at(&self, t: f64) -> M::State {
+        self.sampler().at(t)
+    }
+
+    /// The state at time t.
+    pub fn try_at(&self, t: f64) -> Result<M::State, MotionError> {
+        self.check_time(t)?;
+        Ok(self.at(t))
+    }
+
+    /// The states at several times, at one set of stages per step where the times follow each other.
+    pub fn sample<I: IntoIterator<Item = f64>>(&self, times: I) -> impl Iterator<Item = M::State> + use<'_, 'm, M, I> {
+        let mut sampler = self.sampler();
+        times.into_iter().map(move |t| sampler.at(t))
+    }
+
+    /// Evaluates states at times of one's choosing, at one set of stages per step where the times follow each other.
+    #[must_use]
+    pub fn sampler(&self) -> Sampler<'_, 'm, M> {
+        Sampler { motion: self, cached: None }
+    }
+
+    /// The states at the requested output times, or after every accepted step where none were requested.
+    pub fn states(&self) -> impl Iterator<Item = M::State> + use<'_, 'm, M> {
+        let times = self.trajectory.output_times.as_ref();
+        let end = self.end_time();
+        let direction = self.trajectory.direction();
+        // A motion may end before the last requested time.
+        let reached = times.map(|times| times.iter().copied().take_while(move |t| direction * (end - t) >= 0.0));
+        let at_times = reached.into_iter().flat_map(|times| self.sample(times));
+        let steps = if times.is_some() { 0 } else { self.trajectory.records.len() };
+        at_times.chain(self.steps().take(steps))
+    }
+
+    /// The accepted states, start and end included. At a reset the same time comes twice: before and after.
+    pub fn steps(&self) -> impl ExactSizeIterator<Item = M::State> + use<'_, 'm, M> {
+        self.trajectory.records.iter().map(|record| self.complete(record.state))
+    }
+
+    /// q̈ at time t; NaN outside the motion and where they do not exist.
+    #[must_use]
+    pub fn accelerations_at(&self, t: f64) -> M::Vector {
+        self.accelerations_of(&self.at(t))
+    }
+
+    /// q̈ at a state of the motion; NaN where they do not exist.
+    #[must_use]
+    pub fn accelerations_of(&self, state: &M::State) -> M::Vector {
+        self.model.accelerations_with(&self.constants, state).unwrap_or_else(|_| nan())
+    }
+
+    /// Time jets of the coordinates at time t, accelerations included: what helper functions and drawings take.
+    #[must_use]
+    pub fn coordinates_at(&self, t: f64) -> M::Coordinates {
+        self.coordinates_of(&self.at(t))
+    }
+
+    /// Time jets of the coordinates at a state of the motion.
+    #[must_use]
+    pub fn coordinates_of(&self, state: &M::State) -> M::Coordinates {
+        M::coordinates_with(state, &self.accelerations_of(state))
+    }
+
+    /// Energy function E = q̇·∂L/∂q̇ − L at time t; NaN outside the motion.
+    #[must_use]
+    pub fn energy_at(&self, t: f64) -> f64 {
+        self.model.energy_function(&self.at(t))
+    }
+
+    /// A named output at time t.
+    pub fn output(&self, name: &str, t: f64) -> Result<f64, MotionError> {
+        let Some(index) = M::OUTPUTS.iter().position(|output| output.name == name) else {
+            let suggestion = suggest(name, M::OUTPUTS.iter().map(|output| output.name));
+            return Err(MotionError::UnknownOutput { name: name.into(), suggestion });
+        };
+        self.check_time(t)?;
+        let mut values = vec![0.0; M::OUTPUTS.len()];
+        self.model.outputs(&self.at(t), &mut values).map_err(MotionError::SingularMassMatrix)?;
+        Ok(values[index])
+    }
+
+    /// All outputs at time t in the order of the model; NaN outside the motion.
+    #[must_use]
+    pub fn outputs_at(&self, t: f64) -> Vec<f64> {
+        self.outputs_of(&self.at(t))
+    }
+
+    /// All outputs at a state of the motion; NaN where they do not exist.
+    #[must_use]
+    pub fn outputs_of(&self, state: &M::State) -> Vec<f64> {
+        let mut values = vec![0.0; M::OUTPUTS.len()];
+        if self.model.outputs(state, &mut values).is_err() {
+            values.fill(f64::NAN);
+        }
+        values
+    }
+
+    /// The events that happened, in order: those of the model and those declared with `.event(..)`.
+    #[must_use]
+    pub fn events(&self) -> &[EventRecord<M::State>] {
+        &self.trajectory.events
+    }
+
+    /// The method that computed it.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.trajectory.method
+    }
+
+    /// What it cost.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        self.trajectory.counts
+    }
+
+    fn check_time(&self, time: f64) -> Result<(), MotionError> {
+        let (start, end) = (self.start_time(), self.end_time());
+        self.trajectory.find(time).map(|_| ()).ok_or(MotionError::OutOfRange { time, start, end })
+    }
+
+    /// Adds the inputs of the law.
+    pub(super) fn complete(&self, mut state: M::State) -> M::State {
+        if self.trajectory.has_law && self.law.is_none() {
+            state.inputs_mut().as_mut_slice().fill(f64::NAN);
+        }
+        with_inputs::<M>(self.law.as_ref(), state)
+    }
+
+    pub(super) fn plant(&self, held: &M::Inputs) -> Plant<'_, 'm, M> {
+        Plant { model: self.model, constants: &self.constants, law: self.law.as_ref(), held: *held, evaluations: 0 }
+    }
+
+    /// Whether steps can be made again: not where the inputs law was lost with a failed simulation.
+    pub(super) fn is_repeatable(&self) -> bool {
+        !self.trajectory.has_law || self.law.is_some()
+    }
+
+    pub(super) fn step(&self, index: usize) -> Step<M::Vector> {
+        let [from, to] = [0, 1].map(|i| &self.trajectory.records[index + i]);
+        Step { start: from.knot(), end: to.knot(), h: from.h }
+    }
+
+    fn interpolant(&self, index: usize) -> Interpolant<M::Vector> {
+        let step = self.step(index);
+        let Step { start, end, h } = &step;
+        let plant = &mut self.plant(self.trajectory.records[index].state.inputs());
+        let tolerances = &self.trajectory.tolerances;
+        let again = match self.method() {
+            _ if !self.is_repeatable() => None,
+            Method::Rk4 => None,
+            Method::DormandPrince5 => {
+                again::<M, DormandPrince5<_>>(plant, &step, tolerances).ok().map(Interpolant::DormandPrince5)
+            }
+            Method::Dop853 => again::<M, Dop853<_>>(plant, &step, tolerances).ok().map(Interpolant::Dop853),
+        };
+        // A step that was made once can be made again unless the law changed its mind; both ends are known in any case.
+        again.unwrap_or_else(|| Interpolant::Hermite(Hermite::new(start.y, &start.a, &end.y, &end.a, *h)))
+    }
+}
+
+fn again<M: Simulate, S: Scheme<M::Vector>>(
+    plant: &mut Plant<'_, '_, M>,
+    step: &Step<M::Vector>,
+    tolerances: &Tolerances,
+) -> Result<S::Dense, EvaluationError> {
+    Stepper::<M::Vector, S>::again(&mut S::new(), plant, step, tolerances)
+}
+
+fn nan<V: Vector>() -> V {
+    let mut out = V::zeros();
+    out.as_mut_slice().fill(f64::NAN);
+    out
+}
+
+/// States of a motion at times of one's choosing; remembers the interpolant of the last step.
+pub struct Sampler<'a, 'm, M: Simulate> {
+    motion: &'a Motion<'m, M>,
+    cached: Option<(usize, Interpolant<M::Vector>)>,
+}
+
+impl<M: Simulate> Sampler<'_, '_, M> {
+    /// The state at time t, as [`Motion::at`] gives it.
+    pub fn at(&mut self, t: f64) -> M::State {
+        let trajectory = &self.motion.trajectory;
+        let Some(index) = trajectory.find(t) else {
+            let mut inputs = M::Inputs::zeros();
+            inputs.as_mut_slice().fill(f64::NAN);
+            return M::State::new(t, nan(), nan(), inputs);
+        };
+        let Record { state, h, .. } = trajectory.records[index];
+        if h == 0.0 || state.t() == t {
+            return self.motion.complete(state);
+        }
+        if self.cached.as_ref().is_none_or(|(cached, _)| *cached != index) {
+            self.cached = Some((index, self.motion.interpolant(index)));
+        }
+        let (_, interpolant) = self.cached.as_ref().expect("stored just above");
+        // A time before the start by rounding is the start.
+        let theta = ((t - state.t()) / h).max(0.0);
+        let y = interpolant.at(theta);
+        self.motion.complete(M::State::new(t, y.q, y.u, *state.inputs()))
+    }
+}
+
+impl<M: Simulate> SimulationError<M> {
+    /// What was computed before the simulation broke off; `None` where nothing was, because an option made no sense.
+    ///
+    /// The inputs closure of the simulation is gone with it: inputs are NaN, and states between steps come from the quintic
+    /// Hermite interpolant. [`SimulationError::motion_with_inputs`] takes the closure again.
+    #[must_use]
+    pub fn motion<'m>(&self, model: &'m M) -> Option<Motion<'m, M>> {
+        let constants = model.constants().ok()?;
+        Some(Motion::new(model, constants, None, (**self.trajectory.as_ref()?).clone()))
+    }
+
+    /// What was computed before the simulation broke off, with the inputs closure that it ran with.
+    #[must_use]
+    pub fn motion_with_inputs<'m, R: Into<M::Inputs>>(
+        &self,
+        model: &'m M,
+        law: impl Fn(f64, &M::State) -> R + 'm,
+    ) -> Option<Motion<'m, M>> {
+        let mut motion = self.motion(model)?;
+        motion.law = Some(alloc::boxed::Box::new(move |t, state| law(t, state).into()));
+        Some(motion)
+    }
+}
+
+impl<M: Simulate> core::fmt::Debug for Motion<'_, M> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Motion")
+            .field("model", &<M as Model>::NAME)
+            .field("method", &self.method())
+            .field("start", &self.start())
+            .field("end", &self.end())
+            .field("counts", &self.counts())
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,128 @@
+//! What a run leaves behind: the accepted steps, the events and the counts.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::time::Duration;
+
+use crate::integrate::{Direction, Knot, Method, Phase, Tolerances};
+use crate::model::{Model, ModelState};
+
+/// An accepted state and the step that leaves it.
+pub(crate) struct Record<M: Model> {
+    /// With the inputs that are held there; a law's are computed again when asked for.
+    pub(crate) state: M::State,
+    pub(crate) accelerations: M::Vector,
+    /// Size of the step from here to the next record; 0 where none leaves: at a reset and at the end.
+    pub(crate) h: f64,
+}
+
+// By hand, because a derive would ask the same of the model.
+impl<M: Model> Clone for Record<M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M: Model> Copy for Record<M> {}
+
+impl<M: Model> Record<M> {
+    pub(crate) fn new(knot: &Knot<M::Vector>, held: M::Inputs, h: f64) -> Self {
+        Self { state: M::State::new(knot.t, knot.y.q, knot.y.u, held), accelerations: knot.a, h }
+    }
+
+    pub(crate) fn knot(&self) -> Knot<M::Vector> {
+        Knot { t: self.state.t(), y: Phase { q: *self.state.q(), u: *self.state.u() }, a: self.accelerations }
+    }
+}
+
+/// A located event.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EventRecord<S> {
+    /// The event's name.
+    pub name: String,
+    /// Index of the event: the model's own in their order, then those declared with `.event(..)`.
+    pub index: usize,
+    /// Rising or falling along the motion.
+    pub direction: Direction,
+    /// The state just before.
+    pub before: S,
+    /// The state just after; differs where a reset changed it.
+    pub after: S,
+    /// Whether the simulation ended here.
+    pub stopped: bool,
+}
+
+impl<S: ModelState> EventRecord<S> {
+    /// When it happened.
+    pub fn time(&self) -> f64 {
+        self.before.t()
+    }
+}
+
+/// What a run cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counts {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Evaluations of the accelerations.
+    pub evaluations: u64,
+    /// Time the run took; `None` without the standard library.
+    pub wall_time: Option<Duration>,
+    /// When the problem was first found stiff for the method.
+    pub stiff_at: Option<f64>,
+}
+
+/// A run without its model: everything that an error can carry.
+pub(crate) struct Trajectory<M: Model> {
+    pub(crate) method: Method,
+    pub(crate) reason: String,
+    pub(crate) tolerances: Tolerances,
+    /// In the order of the motion; never empty.
+    pub(crate) records: Vec<Record<M>>,
+    pub(crate) output_times: Option<Vec<f64>>,
+    pub(crate) events: Vec<EventRecord<M::State>>,
+    pub(crate) counts: Counts,
+    pub(crate) has_law: bool,
+}
+
+impl<M: Model> Clone for Trajectory<M> {
+    fn clone(&self) -> Self {
+        Self {
+            reason: self.reason.clone(),
+            records: self.records.clone(),
+            output_times: self.output_times.clone(),
+            events: self.events.clone(),
+            ..*self
+        }
+    }
+}
+
+impl<M: Model> Trajectory<M> {
+    pub(crate) fn first(&self) -> &Record<M> {
+        &self.records[0]
+    }
+
+    pub(crate) fn last(&self) -> &Record<M> {
+        &self.records[self.records.len() - 1]
+    }
+
+    /// +1 forwards, −1 backwards in time.
+    pub(crate) fn direction(&self) -> f64 {
+        if self.last().state.t() < self.first().state.t() { -1.0 } else { 1.0 }
+    }
+
+    /// Index of the last record at or before t along the motion, `None` outside. A time that misses an end by rounding
+    /// alone (8 units in the last place) belongs to the end.
+    pub(crate) fn find(&self, t: f64) -> Option<usize> {
+        let direction = self.direction();
+        let (start, end) = (self.first().state.t(), self.last().state.t());
+        let slack = 8.0 * f64::EPSILON * start.abs().max(end.abs());
+        let inside = direction * (t - start) >= -slack && direction * (end - t) >= -slack;
+        inside.then(|| {
+            let after = self.records.partition_point(|r| direction * (r.state.t() - t) <= 0.0);
+            after.saturating_sub(1)
+        })
+    }
+}

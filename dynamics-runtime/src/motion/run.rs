@@ -1,0 +1,341 @@
+//! The loop of a run: step, look for events, record.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use super::error::SimulationErrorKind as Kind;
+use super::plant::{EvaluationError, Plant};
+use super::record::{Counts, EventRecord, Record};
+use super::watch::{Flow, Watch, state_within};
+use crate::integrate::{Crossing, Phase, Scheme, Step, StepError, StepOptions, Stepper};
+use crate::model::{Model, ModelState, Vector};
+use crate::motion::Simulate;
+
+/// What a run needs to know.
+pub(crate) struct Plan<'r, 'm, M: Simulate> {
+    pub(crate) plant: Plant<'r, 'm, M>,
+    pub(crate) start: M::State,
+    pub(crate) end: f64,
+    pub(crate) options: StepOptions,
+    pub(crate) most_steps: u64,
+    pub(crate) cancel: Option<&'m AtomicBool>,
+    pub(crate) watch: Watch<'m, M>,
+    pub(crate) progress: super::progress::Progress,
+}
+
+/// Takes what a run computes.
+pub(crate) trait Sink<M: Model> {
+    /// A step was accepted; it starts at this record. `dense(θ)` interpolates; it fails where the model does.
+    fn step(
+        &mut self,
+        from: Record<M>,
+        to: &M::State,
+        dense: &mut dyn FnMut(f64) -> Result<M::State, Kind>,
+    ) -> Result<Flow, Kind>;
+    /// The motion stands here: before a reset, or at the end.
+    fn stand(&mut self, at: Record<M>);
+    /// Events that happened in the step just taken.
+    fn event(&mut self, event: EventRecord<M::State>);
+}
+
+/// Why and where a run broke off.
+pub(crate) struct Halt {
+    pub(crate) kind: Kind,
+    pub(crate) h: f64,
+}
+
+/// Runs a plan with one method. What was computed before a failure is in the sink.
+pub(crate) fn run<'m, M: Simulate, S: Scheme<M::Vector>>(
+    plan: &mut Plan<'_, 'm, M>,
+    sink: &mut impl Sink<M>,
+) -> (Counts, Result<(), Halt>) {
+    let y = Phase { q: *plan.start.q(), u: *plan.start.u() };
+    let mut stepper = match Stepper::<M::Vector, S>::new(&mut plan.plant, plan.start.t(), y, plan.end, plan.options) {
+        Ok(stepper) => stepper,
+        Err(error) => return (Counts::default(), Err(halt::<M>(error))),
+    };
+    let result = Flight { plan, stepper: &mut stepper }.fly(sink);
+    let counts = Counts {
+        steps: stepper.accepted(),
+        rejected: stepper.rejected(),
+        evaluations: plan.plant.evaluations,
+        wall_time: None,
+        stiff_at: stepper.stiff_at(),
+    };
+    let now = Record::new(stepper.now(), plan.plant.held, 0.0);
+    sink.stand(now);
+    (counts, result)
+}
+
+struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
+    plan: &'f mut Plan<'r, 'm, M>,
+    stepper: &'f mut Stepper<M::Vector, S>,
+}
+
+impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
+    fn fly(mut self, sink: &mut impl Sink<M>) -> Result<(), Halt> {
+        let at = |kind| Halt { kind, h: 0.0 };
+        let start = self.now();
+        self.plan.watch.begin(&start).map_err(at)?;
+        while self.stepper.now().t != self.plan.end {
+            self.check().map_err(at)?;
+            let step = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)?;
+            let flow = if self.plan.watch.is_empty() {
+                self.hand_over(sink, &step).map_err(at)?
+            } else {
+                self.watched(sink, step)?
+            };
+            self.plan.progress.at(step.end.t);
+            if flow == Flow::Stop {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn now(&self) -> M::State {
+        let knot = self.stepper.now();
+        self.plan.plant.state(knot.t, &knot.y.q, &knot.y.u)
+    }
+
+    fn check(&self) -> Result<(), Kind> {
+        let limit = self.plan.most_steps;
+        if self.stepper.accepted() + self.stepper.rejected() >= limit {
+            return Err(Kind::TooManySteps { limit, stiff_at: self.stepper.stiff_at() });
+        }
+        match self.plan.cancel {
+            Some(flag) if flag.load(Ordering::Relaxed) => Err(Kind::Cancelled),
+            _ => Ok(()),
+        }
+    }
+
+    /// Gives a finished step to the sink.
+    fn hand_over(&mut self, sink: &mut impl Sink<M>, step: &Step<M::Vector>) -> Result<Flow, Kind> {
+        let plant = &mut self.plan.plant;
+        let from = Record::new(&step.start, plant.held, step.h);
+        let to = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
+        let mut dense = None;
+        sink.step(from, &to, &mut |theta| {
+            if dense.is_none() {
+                dense = Some(self.stepper.dense(plant, step).map_err(evaluation::<M>)?);
+            }
+            let dense = dense.as_ref().expect("built just above");
+            Ok(state_within::<M, _>(dense, step, theta, |t, q, u| plant.state(t, q, u)))
+        })
+    }
+
+    /// A step with its events: ends it at the first one that calls for an action.
+    fn watched(&mut self, sink: &mut impl Sink<M>, mut step: Step<M::Vector>) -> Result<Flow, Halt> {
+        let h = step.h;
+        let at = |kind| Halt { kind, h };
+        let Plan { plant, watch, .. } = &mut *self.plan;
+        let dense = self.stepper.dense(plant, &step).map_err(|e| at(evaluation::<M>(e)))?;
+        let state = |theta: f64| state_within::<M, _>(&dense, &step, theta, |t, q, u| plant.state(t, q, u));
+        watch.scan(&step, S::SCAN, state).map_err(at)?;
+        let passive = watch.first_acting().unwrap_or(watch.found.len());
+        for crossing in &watch.found[..passive] {
+            sink.event(passed(watch.name(crossing.index), crossing, state(crossing.theta)));
+        }
+        let acting = watch.first_acting();
+        let Some(acting) = acting else {
+            watch.carry_on();
+            return self.hand_over(sink, &step).map_err(at);
+        };
+        self.plan.watch.cut_after(acting);
+        let crossing = self.plan.watch.found[acting];
+        let moves = self.end_at(&mut step, &dense, &crossing)?;
+        let flow = if moves { self.hand_over(sink, &step).map_err(at)? } else { Flow::Continue };
+        let acted = self.act(sink, acting, step.h)?;
+        Ok(if flow == Flow::Stop { flow } else { acted })
+    }
+
+    /// Ends the step at the crossing, by the method itself and not by its interpolant; a few secant corrections put the event
+    /// function to zero at the state that results. Returns false where the crossing is at the very start of the step.
+    fn end_at(&mut self, step: &mut Step<M::Vector>, dense: &S::Dense, crossing: &Crossing) -> Result<bool, Halt> {
+        let whole = *step;
+        let Plan { plant, watch, .. } = &mut *self.plan;
+        let mut theta = crossing.theta;
+        let mut best: Option<(f64, f64)> = None;
+        for _ in 0..3 {
+            let end_t = whole.start.t + theta * whole.h;
+            if theta <= 0.0 || end_t == whole.start.t {
+                self.stepper.shorten(plant, &whole, whole.start.t).map_err(halt::<M>)?;
+                return Ok(false);
+            }
+            let at = |kind| Halt { kind, h: whole.h };
+            *step = self.stepper.shorten(plant, &whole, end_t).map_err(halt::<M>)?;
+            let reached = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
+            let miss = watch.value(crossing.index, &reached).map_err(at)?;
+            if best.is_some_and(|(_, least)| miss.abs() >= least.abs()) {
+                break;
+            }
+            best = Some((theta, miss));
+            let width = 1e-4;
+            let (a, b) = ((theta - width).max(0.0), (theta + width).min(1.0));
+            let mut g = |theta| {
+                let state = state_within::<M, _>(dense, &whole, theta, |t, q, u| plant.state(t, q, u));
+                watch.value(crossing.index, &state).map_err(at)
+            };
+            let slope = (g(b)? - g(a)?) / (b - a);
+            let better = theta - miss / slope;
+            if miss == 0.0 || !better.is_finite() || (better - theta).abs() > width || better > 1.0 {
+                break;
+            }
+            theta = better;
+        }
+        // The last correction may have been the worse one.
+        if let Some((theta, _)) = best {
+            let end_t = whole.start.t + theta * whole.h;
+            if end_t != step.end.t {
+                *step = self.stepper.shorten(&mut self.plan.plant, &whole, end_t).map_err(halt::<M>)?;
+            }
+        }
+        Ok(true)
+    }
+
+    /// Calls the actions at the state reached and goes on from what they leave.
+    fn act(&mut self, sink: &mut impl Sink<M>, acting: usize, h: f64) -> Result<Flow, Halt> {
+        let at = |kind| Halt { kind, h };
+        let before = self.now();
+        let mut after = before;
+        let mut flow = Flow::Continue;
+        let crossings: Vec<Crossing> = self.plan.watch.found[acting..].to_vec();
+        let mut events = Vec::with_capacity(crossings.len());
+        for crossing in &crossings {
+            let from = after;
+            let stopped = self.plan.watch.act(crossing, &mut after);
+            let name: String = self.plan.watch.name(crossing.index).into();
+            check_reset::<M>(&name, &before, &after).map_err(at)?;
+            flow = if stopped { Flow::Stop } else { flow };
+            let Crossing { index, direction, .. } = *crossing;
+            events.push(EventRecord { name, index, direction, before: from, after, stopped });
+        }
+        let changed = before != after;
+        if changed {
+            sink.stand(Record::new(self.stepper.now(), self.plan.plant.held, 0.0));
+            let plant = &mut self.plan.plant;
+            if plant.law.is_none() {
+                plant.held = *after.inputs();
+            }
+            let y = Phase { q: *after.q(), u: *after.u() };
+            self.stepper.restart(plant, before.t(), y).map_err(halt::<M>)?;
+        }
+        // With an inputs law the state after carries what the law says of it.
+        let resumed = self.now();
+        if let Some(last) = events.last_mut() {
+            last.after = resumed;
+        }
+        events.into_iter().for_each(|event| sink.event(event));
+        if flow == Flow::Continue {
+            self.plan.watch.resume(acting, &before, &resumed, h).map_err(at)?;
+        }
+        Ok(flow)
+    }
+}
+
+fn passed<S: ModelState>(name: &str, crossing: &Crossing, state: S) -> EventRecord<S> {
+    let Crossing { index, direction, .. } = *crossing;
+    EventRecord { name: name.into(), index, direction, before: state, after: state, stopped: false }
+}
+
+fn check_reset<M: Simulate>(event: &str, before: &M::State, after: &M::State) -> Result<(), Kind> {
+    let bad = |name| Err(Kind::BadReset { event: event.into(), name });
+    if after.t() != before.t() {
+        return bad("t");
+    }
+    let not_finite = |v: &[f64]| v.iter().position(|x| !x.is_finite());
+    if let Some(i) = not_finite(after.q().as_slice()).or(not_finite(after.u().as_slice())) {
+        return bad(M::COORDINATES[i].name);
+    }
+    match not_finite(after.inputs().as_slice()) {
+        Some(i) => bad(M::INPUTS[i].name),
+        None => Ok(()),
+    }
+}
+
+fn evaluation<M: Model>(error: EvaluationError) -> Kind {
+    match error {
+        EvaluationError::Singular(error) => Kind::SingularMassMatrix(error),
+        EvaluationError::Input(i) => Kind::InputNotFinite { input: M::INPUTS[i].name },
+    }
+}
+
+fn halt<M: Model>(error: StepError<EvaluationError>) -> Halt {
+    let name = |i: usize| M::COORDINATES[i].name;
+    match error {
+        StepError::Evaluation(error) => Halt { kind: evaluation::<M>(error), h: 0.0 },
+        StepError::NotFinite { coordinate, h } => {
+            Halt { kind: Kind::AccelerationNotFinite { coordinate: name(coordinate) }, h }
+        }
+        StepError::StepTooSmall { coordinate, h } => {
+            Halt { kind: Kind::StepSizeTooSmall { coordinate: name(coordinate) }, h }
+        }
+    }
+}
+
+/// Keeps records for a [`super::Motion`].
+pub(crate) struct Keep<M: Model> {
+    pub(crate) records: Vec<Record<M>>,
+    pub(crate) events: Vec<EventRecord<M::State>>,
+}
+
+impl<M: Model> Sink<M> for Keep<M> {
+    #[inline]
+    fn step(
+        &mut self,
+        from: Record<M>,
+        _: &M::State,
+        _: &mut dyn FnMut(f64) -> Result<M::State, Kind>,
+    ) -> Result<Flow, Kind> {
+        self.records.push(from);
+        Ok(Flow::Continue)
+    }
+
+    fn stand(&mut self, at: Record<M>) {
+        self.records.push(at);
+    }
+
+    fn event(&mut self, event: EventRecord<M::State>) {
+        self.events.push(event);
+    }
+}
+
+/// Shows states to an observer and keeps nothing but the last.
+pub(crate) struct Show<'o, M: Model> {
+    pub(crate) observer: &'o mut dyn FnMut(&M::State) -> Flow,
+    /// Output times not yet met, in the order of the motion; all accepted steps where `None`.
+    pub(crate) times: Option<alloc::vec::IntoIter<f64>>,
+    pub(crate) next: Option<f64>,
+    pub(crate) last: Option<Record<M>>,
+}
+
+impl<M: Model> Sink<M> for Show<'_, M> {
+    fn step(
+        &mut self,
+        from: Record<M>,
+        to: &M::State,
+        dense: &mut dyn FnMut(f64) -> Result<M::State, Kind>,
+    ) -> Result<Flow, Kind> {
+        let Some(times) = &mut self.times else {
+            return Ok((self.observer)(to));
+        };
+        while let Some(t) = self.next {
+            let theta = (t - from.state.t()) / from.h;
+            if theta > 1.0 {
+                break;
+            }
+            self.next = times.next();
+            if (self.observer)(&dense(theta)?) == Flow::Stop {
+                return Ok(Flow::Stop);
+            }
+        }
+        Ok(Flow::Continue)
+    }
+
+    fn stand(&mut self, at: Record<M>) {
+        self.last = Some(at);
+    }
+
+    fn event(&mut self, _: EventRecord<M::State>) {}
+}

@@ -1,0 +1,457 @@
+//! The options of a simulation, and running it.
+
+use alloc::boxed::Box;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec;
+use alloc::vec::Vec;
+use core::sync::atomic::AtomicBool;
+
+use super::error::{OptionError, SimulationError, SimulationErrorKind, suggest};
+use super::plant::{InputLaw, Plant, with_inputs};
+use super::progress::Progress;
+use super::query::Motion;
+use super::record::{Counts, Record, Trajectory};
+use super::run::{Halt, Keep, Plan, Show, Sink, run};
+use super::watch::{Action, AdHoc, Flow, Rule, Watch};
+use crate::integrate::{Direction, Dop853, DormandPrince5, Method, Rk4, StepOptions, Tolerances};
+use crate::model::{Events, ModelState, Outputs, Powers, Vector};
+
+/// Above this tolerance Dormand–Prince 5(4) is chosen, below it DOP853: its longer steps win as soon as a few digits are asked for.
+const LOOSE: f64 = 1e-4;
+/// Nine digits: far below what a plot shows or a parameter is known to, at less than twice the cost of six with DOP853.
+const DEFAULT_TOLERANCE: f64 = 1e-9;
+/// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is wrong more often
+/// than not.
+const DEFAULT_MAX_STEPS: u64 = 1_000_000;
+
+/// Models that can be moved: every model that says its powers, outputs and events, as all derived ones do.
+pub trait Simulate: Powers + Outputs + Events {
+    /// Opens a simulation from a start state; options follow, [`Simulation::run`] runs it.
+    fn simulate(&self, start: Self::State) -> Simulation<'_, Self> {
+        Simulation::new(self, start)
+    }
+}
+
+impl<M: Powers + Outputs + Events> Simulate for M {}
+
+/// A simulation with its options, before it runs.
+#[must_use = "a simulation does nothing until `.run()`"]
+pub struct Simulation<'m, M: Simulate> {
+    model: &'m M,
+    start: M::State,
+    end: Option<f64>,
+    method: Option<Method>,
+    tolerances: Option<Tolerances>,
+    fixed: Option<f64>,
+    first: Option<f64>,
+    most: Option<f64>,
+    most_steps: u64,
+    output: Output,
+    law: Option<InputLaw<'m, M>>,
+    ad_hoc: Vec<AdHoc<'m, M::State>>,
+    actions: Vec<(String, Direction, Action<'m, M::State>)>,
+    cancel: Option<&'m AtomicBool>,
+    #[cfg(feature = "progress")]
+    progress: bool,
+}
+
+enum Output {
+    Steps,
+    Times(Vec<f64>),
+    Every(f64),
+}
+
+impl<'m, M: Simulate> Simulation<'m, M> {
+    fn new(model: &'m M, start: M::State) -> Self {
+        Self {
+            model,
+            start,
+            end: None,
+            method: None,
+            tolerances: None,
+            fixed: None,
+            first: None,
+            most: None,
+            most_steps: DEFAULT_MAX_STEPS,
+            output: Output::Steps,
+            law: None,
+            ad_hoc: Vec::new(),
+            actions: Vec::new(),
+            cancel: None,
+            #[cfg(feature = "progress")]
+            progress: false,
+        }
+    }
+
+    /// End time; may lie before the start: the motion then runs backwards in time.
+    pub fn until(mut self, t: f64) -> Self {
+        self.end = Some(t);
+        self
+    }
+
+    /// Permitted local error per step, absolute (in the unit of each coordinate and velocity) and relative alike. Default 1e-9.
+    pub fn tolerance(self, tolerance: f64) -> Self {
+        self.tolerances(tolerance, tolerance)
+    }
+
+    /// Permitted local error per step: absolute + relative·|value|, for coordinates and velocities alike.
+    pub fn tolerances(mut self, absolute: f64, relative: f64) -> Self {
+        self.tolerances = Some(Tolerances { absolute, relative });
+        self
+    }
+
+    /// Overrides the choice of the method.
+    ///
+    /// Without it: RK4 where a fixed step is given, else Dormand–Prince 5(4) for tolerances above 1e-4 and DOP853 below.
+    pub fn method(mut self, method: Method) -> Self {
+        self.method = Some(method);
+        self
+    }
+
+    /// Makes all steps this long (the last one shorter where it has to be); no error is estimated.
+    pub fn fixed_step(mut self, h: f64) -> Self {
+        self.fixed = Some(h);
+        self
+    }
+
+    /// Length of the first step; chosen from the problem where it is not given.
+    pub fn first_step(mut self, h: f64) -> Self {
+        self.first = Some(h);
+        self
+    }
+
+    /// Longest step, for inputs or forces that change within a time that the state does not show.
+    pub fn max_step(mut self, h: f64) -> Self {
+        self.most = Some(h);
+        self
+    }
+
+    /// Most steps, rejected ones included. Default 1,000,000.
+    pub fn max_steps(mut self, steps: u64) -> Self {
+        self.most_steps = steps;
+        self
+    }
+
+    /// Times at which [`Motion::states`] gives the state; taken from the dense output, they do not change the steps.
+    pub fn output_times(mut self, times: impl IntoIterator<Item = f64>) -> Self {
+        self.output = Output::Times(times.into_iter().collect());
+        self
+    }
+
+    /// Output times at equal intervals from the start, the end included where an interval ends there.
+    pub fn every(mut self, interval: f64) -> Self {
+        self.output = Output::Every(interval);
+        self
+    }
+
+    /// Input values as a function of time and state: controls, prescribed motions. Called at every stage of every step, and again
+    /// when the motion is asked for states in between, so it should depend on its arguments alone. The inputs of the state that it
+    /// gets are those of the start, or what a reset set them to.
+    pub fn inputs<R: Into<M::Inputs>>(mut self, law: impl Fn(f64, &M::State) -> R + 'm) -> Self {
+        self.law = Some(Box::new(move |t, state| law(t, state).into()));
+        self
+    }
+
+    /// Declares an event function beside those of the model: its zero crossings are located and listed.
+    pub fn event(mut self, name: &str, function: impl Fn(&M::State) -> f64 + 'm) -> Self {
+        self.ad_hoc.push(AdHoc { name: name.into(), function: Box::new(function) });
+        self
+    }
+
+    /// Calls `action` with the state at every crossing of an event in the given direction (along the motion): an impact changes
+    /// velocities, a switch changes inputs. It may return [`Flow::Stop`] to end the simulation there. Inputs that it sets are
+    /// held, unless [`Simulation::inputs`] supplies them.
+    pub fn on_event<R: Into<Flow>>(
+        mut self,
+        name: &str,
+        direction: Direction,
+        mut action: impl FnMut(&mut M::State) -> R + 'm,
+    ) -> Self {
+        let action = Action::Reset(Box::new(move |state| action(state).into()));
+        self.actions.push((name.into(), direction, action));
+        self
+    }
+
+    /// Ends the simulation at the first crossing of an event in the given direction.
+    pub fn stop_at(mut self, name: &str, direction: Direction) -> Self {
+        self.actions.push((name.into(), direction, Action::Stop));
+        self
+    }
+
+    /// Ends the simulation with an error as soon as the flag is raised, from another thread or a signal handler.
+    pub fn cancel(mut self, flag: &'m AtomicBool) -> Self {
+        self.cancel = Some(flag);
+        self
+    }
+
+    /// Shows a progress bar on the error stream where the run takes longer than a second.
+    #[cfg(feature = "progress")]
+    pub fn progress(mut self) -> Self {
+        self.progress = true;
+        self
+    }
+
+    /// Runs the simulation and keeps its motion.
+    pub fn run(self) -> Result<Motion<'m, M>, SimulationError<M>> {
+        let mut keep = Keep { records: Vec::new(), events: Vec::new() };
+        let (run, result) = self.prepare_and_run(&mut keep)?;
+        let trajectory = Trajectory { records: keep.records, events: keep.events, ..run.trajectory };
+        match result {
+            Ok(()) => Ok(Motion::new(run.model, run.constants, run.law, trajectory)),
+            Err(halt) => Err(broken_off(halt, trajectory)),
+        }
+    }
+
+    /// Runs the simulation and keeps nothing: shows every accepted state, or the states at the output times where such are
+    /// given, to `observer`, which may end it. Returns the last state.
+    pub fn run_with<R: Into<Flow>>(
+        self,
+        mut observer: impl FnMut(&M::State) -> R,
+    ) -> Result<M::State, SimulationError<M>> {
+        let times = self.output_list().map_err(|error| self.refused(error.into()))?;
+        let mut times = times.map(Vec::into_iter);
+        let next = times.as_mut().and_then(Iterator::next);
+        let mut observer = |state: &M::State| observer(state).into();
+        let start = self.start;
+        if times.is_none() {
+            // The run itself shows the ends of its steps.
+            let first = with_inputs::<M>(self.law.as_ref(), start);
+            if observer(&first) == Flow::Stop {
+                return Ok(first);
+            }
+        }
+        let mut show = Show { observer: &mut observer, times, next, last: None };
+        let (run, result) = self.prepare_and_run(&mut show)?;
+        let last = show.last.unwrap_or_else(|| unmoved(start));
+        match result {
+            Ok(()) => Ok(with_inputs::<M>(run.law.as_ref(), last.state)),
+            Err(halt) => Err(broken_off(halt, Trajectory { records: vec![last], ..run.trajectory })),
+        }
+    }
+
+    /// Checks the options and runs into a sink.
+    #[allow(clippy::type_complexity)]
+    fn prepare_and_run(
+        mut self,
+        sink: &mut impl Sink<M>,
+    ) -> Result<(Ran<'m, M>, Result<(), Halt>), SimulationError<M>> {
+        let checked = match self.check() {
+            Ok(checked) => checked,
+            Err(kind) => return Err(self.refused(kind)),
+        };
+        let constants = match self.model.constants() {
+            Ok(constants) => constants,
+            Err(error) => return Err(self.refused(SimulationErrorKind::SingularMassMatrix(error))),
+        };
+        let law = self.law.take();
+        let (method, reason) = checked.method;
+        let mut plan = Plan {
+            plant: Plant {
+                model: self.model,
+                constants: &constants,
+                law: law.as_ref(),
+                held: *self.start.inputs(),
+                evaluations: 0,
+            },
+            start: self.start,
+            end: checked.end,
+            options: checked.options,
+            most_steps: self.most_steps,
+            cancel: self.cancel,
+            watch: Watch::new(self.model, self.ad_hoc, checked.rules),
+            #[cfg(feature = "progress")]
+            progress: if self.progress { Progress::new(self.start.t(), checked.end) } else { Progress::none() },
+            #[cfg(not(feature = "progress"))]
+            progress: Progress::none(),
+        };
+        #[cfg(feature = "std")]
+        let begun = std::time::Instant::now();
+        #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
+        let (mut counts, result) = match method {
+            Method::Rk4 => run::<M, Rk4<M::Vector>>(&mut plan, sink),
+            Method::DormandPrince5 => run::<M, DormandPrince5<M::Vector>>(&mut plan, sink),
+            Method::Dop853 => run::<M, Dop853<M::Vector>>(&mut plan, sink),
+        };
+        #[cfg(feature = "std")]
+        {
+            counts.wall_time = Some(begun.elapsed());
+        }
+        if counts == Counts::default() {
+            // The start itself could not be evaluated.
+            sink.stand(unmoved(self.start));
+        }
+        let trajectory = Trajectory {
+            method,
+            reason,
+            tolerances: checked.options.tolerances,
+            records: Vec::new(),
+            output_times: checked.output_times,
+            events: Vec::new(),
+            counts,
+            has_law: law.is_some(),
+        };
+        Ok((Ran { model: self.model, constants, law, trajectory }, result))
+    }
+
+    fn refused(&self, kind: SimulationErrorKind) -> SimulationError<M> {
+        let start = self.start;
+        SimulationError { kind, time: start.t(), step: 0.0, state: Box::new(start), trajectory: None }
+    }
+
+    fn check(&mut self) -> Result<Checked<'m, M>, SimulationErrorKind> {
+        self.check_start()?;
+        let end = self.end.ok_or(OptionError::NoEnd)?;
+        number("until", end, end.is_finite(), "a finite time")?;
+        let options = self.check_steps()?;
+        let method = self.choose_method(&options.tolerances)?;
+        let output_times = self.output_list()?;
+        let rules = self.check_events()?;
+        Ok(Checked { end, options, method, output_times, rules })
+    }
+
+    fn check_start(&self) -> Result<(), OptionError> {
+        let not_finite = |v: &[f64]| v.iter().position(|x| !x.is_finite());
+        if !self.start.t().is_finite() {
+            return Err(OptionError::StartNotFinite { name: "t", rate: false });
+        }
+        if let Some(i) = not_finite(self.start.q().as_slice()) {
+            return Err(OptionError::StartNotFinite { name: M::COORDINATES[i].name, rate: false });
+        }
+        if let Some(i) = not_finite(self.start.u().as_slice()) {
+            return Err(OptionError::StartNotFinite { name: M::COORDINATES[i].name, rate: true });
+        }
+        match not_finite(self.start.inputs().as_slice()) {
+            Some(i) if self.law.is_none() => Err(OptionError::InputWithoutValue { input: M::INPUTS[i].name }),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_steps(&self) -> Result<StepOptions, OptionError> {
+        let tolerances = self.tolerances.unwrap_or(Tolerances::both(DEFAULT_TOLERANCE));
+        let Tolerances { absolute, relative } = tolerances;
+        number("tolerances", absolute, absolute > 0.0 && absolute.is_finite(), "an absolute tolerance above 0")?;
+        number("tolerances", relative, relative >= 0.0 && relative.is_finite(), "a relative tolerance of 0 or more")?;
+        if relative > 0.0 && relative < 1e-15 {
+            let admissible = "a relative tolerance of at least 1e-15: `f64` resolves no less";
+            return Err(OptionError::Number { option: "tolerances", value: relative, admissible });
+        }
+        let length = "a length of time above 0";
+        for (option, value) in [("fixed_step", self.fixed), ("first_step", self.first)] {
+            let value = value.unwrap_or(1.0);
+            number(option, value, value > 0.0 && value.is_finite(), length)?;
+        }
+        let most = self.most.unwrap_or(f64::INFINITY);
+        number("max_step", most, most > 0.0, length)?;
+        number("max_steps", self.most_steps as f64, self.most_steps > 0, "at least 1")?;
+        if self.fixed.is_some() {
+            let given = [("first_step", self.first.is_some()), ("max_step", self.most.is_some())];
+            let tolerance = [("tolerance", self.tolerances.is_some())];
+            if let Some(&(option, _)) = given.iter().chain(&tolerance).find(|(_, given)| *given) {
+                return Err(OptionError::FixedStepExcludes { option });
+            }
+        }
+        Ok(StepOptions { tolerances, fixed: self.fixed, first: self.first, most })
+    }
+
+    fn choose_method(&self, tolerances: &Tolerances) -> Result<(Method, String), OptionError> {
+        let loosest = tolerances.absolute.max(tolerances.relative);
+        Ok(match (self.method, self.fixed) {
+            (Some(method), None) if !method.is_adaptive() => return Err(OptionError::NeedsFixedStep),
+            (Some(method), Some(h)) => (method, format!("as asked for, with a fixed step of {h}")),
+            (Some(method), None) => (method, format!("as asked for, at tolerance {loosest:e}")),
+            (None, Some(h)) => (Method::Rk4, format!("because the step is fixed, {h}")),
+            (None, None) if loosest > LOOSE => {
+                (Method::DormandPrince5, format!("because tolerance {loosest:e} asks for few digits"))
+            }
+            (None, None) => (Method::Dop853, format!("because its long steps win at tolerance {loosest:e}")),
+        })
+    }
+
+    /// The output times, checked and in the order of the motion.
+    fn output_list(&self) -> Result<Option<Vec<f64>>, OptionError> {
+        let (start, end) = (self.start.t(), self.end.ok_or(OptionError::NoEnd)?);
+        let direction = if end < start { -1.0 } else { 1.0 };
+        match &self.output {
+            Output::Steps => Ok(None),
+            Output::Times(times) => {
+                let outside = |&t: &f64| !((t - start) * direction >= 0.0 && (end - t) * direction >= 0.0);
+                if let Some(time) = times.iter().copied().find(outside) {
+                    return Err(OptionError::OutputTime { time, start, end });
+                }
+                let mut times = times.clone();
+                times.sort_by(|a, b| (a * direction).total_cmp(&(b * direction)));
+                Ok(Some(times))
+            }
+            Output::Every(interval) => {
+                number("every", *interval, *interval > 0.0 && interval.is_finite(), "an interval above 0")?;
+                let span = (end - start).abs();
+                // A millionth of an interval of slack: 10 / 0.1 must give the last of its 101 times.
+                let count = (span / interval + 1e-6) as u64;
+                number("every", *interval, count <= 100_000_000, "an interval that gives fewer than 10⁸ times")?;
+                let at = |k: u64| {
+                    let t = start + direction * (k as f64 * interval);
+                    if (end - t) * direction < 0.0 { end } else { t }
+                };
+                Ok(Some((0..=count).map(at).collect()))
+            }
+        }
+    }
+
+    fn check_events(&mut self) -> Result<Vec<Rule<'m, M::State>>, OptionError> {
+        let own = M::EVENTS.iter().map(|e| e.name);
+        let names: Vec<&str> = own.chain(self.ad_hoc.iter().map(|e| e.name.as_str())).collect();
+        for (i, name) in names.iter().enumerate().skip(M::EVENTS.len()) {
+            if names[..i].contains(name) {
+                return Err(OptionError::DuplicateEvent { name: name.to_string() });
+            }
+        }
+        let mut rules = Vec::with_capacity(self.actions.len());
+        for (name, direction, action) in self.actions.drain(..) {
+            let Some(index) = names.iter().position(|known| *known == name) else {
+                let suggestion = suggest(&name, names.iter().copied());
+                return Err(OptionError::UnknownEvent { name, suggestion });
+            };
+            rules.push(Rule { index, direction, action });
+        }
+        Ok(rules)
+    }
+}
+
+/// What the options say once they are checked.
+struct Checked<'m, M: Simulate> {
+    end: f64,
+    options: StepOptions,
+    method: (Method, String),
+    output_times: Option<Vec<f64>>,
+    rules: Vec<Rule<'m, M::State>>,
+}
+
+/// What is left of a simulation that has run; the trajectory's records are in the sink.
+struct Ran<'m, M: Simulate> {
+    model: &'m M,
+    constants: M::Constants,
+    law: Option<InputLaw<'m, M>>,
+    trajectory: Trajectory<M>,
+}
+
+fn number(option: &'static str, value: f64, good: bool, admissible: &'static str) -> Result<(), OptionError> {
+    if good { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
+}
+
+fn unmoved<M: Simulate>(start: M::State) -> Record<M> {
+    let mut unknown = M::Vector::zeros();
+    unknown.as_mut_slice().fill(f64::NAN);
+    Record { state: start, accelerations: unknown, h: 0.0 }
+}
+
+fn broken_off<M: Simulate>(halt: Halt, trajectory: Trajectory<M>) -> SimulationError<M> {
+    let state = trajectory.last().state;
+    SimulationError {
+        kind: halt.kind,
+        time: state.t(),
+        step: halt.h,
+        state: Box::new(state),
+        trajectory: Some(Box::new(trajectory)),
+    }
+}

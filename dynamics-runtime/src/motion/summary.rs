@@ -1,0 +1,191 @@
+//! What a motion cost and how far it can be trusted.
+
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::fmt;
+use core::time::Duration;
+
+use super::query::Motion;
+use super::simulate::Simulate;
+use crate::integrate::Method;
+
+/// How much a quantity that should stay constant has changed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drift {
+    /// Its name.
+    pub name: String,
+    /// Largest change from its value at the start, or since the last reset.
+    pub largest: f64,
+    /// Largest |value| met.
+    pub scale: f64,
+}
+
+/// The summary of a run: method, costs, drift of what should stay constant, events.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Name of the model.
+    pub model: &'static str,
+    /// The simulated interval.
+    pub interval: (f64, f64),
+    /// The method.
+    pub method: Method,
+    /// Why this method.
+    pub reason: String,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Evaluations of the accelerations.
+    pub evaluations: u64,
+    /// Time the run took; `None` without the standard library.
+    pub wall_time: Option<Duration>,
+    /// Largest |E − E₀ − work| over the accepted steps, relative to `energy_scale`.
+    pub energy_drift: f64,
+    /// Largest of |½ q̇·∂L/∂q̇|, |E − ½ q̇·∂L/∂q̇|, |E| met: of T and V for natural systems.
+    pub energy_scale: f64,
+    /// Whether forces, dissipation or explicit time change the energy, so that their work enters `energy_drift`.
+    pub has_work: bool,
+    /// Drift of every quantity that the model knows to be conserved, beside the energy.
+    pub conserved: Vec<Drift>,
+    /// Names of the events and how often each happened.
+    pub events: Vec<(String, usize)>,
+    /// Whether an event ended the motion: its name.
+    pub stopped_by: Option<String>,
+    /// When the problem was first found stiff for the method.
+    pub stiff_at: Option<f64>,
+}
+
+impl<M: Simulate> Motion<'_, M> {
+    /// Method, costs, drift and events. Computes energies and works along the motion, so it costs about as much as the run where the
+    /// model has forces.
+    #[must_use]
+    pub fn summary(&self) -> Summary {
+        let history = self.energy_history();
+        let worst = history.errors.iter().fold(0.0f64, |worst, (_, error)| larger(worst, error.abs()));
+        let counts = self.counts();
+        let mut events: Vec<(String, usize)> = Vec::new();
+        for event in self.events() {
+            match events.iter_mut().find(|(name, _)| *name == event.name) {
+                Some((_, count)) => *count += 1,
+                None => events.push((event.name.clone(), 1)),
+            }
+        }
+        Summary {
+            model: M::NAME,
+            interval: (self.start_time(), self.end_time()),
+            method: self.method(),
+            reason: self.trajectory.reason.clone(),
+            steps: counts.steps,
+            rejected: counts.rejected,
+            evaluations: counts.evaluations,
+            wall_time: counts.wall_time,
+            energy_drift: if worst == 0.0 { 0.0 } else { worst / history.scale },
+            energy_scale: history.scale,
+            has_work: !M::POWERS.is_empty(),
+            // The energy has its own row, against its own scale: its value may be near zero by chance.
+            conserved: self.drifts().into_iter().filter(|drift| drift.name != "energy").collect(),
+            events,
+            stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
+            stiff_at: counts.stiff_at,
+        }
+    }
+
+    fn drifts(&self) -> Vec<Drift> {
+        let count = M::CONSERVED.len();
+        let (mut base, mut values) = (vec![0.0; count], vec![0.0; count]);
+        let new = |quantity: &crate::model::Quantity| Drift { name: quantity.name.into(), largest: 0.0, scale: 0.0 };
+        let mut drifts: Vec<Drift> = M::CONSERVED.iter().map(new).collect();
+        let mut afresh = true;
+        for record in &self.trajectory.records {
+            self.model().conserved(&self.complete(record.state), &mut values);
+            if afresh {
+                base.copy_from_slice(&values);
+            }
+            // A reset may change what is conserved between resets.
+            afresh = record.h == 0.0;
+            for ((drift, value), base) in drifts.iter_mut().zip(&values).zip(&base) {
+                drift.largest = larger(drift.largest, (value - base).abs());
+                drift.scale = larger(drift.scale, value.abs());
+            }
+        }
+        drifts
+    }
+}
+
+/// The larger one; NaN wins, so that it is seen.
+fn larger(a: f64, b: f64) -> f64 {
+    if b.is_nan() || a.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (start, end) = self.interval;
+        writeln!(f, "{} from t = {start} to {end}", self.model)?;
+        writeln!(f, "  method       {}, {}", self.method, self.reason)?;
+        writeln!(
+            f,
+            "  steps        {} accepted, {} rejected, {} evaluations of the accelerations",
+            Grouped(self.steps),
+            Grouped(self.rejected),
+            Grouped(self.evaluations)
+        )?;
+        if let Some(time) = self.wall_time {
+            writeln!(f, "  wall time    {time:.3?}")?;
+        }
+        let what = if self.has_work { "energy less work" } else { "energy" };
+        write!(f, "  drift        {what} {:.1e} of {:.6e}", self.energy_drift, self.energy_scale)?;
+        for Drift { name, largest, scale } in &self.conserved {
+            if *scale > 0.0 {
+                write!(f, "\n               {name} {:.1e} of {scale:.6e}", largest / scale)?;
+            } else {
+                write!(f, "\n               {name} stays {largest}")?;
+            }
+        }
+        for (i, (name, count)) in self.events.iter().enumerate() {
+            let label = if i == 0 { "events" } else { "" };
+            let times = if *count == 1 { "once" } else { "times" };
+            let count = if *count == 1 { String::new() } else { alloc::format!("{} ", Grouped(*count as u64)) };
+            write!(f, "\n  {label:<11}  {name} {count}{times}")?;
+        }
+        if let Some(name) = &self.stopped_by {
+            write!(f, "\n  stopped      by event {name}")?;
+        }
+        if let Some(t) = self.stiff_at {
+            write!(
+                f,
+                "\n  warning      stiff from t = {t}: stability, not accuracy, bounds the step of this explicit method"
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// A number with commas between thousands.
+struct Grouped(u64);
+
+impl fmt::Display for Grouped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let digits = alloc::format!("{}", self.0);
+        for (i, digit) in digits.chars().enumerate() {
+            if i > 0 && (digits.len() - i) % 3 == 0 {
+                f.write_str(",")?;
+            }
+            write!(f, "{digit}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Grouped;
+    use alloc::string::ToString;
+
+    #[test]
+    fn thousands_are_grouped() {
+        for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1234567, "1,234,567")] {
+            assert_eq!(Grouped(number).to_string(), text);
+        }
+    }
+}

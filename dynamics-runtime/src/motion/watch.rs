@@ -1,0 +1,353 @@
+//! Watches the event functions through every step.
+//!
+//! Rules that the code below follows:
+//!
+//! * A function that is exactly zero at the start has not crossed. Only a reset that is called for rising or for falling alone
+//!   is applied there, when the motion leaves zero in that direction (a ball that starts on the floor moving down bounces).
+//! * After a reset that changed q or u, the function that fired starts again from where it leaves zero: coming back is a new
+//!   crossing, however soon. If it goes on in the direction that fired, the reset did not turn the motion away: an error.
+//! * Events that follow each other in ever shorter time are an error that names the time they approach.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::error::SimulationErrorKind;
+use crate::integrate::{Crossing, Dense, Direction, Scan, Step};
+use crate::model::{Events, ModelState};
+
+/// Whether a simulation goes on after an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Flow {
+    /// It goes on.
+    Continue,
+    /// It ends here.
+    Stop,
+}
+
+impl From<()> for Flow {
+    fn from((): ()) -> Self {
+        Self::Continue
+    }
+}
+
+/// An event function given at the simulation.
+pub(crate) struct AdHoc<'m, S> {
+    pub(crate) name: String,
+    pub(crate) function: Box<dyn Fn(&S) -> f64 + 'm>,
+}
+
+/// What is to happen at an event.
+pub(crate) enum Action<'m, S> {
+    Stop,
+    Reset(Box<dyn FnMut(&mut S) -> Flow + 'm>),
+}
+
+/// An action with the crossings it is meant for.
+pub(crate) struct Rule<'m, S> {
+    pub(crate) index: usize,
+    pub(crate) direction: Direction,
+    pub(crate) action: Action<'m, S>,
+}
+
+/// What is known of a function where a step starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Standing {
+    /// Its sign, 1 or −1.
+    Sign(f64),
+    /// It is zero at the start of the motion.
+    ZeroAtStart,
+    /// It is zero after a reset at a crossing in this direction.
+    JustFired(Direction),
+    /// It is zero for another reason.
+    Zero,
+}
+
+/// The event functions of a run with their actions.
+pub(crate) struct Watch<'m, M: Events> {
+    model: &'m M,
+    ad_hoc: Vec<AdHoc<'m, M::State>>,
+    pub(crate) rules: Vec<Rule<'m, M::State>>,
+    standing: Vec<Standing>,
+    zeno: Vec<Zeno>,
+    values: Vec<f64>,
+    scratch: Vec<f64>,
+    start_values: Vec<f64>,
+    /// Largest |g| met in the step, per function.
+    sizes: Vec<f64>,
+    scans: Vec<Scan>,
+    /// Crossings of the step, in order.
+    pub(crate) found: Vec<Crossing>,
+}
+
+type Fault = SimulationErrorKind;
+
+impl<'m, M: Events> Watch<'m, M> {
+    pub(crate) fn new(model: &'m M, ad_hoc: Vec<AdHoc<'m, M::State>>, rules: Vec<Rule<'m, M::State>>) -> Self {
+        let count = M::EVENTS.len() + ad_hoc.len();
+        Self {
+            model,
+            ad_hoc,
+            rules,
+            standing: vec![Standing::Zero; count],
+            zeno: vec![Zeno::default(); count],
+            values: vec![0.0; count],
+            scratch: vec![0.0; count],
+            start_values: vec![0.0; count],
+            sizes: vec![0.0; count],
+            scans: Vec::with_capacity(count),
+            found: Vec::new(),
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.standing.is_empty()
+    }
+
+    pub(crate) fn name(&self, index: usize) -> &str {
+        match index.checked_sub(M::EVENTS.len()) {
+            None => M::EVENTS[index].name,
+            Some(i) => &self.ad_hoc[i].name,
+        }
+    }
+
+    /// Signs at the start of the motion.
+    pub(crate) fn begin(&mut self, start: &M::State) -> Result<(), Fault> {
+        self.evaluate(start)?;
+        for (standing, value) in self.standing.iter_mut().zip(&self.values) {
+            *standing = if *value == 0.0 { Standing::ZeroAtStart } else { Standing::Sign(value.signum()) };
+        }
+        Ok(())
+    }
+
+    /// Finds the crossings within a step and orders them; `state(θ)` interpolates.
+    pub(crate) fn scan(
+        &mut self,
+        step: &Step<M::Vector>,
+        parts: usize,
+        state: impl Fn(f64) -> M::State,
+    ) -> Result<(), Fault> {
+        self.found.clear();
+        self.scans.clear();
+        self.sizes.fill(0.0);
+        self.evaluate(&state(0.0))?;
+        self.start_values.copy_from_slice(&self.values);
+        self.evaluate(&state(1.0))?;
+        self.note_sizes();
+        for index in 0..self.standing.len() {
+            let scan = self.departure(index, &state)?;
+            self.scans.push(scan);
+        }
+        let resolution = 4.0 * f64::EPSILON * (1.0f64).max(step.start.t.abs() / step.h.abs());
+        for part in 1..=parts {
+            let theta = part as f64 / parts as f64;
+            self.evaluate(&state(theta))?;
+            self.note_sizes();
+            self.advance(theta, resolution, &state);
+        }
+        self.found.sort_by(|a, b| a.theta.total_cmp(&b.theta));
+        Ok(())
+    }
+
+    fn advance(&mut self, theta: f64, resolution: f64, state: &impl Fn(f64) -> M::State) {
+        let Self { model, ad_hoc, values, scratch, scans, found, .. } = self;
+        for (index, scan) in scans.iter_mut().enumerate() {
+            let mut function = |theta: f64| match evaluate(*model, ad_hoc, &state(theta), scratch) {
+                Ok(()) => scratch[index],
+                Err(_) => f64::NAN,
+            };
+            scan.sample(theta, values[index], resolution, &mut function, |theta, direction| {
+                found.push(Crossing { index, theta, direction });
+            });
+        }
+    }
+
+    /// Where the scan of a function starts in this step, and with which sign.
+    fn departure(&mut self, index: usize, state: &impl Fn(f64) -> M::State) -> Result<Scan, Fault> {
+        let value = self.start_values[index];
+        if let Standing::Sign(sign) = self.standing[index] {
+            return Ok(Scan::new(0.0, value, sign));
+        }
+        // The function leaves zero somewhere near the start: look closer and closer to the end of the step until it is seen.
+        for exponent in [-40, -34, -28, -22, -16, -12, -8, -5, -3] {
+            let theta = 2f64.powi(exponent);
+            self.evaluate(&state(theta))?;
+            let now = self.values[index];
+            if (now - value).abs() > 1e-13 * self.sizes[index] && now * (now - value) > 0.0 {
+                return self.depart(index, theta, now);
+            }
+        }
+        Ok(Scan::new(0.0, value, 0.0))
+    }
+
+    fn depart(&mut self, index: usize, theta: f64, now: f64) -> Result<Scan, Fault> {
+        let direction = if now > 0.0 { Direction::Rising } else { Direction::Falling };
+        match self.standing[index] {
+            Standing::JustFired(fired) if fired == direction => {
+                return Err(Fault::EventRepeats { event: self.name(index).into() });
+            }
+            Standing::ZeroAtStart if self.resets_on(index, direction) => {
+                self.found.push(Crossing { index, theta: 0.0, direction });
+            }
+            _ => {}
+        }
+        Ok(Scan::new(theta, now, now.signum()))
+    }
+
+    /// Whether a reset is declared for just this direction of the function.
+    fn resets_on(&self, index: usize, direction: Direction) -> bool {
+        self.rules.iter().any(|r| r.index == index && r.direction == direction && matches!(r.action, Action::Reset(_)))
+    }
+
+    /// Position in `found` of the first crossing that calls for an action.
+    pub(crate) fn first_acting(&self) -> Option<usize> {
+        self.found.iter().position(|c| self.acts(c))
+    }
+
+    fn acts(&self, crossing: &Crossing) -> bool {
+        self.rules.iter().any(|r| r.index == crossing.index && r.direction.admits(crossing.direction))
+    }
+
+    /// Forgets the crossings after the first acting one and what happens with it at the same instant.
+    pub(crate) fn cut_after(&mut self, acting: usize) {
+        let theta = self.found[acting].theta;
+        self.found.retain(|c| c.theta <= theta + 1e-12);
+    }
+
+    /// No action: the signs at the end of the step are those of the scans.
+    pub(crate) fn carry_on(&mut self) {
+        for (standing, scan) in self.standing.iter_mut().zip(&self.scans) {
+            *standing = if scan.sign() == 0.0 { Standing::Zero } else { Standing::Sign(scan.sign()) };
+        }
+    }
+
+    /// Calls the actions for a crossing. Returns whether the simulation stops.
+    pub(crate) fn act(&mut self, crossing: &Crossing, state: &mut M::State) -> bool {
+        let mut stop = false;
+        for rule in &mut self.rules {
+            if rule.index != crossing.index || !rule.direction.admits(crossing.direction) {
+                continue;
+            }
+            stop |= match &mut rule.action {
+                Action::Stop => true,
+                Action::Reset(reset) => reset(state) == Flow::Stop,
+            };
+        }
+        stop
+    }
+
+    /// Signs after actions at the crossings found from `acting` on.
+    pub(crate) fn resume(&mut self, acting: usize, before: &M::State, after: &M::State, h: f64) -> Result<(), Fault> {
+        let moved = before.q() != after.q() || before.u() != after.u();
+        self.evaluate(before)?;
+        self.start_values.copy_from_slice(&self.values);
+        self.evaluate(after)?;
+        for index in 0..self.standing.len() {
+            let value = self.values[index];
+            let fired = self.found[acting..].iter().rev().find(|c| c.index == index && self.acts(c)).copied();
+            let noise = (4.0 * self.start_values[index].abs()).max(1e-13 * self.sizes[index]);
+            self.standing[index] = match fired {
+                Some(c) if moved && value.abs() <= noise => {
+                    let name = self.name(index).into();
+                    self.zeno[index].note(before.t(), h, name)?;
+                    Standing::JustFired(c.direction)
+                }
+                Some(c) if !moved => Standing::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 }),
+                _ if value == 0.0 => Standing::Zero,
+                _ if moved || fired.is_some() => Standing::Sign(value.signum()),
+                _ => self.crossed_or_held(index, value),
+            };
+        }
+        Ok(())
+    }
+
+    /// The sign of a function that did not act, at a state that was not moved: near zero its last crossing decides.
+    fn crossed_or_held(&self, index: usize, value: f64) -> Standing {
+        match self.found.iter().rev().find(|c| c.index == index) {
+            Some(c) => Standing::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 }),
+            None => Standing::Sign(value.signum()),
+        }
+    }
+
+    /// Value of one function at a state.
+    pub(crate) fn value(&mut self, index: usize, state: &M::State) -> Result<f64, Fault> {
+        self.evaluate(state)?;
+        Ok(self.values[index])
+    }
+
+    fn note_sizes(&mut self) {
+        for (size, value) in self.sizes.iter_mut().zip(&self.values) {
+            *size = size.max(value.abs());
+        }
+    }
+
+    fn evaluate(&mut self, state: &M::State) -> Result<(), Fault> {
+        evaluate(self.model, &self.ad_hoc, state, &mut self.values).map_err(Fault::SingularMassMatrix)?;
+        match self.values.iter().position(|v| v.is_nan()) {
+            Some(index) => Err(Fault::EventNotANumber { event: self.name(index).into() }),
+            None => Ok(()),
+        }
+    }
+}
+
+fn evaluate<M: Events>(
+    model: &M,
+    ad_hoc: &[AdHoc<'_, M::State>],
+    state: &M::State,
+    values: &mut [f64],
+) -> Result<(), crate::error::SingularMassMatrix> {
+    let (own, given) = values.split_at_mut(M::EVENTS.len());
+    model.events(state, own)?;
+    for (value, event) in given.iter_mut().zip(ad_hoc) {
+        *value = (event.function)(state);
+    }
+    Ok(())
+}
+
+/// Interpolates states within a step.
+pub(crate) fn state_within<M: Events, D: Dense<M::Vector>>(
+    dense: &D,
+    step: &Step<M::Vector>,
+    theta: f64,
+    with_inputs: impl Fn(f64, &M::Vector, &M::Vector) -> M::State,
+) -> M::State {
+    if theta >= 1.0 {
+        return with_inputs(step.end.t, &step.end.y.q, &step.end.y.u);
+    }
+    let y = if theta <= 0.0 { step.start.y } else { dense.at(theta) };
+    with_inputs(step.start.t + theta * step.h, &y.q, &y.u)
+}
+
+/// Guards one event against accumulation: many resets in a row, each sooner than the one before, at last a millionth of the
+/// first interval apart.
+#[derive(Clone, Copy, Debug, Default)]
+struct Zeno {
+    last: Option<f64>,
+    first_interval: f64,
+    interval: f64,
+    shrinking: u32,
+}
+
+impl Zeno {
+    fn note(&mut self, t: f64, h: f64, event: String) -> Result<(), Fault> {
+        let Some(last) = self.last.replace(t) else {
+            return Ok(());
+        };
+        let interval = (t - last).abs();
+        if interval < self.interval {
+            self.shrinking += 1;
+        } else {
+            (self.first_interval, self.shrinking) = (interval, 0);
+        }
+        let ratio = interval / self.interval;
+        self.interval = interval;
+        let accumulates = self.shrinking >= 8 && interval < 1e-6 * self.first_interval;
+        let stands = interval <= 16.0 * f64::EPSILON * t.abs();
+        if accumulates || stands {
+            let left = if ratio < 1.0 { interval * ratio / (1.0 - ratio) } else { 0.0 };
+            return Err(Fault::EventsAccumulate { event, at: t + left.copysign(h) });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,196 @@
+//! The work–energy account: E(end) − E(start) = Σ work of forces + Σ changes at resets.
+//!
+//! The work of every named power is integrated by the method itself, as if it were one more state: W += h Σ bᵢ Pᵢ over the stages of
+//! each step. So it has the order of the method, and the account closes to the tolerance of the run; what is left open measures the
+//! error of the motion and of the account together.
+
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::plant::{EvaluationError, Plant};
+use super::query::Motion;
+use super::simulate::Simulate;
+use crate::integrate::{Dop853, DormandPrince5, Method, Rk4, Scheme, System};
+use crate::model::ModelState;
+
+/// Work of one force, or the energy that resets at one event brought.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkRow {
+    /// Name of the force, of the dissipation, `explicit time`, or of the event.
+    pub name: String,
+    /// Work over the whole motion; positive where it brought energy.
+    pub work: f64,
+}
+
+/// The work–energy account of a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkAccount {
+    /// Work of every power that the model names, in its order.
+    pub forces: Vec<WorkRow>,
+    /// Energy change at resets, by event.
+    pub resets: Vec<WorkRow>,
+    /// Energy function at the start.
+    pub energy_start: f64,
+    /// Energy function at the end.
+    pub energy_end: f64,
+    /// E(end) − E(start) − all work: 0 for an exact motion.
+    pub closure_error: f64,
+    /// What the closure error is to be compared with: the largest of |T|, |V|, |E| met and of the works.
+    pub scale: f64,
+}
+
+/// Energy along the accepted steps.
+pub(super) struct EnergyHistory {
+    /// Time and E − E₀ − work up to there, not scaled.
+    pub(super) errors: Vec<(f64, f64)>,
+    /// Largest of |½ q̇·∂L/∂q̇|, |E − ½ q̇·∂L/∂q̇| and |E|: of T and V for natural systems.
+    pub(super) scale: f64,
+    pub(super) account: WorkAccount,
+}
+
+impl<M: Simulate> Motion<'_, M> {
+    /// The work–energy account: the work of every force, energy changes at resets, and the error with which it closes.
+    ///
+    /// NaN where a motion was saved from a failed simulation without its inputs closure.
+    #[must_use]
+    pub fn work(&self) -> WorkAccount {
+        self.energy_history().account
+    }
+
+    /// (t, (E − E₀ − work)/scale) at the accepted steps, for plots of the energy's drift; `work` is that of forces and resets up
+    /// to there, `scale` the largest of |T|, |V|, |E| met.
+    #[must_use]
+    pub fn energy_errors(&self) -> Vec<(f64, f64)> {
+        let history = self.energy_history();
+        let scale = if history.scale > 0.0 { history.scale } else { 1.0 };
+        history.errors.into_iter().map(|(t, error)| (t, error / scale)).collect()
+    }
+
+    pub(super) fn energy_history(&self) -> EnergyHistory {
+        let records = &self.trajectory.records;
+        let mut work = vec![0.0; M::POWERS.len()];
+        let mut resets: Vec<WorkRow> = Vec::new();
+        let mut errors = Vec::with_capacity(records.len());
+        let mut scale = 0.0f64;
+        let (mut first, mut energy, mut brought) = (0.0, 0.0, 0.0);
+        for (index, record) in records.iter().enumerate() {
+            let state = self.complete(record.state);
+            let before = energy;
+            energy = self.model().energy_function(&state);
+            match index.checked_sub(1) {
+                None => first = energy,
+                Some(last) if records[last].h == 0.0 => {
+                    brought += energy - before;
+                    self.add_reset(&mut resets, state.t(), energy - before);
+                }
+                Some(last) => self.add_work(last, &mut work),
+            }
+            scale = scale.max(self.energy_scale(&state, energy));
+            errors.push((state.t(), energy - first - brought - work.iter().sum::<f64>()));
+        }
+        let forces: Vec<WorkRow> =
+            M::POWERS.iter().zip(&work).map(|(power, work)| WorkRow { name: power.name.into(), work: *work }).collect();
+        let largest = forces.iter().chain(&resets).fold(scale, |s, row| s.max(row.work.abs()));
+        let account = WorkAccount {
+            forces,
+            resets,
+            energy_start: first,
+            energy_end: energy,
+            closure_error: errors.last().map_or(0.0, |(_, error)| *error),
+            scale: largest,
+        };
+        EnergyHistory { errors, scale, account }
+    }
+
+    fn energy_scale(&self, state: &M::State, energy: f64) -> f64 {
+        let momenta = self.model().momenta(state);
+        let twice: f64 = (0..M::COORDINATES.len()).map(|i| momenta[i] * state.u()[i]).sum();
+        (0.5 * twice).abs().max((energy - 0.5 * twice).abs()).max(energy.abs())
+    }
+
+    fn add_reset(&self, rows: &mut Vec<WorkRow>, t: f64, work: f64) {
+        let at_reset = |e: &&super::EventRecord<M::State>| e.time() == t && e.before != e.after;
+        let name = self.events().iter().find(at_reset).map_or("reset", |event| &event.name);
+        match rows.iter_mut().find(|row| row.name == name) {
+            Some(row) => row.work += work,
+            None => rows.push(WorkRow { name: name.into(), work }),
+        }
+    }
+
+    /// Adds the work done during the step that leaves a record.
+    fn add_work(&self, index: usize, work: &mut [f64]) {
+        if work.is_empty() {
+            return;
+        }
+        let done = self.is_repeatable()
+            && match self.method() {
+                Method::Rk4 => self.meter::<Rk4<M::Vector>>(index, work),
+                Method::DormandPrince5 => self.meter::<DormandPrince5<M::Vector>>(index, work),
+                Method::Dop853 => self.meter::<Dop853<M::Vector>>(index, work),
+            };
+        if !done {
+            work.fill(f64::NAN);
+        }
+    }
+
+    /// Makes a step again and sums h bᵢ Pᵢ over its stages; false where it cannot be made again.
+    fn meter<S: Scheme<M::Vector>>(&self, index: usize, work: &mut [f64]) -> bool {
+        let step = self.step(index);
+        let plant = self.plant(self.trajectory.records[index].state.inputs());
+        let mut meter = Meter { plant, weights: S::WEIGHTS, h: step.h, stage: 0, powers: vec![0.0; work.len()], work };
+        meter.read(step.start.t, &step.start.y.q, &step.start.y.u);
+        S::new().attempt(&mut meter, &step.start, step.h, &self.trajectory.tolerances).is_ok()
+    }
+}
+
+/// Reads the powers at every stage of a step.
+struct Meter<'w, 'r, 'm, M: Simulate> {
+    plant: Plant<'r, 'm, M>,
+    weights: &'static [f64],
+    h: f64,
+    stage: usize,
+    powers: Vec<f64>,
+    work: &'w mut [f64],
+}
+
+impl<M: Simulate> Meter<'_, '_, '_, M> {
+    fn read(&mut self, t: f64, q: &M::Vector, u: &M::Vector) {
+        let weight = self.weights.get(self.stage).copied().unwrap_or(0.0);
+        self.stage += 1;
+        if weight == 0.0 {
+            return;
+        }
+        self.plant.model.powers(&self.plant.state(t, q, u), &mut self.powers);
+        for (work, power) in self.work.iter_mut().zip(&self.powers) {
+            *work += self.h * weight * power;
+        }
+    }
+}
+
+impl<M: Simulate> System<M::Vector> for Meter<'_, '_, '_, M> {
+    type Error = EvaluationError;
+    fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
+        self.read(t, q, u);
+        self.plant.accelerations(t, q, u)
+    }
+}
+
+impl fmt::Display for WorkAccount {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rows = || self.forces.iter().chain(&self.resets);
+        let widest = rows().map(|row| row.name.chars().count()).max().unwrap_or(0) + "work of ".len();
+        let width = widest.max("energy at the start".len());
+        let mut line = |name: &str, value: f64| writeln!(f, "  {name:<width$}  {value:>+24.12e}");
+        line("energy at the start", self.energy_start)?;
+        for row in &self.forces {
+            line(&alloc::format!("work of {}", row.name), row.work)?;
+        }
+        for row in &self.resets {
+            line(&alloc::format!("resets at {}", row.name), row.work)?;
+        }
+        line("energy at the end", self.energy_end)?;
+        write!(f, "  {:<width$}  {:>+24.1e}  of {:.6e}", "not accounted for", self.closure_error, self.scale)
+    }
+}
