@@ -55,6 +55,8 @@ pub mod prelude {
         StateJacobian,
     };
     #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::motion::{Direction, Flow, Method, Motion, Simulate, SimulationError};
+    #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::Drawing;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::{CubicSpline, SplineError};

@@ -51,6 +51,19 @@ pub(crate) struct Rule<'m, S> {
     pub(crate) action: Action<'m, S>,
 }
 
+/// Shares of a step at which a function that starts at zero is looked at: 2⁻⁴⁰ … 2⁻³.
+const DEPARTURES: [f64; 9] = [
+    1.0 / 1_099_511_627_776.0,
+    1.0 / 17_179_869_184.0,
+    1.0 / 268_435_456.0,
+    1.0 / 4_194_304.0,
+    1.0 / 65_536.0,
+    1.0 / 4_096.0,
+    1.0 / 256.0,
+    1.0 / 32.0,
+    1.0 / 8.0,
+];
+
 /// What is known of a function where a step starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Standing {
@@ -170,8 +183,7 @@ impl<'m, M: Events> Watch<'m, M> {
             return Ok(Scan::new(0.0, value, sign));
         }
         // The function leaves zero somewhere near the start: look closer and closer to the end of the step until it is seen.
-        for exponent in [-40, -34, -28, -22, -16, -12, -8, -5, -3] {
-            let theta = 2f64.powi(exponent);
+        for theta in DEPARTURES {
             self.evaluate(&state(theta))?;
             let now = self.values[index];
             if (now - value).abs() > 1e-13 * self.sizes[index] && now * (now - value) > 0.0 {
