@@ -103,3 +103,10 @@ pub mod __private {
     }
     pub use crate::__if_alloc as if_alloc;
 }
+
+/// The code in the guides is compiled and run.
+#[cfg(doctest)]
+mod guides {
+    #[doc = include_str!("../docs/vocabulary.md")]
+    struct Vocabulary;
+}
