@@ -5,7 +5,6 @@
 
 mod arena;
 mod build;
-mod display;
 mod eval;
 mod fingerprint;
 mod id;

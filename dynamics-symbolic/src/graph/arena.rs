@@ -27,6 +27,7 @@ pub struct Graph {
     nodes: Vec<Node>,
     fingerprints: Vec<Fingerprint>,
     dependences: Vec<Dependence>,
+    monomials: Vec<bool>,
     by_value: Lookup<Fingerprint, NodeId>,
     pub(super) circles: Lookup<NodeId, Circle>,
 }
@@ -45,6 +46,7 @@ impl Graph {
             nodes: Vec::new(),
             fingerprints: Vec::new(),
             dependences: Vec::new(),
+            monomials: Vec::new(),
             by_value: Lookup::new(),
             circles: Lookup::new(),
         };
@@ -113,21 +115,41 @@ impl Graph {
         self.by_value.get(&fingerprint)
     }
 
+    /// Whether no sum has to be formed to evaluate a node, arguments of functions aside: then nothing can cancel.
+    pub(super) fn is_monomial(&self, id: NodeId) -> bool {
+        self.monomials[id.index()]
+    }
+
+    fn makes_monomial(&self, node: &Node) -> bool {
+        match node {
+            Node::Add(..) | Node::Sub(..) => false,
+            Node::Mul(a, b) | Node::Div(a, b) => self.is_monomial(*a) && self.is_monomial(*b),
+            Node::Neg(a) => self.is_monomial(*a),
+            _ => true,
+        }
+    }
+
     /// The node with this value; `node` where there is none yet.
     ///
-    /// The first-built representative wins, with one exception: a sum is replaced, for later uses, by a form that cannot cancel (1 − cos² must
-    /// never stand for sin²).
+    /// The first-built representative wins, with one exception: what contains sums is replaced, for later uses, by a form that cannot cancel
+    /// (1 − cos² must never stand for sin²), and anything by a number.
     pub(super) fn intern(&mut self, node: Node, fingerprint: Fingerprint) -> NodeId {
-        if let Some(known) = self.find(fingerprint) {
-            let cancels = matches!(self.node(known), Node::Add(..) | Node::Sub(..));
-            let better = matches!(node, Node::Mul(..) | Node::Div(..) | Node::Unary(..) | Node::Smooth { .. });
-            if !(cancels && better) {
-                return known;
-            }
-        } else if let Some(opposite) = self.find(fingerprint.neg())
+        let safe = self.makes_monomial(&node);
+        let is_number = |node: &Node| matches!(node, Node::Number(_));
+        let good = |known: &NodeId| {
+            (self.is_monomial(*known) || !safe) && (is_number(&self.node(*known)) || !is_number(&node))
+        };
+        if let Some(known) = self.find(fingerprint).filter(good) {
+            return known;
+        }
+        if let Some(opposite) = self.find(fingerprint.neg()).filter(good)
             && !matches!(node, Node::Neg(_) | Node::Number(_))
         {
-            return self.push(Node::Neg(opposite), fingerprint);
+            let opposite = match self.node(opposite) {
+                Node::Number(n) => Node::Number(n.opposite()),
+                _ => Node::Neg(opposite),
+            };
+            return self.push(opposite, fingerprint);
         }
         self.push(node, fingerprint)
     }
@@ -140,6 +162,7 @@ impl Graph {
             _ => Dependence::NONE,
         };
         let dependence = node.children().fold(own, |d, c| d.with(self.dependence(c)));
+        self.monomials.push(self.makes_monomial(&node));
         self.nodes.push(node);
         self.fingerprints.push(fingerprint);
         self.dependences.push(dependence);

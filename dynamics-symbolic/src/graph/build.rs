@@ -172,9 +172,12 @@ impl Graph {
         }
         match (self.node(a), self.node(b)) {
             (Node::Number(x), Node::Number(y)) => {
-                if let Some(product) = x.times(y) {
-                    return self.number(product);
-                }
+                // A product beyond f64 is left as it stands.
+                let value = self.fingerprint(a).mul(self.fingerprint(b));
+                return match x.times(y) {
+                    Some(product) => self.number(product),
+                    None => self.intern(Node::Mul(a, b), value),
+                };
             }
             (Node::Neg(x), Node::Neg(y)) => return self.mul(x, y),
             (Node::Neg(x), _) => {
@@ -196,7 +199,7 @@ impl Graph {
         }
         let value = self.fingerprint(a).mul(self.fingerprint(b));
         if let Some(known) = self.find(value)
-            && !matches!(self.node(known), Node::Add(..) | Node::Sub(..))
+            && (self.is_monomial(known) || !(self.is_monomial(a) && self.is_monomial(b)))
         {
             return known;
         }
@@ -231,6 +234,8 @@ impl Graph {
     fn repeated(&self, a: NodeId, b: NodeId) -> Option<(NodeId, NodeId)> {
         match self.node(b) {
             _ if !matches!(self.node(a), Node::Symbol(_)) => None,
+            // A cube is written x²·x: nothing left to do.
+            Node::Mul(x, y) if x == a && y == a => None,
             Node::Mul(x, y) if x == a => Some((x, y)),
             Node::Mul(y, x) if x == a => Some((x, y)),
             _ => None,
@@ -260,7 +265,7 @@ impl Graph {
         }
         let value = self.fingerprint(a).div(self.fingerprint(b));
         if let Some(known) = self.find(value)
-            && !matches!(self.node(known), Node::Add(..) | Node::Sub(..))
+            && (self.is_monomial(known) || !(self.is_monomial(a) && self.is_monomial(b)))
         {
             return Some(known);
         }
@@ -295,24 +300,52 @@ impl Graph {
         }
     }
 
-    /// Point of the circle of an angle: additive where the angle is a sum or an integer multiple.
+    /// Point of the circle of an angle: additive where the angle is a sum or an integer multiple. Without recursion, as sums can be deep.
     fn circle(&mut self, angle: NodeId) -> Circle {
-        if let Some(known) = self.circles.get(&angle) {
-            return known;
+        let mut stack = vec![angle];
+        while let Some(&id) = stack.last() {
+            let missing = |g: &Self, x: NodeId| g.circles.get(&x).is_none();
+            let parts: Vec<NodeId> = match self.node(id) {
+                _ if self.is_zero(id) => Vec::new(),
+                Node::Add(a, b) | Node::Sub(a, b) => vec![a, b],
+                Node::Neg(a) => vec![a],
+                Node::Mul(n, a) if self.multiple(n).is_some() => vec![a],
+                _ => Vec::new(),
+            };
+            let left: Vec<NodeId> = parts.into_iter().filter(|x| missing(self, *x)).collect();
+            if left.is_empty() {
+                stack.pop();
+                let point = self.circle_of_known(id);
+                self.circles.insert(id, point);
+            } else {
+                stack.extend(left);
+            }
         }
-        let point = match self.node(angle) {
+        self.circles.get(&angle).expect("the loop ends with the angle's own point")
+    }
+
+    /// The integer that a node is, if it is small enough to multiply an angle by.
+    fn multiple(&self, n: NodeId) -> Option<i64> {
+        match self.as_number(n) {
+            Some(Number::Rational(n, 1)) => i32::try_from(n).ok().map(i64::from),
+            _ => None,
+        }
+    }
+
+    /// The point of an angle whose parts have theirs.
+    fn circle_of_known(&self, angle: NodeId) -> Circle {
+        let known = |x: NodeId| self.circles.get(&x).expect("parts come first");
+        match self.node(angle) {
             _ if self.is_zero(angle) => Circle::ZERO_ANGLE,
-            Node::Add(a, b) => self.circle(a).add(self.circle(b)),
-            Node::Sub(a, b) => self.circle(a).add(self.circle(b).neg()),
-            Node::Neg(a) => self.circle(a).neg(),
-            Node::Mul(n, a) => match self.as_number(n) {
-                Some(Number::Rational(n, 1)) if n.unsigned_abs() < 1 << 32 => self.circle(a).times(n as i64),
-                _ => Circle::opaque(self.fingerprint(angle)),
+            Node::Add(a, b) => known(a).add(known(b)),
+            Node::Sub(a, b) => known(a).add(known(b).neg()),
+            Node::Neg(a) => known(a).neg(),
+            Node::Mul(n, a) => match self.multiple(n) {
+                Some(n) => known(a).times(n),
+                None => Circle::opaque(self.fingerprint(angle)),
             },
             _ => Circle::opaque(self.fingerprint(angle)),
-        };
-        self.circles.insert(angle, point);
-        point
+        }
     }
 
     /// f(a) for a function of one argument.
