@@ -59,6 +59,11 @@ impl Force {
 }
 
 /// A vector of the plane or of space: where a force acts and what it is.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a vector; a force acts at a `Vec2` or a `Vec3` and is one",
+    label = "not a `Vec2` or `Vec3`",
+    note = "a moment or any other generalized force is `Force::along(expression, magnitude)`"
+)]
 pub trait Place: sealed::Sealed {
     /// Distinguishes the plane from space.
     type Space;

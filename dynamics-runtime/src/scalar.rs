@@ -13,6 +13,11 @@ mod sealed {
 }
 
 /// A component of [`Vec2`](crate::Vec2), [`Vec3`](crate::Vec3) and [`Mat3`](crate::Mat3): `f64` in parameters, [`Expr`] in what moves.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a scalar; vectors and matrices are made of and scaled by `f64` and `Expr`",
+    label = "neither `f64` nor `Expr`",
+    note = "write whole numbers with a point: `2.0`, and indices as `f64::from(i)` or `i as f64`"
+)]
 pub trait Scalar:
     sealed::Sealed + Copy + Debug + Default + Into<Expr> + With<Self, Mixed = Self> + Neg<Output = Self>
 {

@@ -29,6 +29,10 @@ use crate::expr::Expr;
 /// let height = track.at(Expr::coordinate(0.0, 5.0, 0.0));
 /// assert_eq!(height.rate(), 0.1 * 2.0 * 5.0);
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a smooth function; implement `SmoothFunction` for it or take a `CubicSpline`",
+    label = "a parameter that is no number, array, vector or matrix has to be a smooth function"
+)]
 pub trait SmoothFunction {
     /// [f(x), f′(x), f″(x), f‴(x)].
     ///
