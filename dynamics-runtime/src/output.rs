@@ -8,15 +8,20 @@
 //! | a picture of one instant | [`Drawing`] | the `#[drawing]` function |
 //! | a moving picture | [`Animation`] | `motion.animate("run.html")` |
 //! | curves | [`Chart`], [`Panel`] | `motion.plot("run.svg")` |
-//! | numbers | table | `motion.write_csv("run.csv")` |
+//! | numbers | [`csv::Csv`] | `motion.write_csv("run.csv")` |
 
 mod animation;
 mod chart;
 mod color;
+pub mod csv;
 mod drawing;
 mod error;
 #[cfg(feature = "std")]
 mod file;
+#[cfg(test)]
+mod json_check;
+mod motion;
+mod names;
 mod reduce;
 mod svg;
 mod text;

@@ -18,6 +18,7 @@ mod watch;
 mod work;
 
 pub use crate::integrate::{Direction, Method};
+pub(crate) use error::suggest;
 pub use error::{MotionError, OptionError, SimulationError, SimulationErrorKind};
 pub use query::{Motion, Sampler};
 pub use record::{Counts, EventRecord};

@@ -99,6 +99,7 @@ pub struct Panel {
     pub(super) x: Axis,
     pub(super) y: Axis,
     pub(super) series: Vec<Series>,
+    pub(super) instants: Vec<(String, Vec<f64>)>,
     pub(super) equal: bool,
 }
 
@@ -132,6 +133,13 @@ impl Panel {
     #[must_use]
     pub fn curve(self, name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         self.series(Series::new(name, points).mark(Mark::LineAndPoints))
+    }
+
+    /// Marks values of x with upright lines under one name: events, switching times.
+    #[must_use]
+    pub fn instants(mut self, name: impl Into<String>, at: impl IntoIterator<Item = f64>) -> Self {
+        self.instants.push((name.into(), at.into_iter().collect()));
+        self
     }
 
     /// One unit of x as long as one unit of y (linear axes only): orbits and shapes.

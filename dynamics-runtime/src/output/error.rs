@@ -4,6 +4,8 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 
+use crate::motion::suggest;
+
 /// A motion could not be shown or written.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -20,6 +22,9 @@ pub enum OutputError {
         /// The interval.
         interval: f64,
     },
+    /// A table could not be written to where it should go.
+    #[cfg(feature = "std")]
+    Stream(std::io::Error),
     /// A file could not be written.
     #[cfg(feature = "std")]
     File(super::file::FileError),
@@ -30,7 +35,7 @@ impl fmt::Display for OutputError {
         match self {
             Self::UnknownName { name, known } => {
                 write!(f, "there is no quantity `{name}`")?;
-                match nearest(name, known) {
+                match suggest(name, known.iter().map(String::as_str)) {
                     Some(near) => write!(f, "; did you mean `{near}`?"),
                     None => write!(f, "; there are `{}`", known.join("`, `")),
                 }
@@ -40,6 +45,8 @@ impl fmt::Display for OutputError {
                 "samples every {interval} are not possible; the interval must be positive and large enough for time to advance"
             ),
             #[cfg(feature = "std")]
+            Self::Stream(error) => write!(f, "the table cannot be written: {error}"),
+            #[cfg(feature = "std")]
             Self::File(error) => error.fmt(f),
         }
     }
@@ -48,6 +55,8 @@ impl fmt::Display for OutputError {
 impl core::error::Error for OutputError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {
+            #[cfg(feature = "std")]
+            Self::Stream(error) => Some(error),
             #[cfg(feature = "std")]
             Self::File(error) => error.source(),
             _ => None,
@@ -62,32 +71,6 @@ impl From<super::file::FileError> for OutputError {
     }
 }
 
-/// The known name that a third of the letters at most keeps apart from `name`.
-fn nearest<'a>(name: &str, known: &'a [String]) -> Option<&'a str> {
-    known
-        .iter()
-        .map(|candidate| (distance(name, candidate), candidate.as_str()))
-        .filter(|(distance, candidate)| 3 * distance <= candidate.len().max(name.len()))
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, candidate)| candidate)
-}
-
-/// Number of letters to insert, delete or replace (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, letter) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for j in 0..b.len() {
-            let replaced = diagonal + usize::from(letter != b[j]);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,7 +83,5 @@ mod tests {
             |name: &str| OutputError::UnknownName { name: name.to_string(), known: known.clone() }.to_string();
         assert_eq!(message("teta1"), "there is no quantity `teta1`; did you mean `theta1`?");
         assert_eq!(message("energy"), "there is no quantity `energy`; there are `theta1`, `theta1_rate`, `x`");
-        assert_eq!(distance("kitten", "sitting"), 3);
-        assert_eq!(distance("", "ab"), 2);
     }
 }

@@ -134,6 +134,21 @@ mod tests {
     }
 
     #[test]
+    fn instants_are_upright_lines_with_one_name() {
+        let svg = Chart::from(
+            Panel::new(Axis::new("t"), Axis::new("x"))
+                .line("x", [(0.0, 0.0), (4.0, 1.0)])
+                .instants("impact", [1.0, 2.0, 2.0 + 1e-9, 9.0, f64::NAN])
+                .instants("never", []),
+        )
+        .to_svg();
+        assert_sound(&svg);
+        assert_eq!((svg.matches(">impact<").count(), svg.matches(">never<").count()), (1, 0));
+        let path = svg.split("<path d=\"").find(|path| path.contains(",0V380")).unwrap();
+        assert_eq!(path.split('"').next().unwrap().matches('M').count(), 2, "{path}");
+    }
+
+    #[test]
     fn values_that_cannot_be_shown_are_counted() {
         let svg = chart_of(vec![(1.0, -1.0), (2.0, 0.0), (3.0, 4.0), (4.0, f64::NAN)], Axis::log("x"), Axis::log("y"));
         assert!(svg.contains("2 points are not positive"), "{svg}");

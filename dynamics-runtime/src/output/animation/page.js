@@ -360,6 +360,17 @@
     pen.fillText(number(hi, 3), edge.left - 6, y(hi) + 3);
     pen.fillText(number(lo, 3), edge.left - 6, y(lo) - 3);
     if (lo < 0 && hi > 0 && Math.min(y(0) - y(hi), y(lo) - y(0)) > 18) pen.fillText("0", edge.left - 6, y(0));
+    // Events: a small sign at the upper edge and a faint line, those that can be told apart.
+    let mark = -Infinity;
+    pen.strokeStyle = pen.fillStyle = palette.faint;
+    pen.setLineDash([2, 3]);
+    pen.beginPath();
+    for (const [place] of data.events) {
+      if (Math.abs(x(place) - mark) < 2) continue;
+      mark = x(place);
+      pen.moveTo(mark, edge.top - 4); pen.lineTo(mark, height - edge.bottom + 4);
+    }
+    pen.stroke();
     pen.lineWidth = 1.6;
     pen.lineJoin = "round";
     for (const curve of strip) {
@@ -467,7 +478,9 @@
   plot.addEventListener("pointermove", (event) => { if (event.buttons) scrubPlot(event); });
 
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select, summary")) return;
+    const within = (selector) => event.target.closest?.(selector);
+    // What a focused control does with its keys is its own affair.
+    if (event.ctrlKey || event.metaKey || event.altKey || within("select, summary") || (event.key === " " && within("button"))) return;
     const far = event.shiftKey ? last / 10 : last / 100;
     const jump = (k) => { setPlaying(false); seek(k); };
     const actions = {
@@ -498,6 +511,13 @@
       const { item, line, value } = key(curve.name, curve.color);
       line.style.borderTopStyle = ["solid", "dashed", "dotted"][curve.dash % 3];
       curve.shown = value;
+      $("curves").append(item);
+    }
+    for (const name of new Set(data.events.map((event) => event[1]))) {
+      const { item, line, value } = key(name, "faint");
+      line.style.borderTopStyle = "dotted";
+      const count = data.events.filter((event) => event[1] === name).length;
+      value.textContent = count > 1 ? count + " times" : "";
       $("curves").append(item);
     }
   }

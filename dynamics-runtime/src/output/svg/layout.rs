@@ -27,6 +27,8 @@ pub(super) struct Plot<'a> {
     pub(super) x: Side,
     pub(super) y: Side,
     pub(super) curves: Vec<Curve<'a>>,
+    /// Upright lines: x in axis coordinates.
+    pub(super) instants: Vec<Vec<f64>>,
     pub(super) legend: Vec<Vec<Entry>>,
     pub(super) notes: Vec<String>,
 }
@@ -60,7 +62,15 @@ pub(super) struct Look {
 pub(super) struct Entry {
     pub(super) x: f64,
     pub(super) name: String,
-    pub(super) look: Look,
+    pub(super) sample: Sample,
+}
+
+/// What stands before a name in the legend.
+#[derive(Clone, Copy)]
+pub(super) enum Sample {
+    Curve(Look),
+    /// The upright line of the k-th kind of instants.
+    Instant(usize),
 }
 
 const DASHES: [&str; 4] = ["", "8 4", "8 3 2 3", "2 3"];
@@ -120,8 +130,10 @@ pub(super) fn plots(chart: &Chart) -> Vec<Plot<'_>> {
             let x = horizontal(&panel.x, x, width);
             let curves = curves(panel);
             let legend = legend(panel, &curves, width);
+            let instants =
+                panel.instants.iter().map(|(_, at)| at.iter().map(|at| x.coordinate(*at)).collect()).collect();
             let notes = notes(panel, &x, &y);
-            Plot { left, width, axes_height, x, y, curves, legend, notes }
+            Plot { left, width, axes_height, x, y, curves, instants, legend, notes }
         })
         .collect()
 }
@@ -264,22 +276,25 @@ fn curves(panel: &Panel) -> Vec<Curve<'_>> {
 
 /// The names in rows above the axes; none where the y-axis says it already.
 fn legend(panel: &Panel, curves: &[Curve<'_>], width: f64) -> Vec<Vec<Entry>> {
-    if let [only] = panel.series.as_slice()
-        && (only.name.is_empty() || panel.y.title.starts_with(&only.name))
-    {
-        return Vec::new();
-    }
+    let only_named_by_axis = match panel.series.as_slice() {
+        [only] => panel.y.title.starts_with(&only.name),
+        _ => false,
+    };
+    let of_curves = curves.iter().filter(|_| !only_named_by_axis);
+    let of_curves = of_curves.map(|curve| (&curve.series.name, Sample::Curve(curve.look)));
+    let of_instants = panel.instants.iter().enumerate().filter(|(_, (_, at))| !at.is_empty());
+    let of_instants = of_instants.map(|(k, (name, _))| (name, Sample::Instant(k)));
     let mut rows: Vec<Vec<Entry>> = Vec::new();
     let mut x = f64::INFINITY;
-    for curve in curves.iter().filter(|curve| !curve.series.name.is_empty()) {
-        let name = measure::fitted(&curve.series.name, FONT, width - SAMPLE - 8.0);
+    for (name, sample) in of_curves.chain(of_instants).filter(|(name, _)| !name.is_empty()) {
+        let name = measure::fitted(name, FONT, width - SAMPLE - 8.0);
         let needs = SAMPLE + 6.0 + measure::width(&name, FONT);
         if x + needs > width {
             rows.push(Vec::new());
             x = 0.0;
         }
         if let Some(row) = rows.last_mut() {
-            row.push(Entry { x, name, look: curve.look });
+            row.push(Entry { x, name, sample });
         }
         x += needs + 16.0;
     }

@@ -8,7 +8,7 @@ use core::fmt::Write;
 use super::super::chart::Mark;
 use super::super::reduce;
 use super::super::text::{pixel, xml};
-use super::layout::{Curve, Look, Plot, ROW, SAMPLE, TICK};
+use super::layout::{Curve, Look, Plot, ROW, SAMPLE, Sample, TICK};
 use super::{FONT, MARGIN};
 
 /// Pixels beyond which a curve that leaves its axes is as good as at infinity.
@@ -29,6 +29,9 @@ pub(super) fn plot(svg: &mut String, plot: &Plot<'_>, top: f64) {
         pixel(plot.width),
         pixel(plot.axes_height)
     );
+    for (kind, at) in plot.instants.iter().enumerate() {
+        instants(svg, plot, kind, at);
+    }
     for curve in &plot.curves {
         draw(svg, plot, curve);
     }
@@ -41,17 +44,12 @@ fn legend(svg: &mut String, plot: &Plot<'_>, top: f64) {
         let middle = top + (row as f64 + 0.5) * ROW - 2.0;
         for entry in entries {
             let x = plot.left + entry.x;
-            let ends = [[x, middle], [x + SAMPLE, middle]];
-            if entry.look.mark != Mark::Points {
-                let _ = writeln!(
-                    svg,
-                    "<polyline points=\"{}\" fill=\"none\" stroke-width=\"2\"{}/>",
-                    pairs(&ends),
-                    stroke(entry.look)
-                );
-            }
-            if entry.look.mark != Mark::Line {
-                sign(svg, entry.look, [x + 0.5 * SAMPLE, middle]);
+            match entry.sample {
+                Sample::Curve(look) => sample(svg, look, [x, middle]),
+                Sample::Instant(kind) => {
+                    let path = format!("M{},{}V{}", pixel(x + 0.5 * SAMPLE), pixel(middle - 7.0), pixel(middle + 7.0));
+                    let _ = writeln!(svg, "<path d=\"{path}\"{}/>", upright(kind));
+                }
             }
             let _ = writeln!(
                 svg,
@@ -61,6 +59,39 @@ fn legend(svg: &mut String, plot: &Plot<'_>, top: f64) {
                 xml(&entry.name)
             );
         }
+    }
+}
+
+/// A piece of the curve before its name.
+fn sample(svg: &mut String, look: Look, [x, y]: [f64; 2]) {
+    if look.mark != Mark::Points {
+        let ends = pairs(&[[x, y], [x + SAMPLE, y]]);
+        let _ = writeln!(svg, "<polyline points=\"{ends}\" fill=\"none\" stroke-width=\"2\"{}/>", stroke(look));
+    }
+    if look.mark != Mark::Line {
+        sign(svg, look, [x + 0.5 * SAMPLE, y]);
+    }
+}
+
+/// How upright lines look, by their kind.
+fn upright(kind: usize) -> String {
+    let dashes = ["3 3", "8 3", "1 3"][kind % 3];
+    format!(" stroke=\"#8a94a0\" stroke-width=\"1.2\" stroke-dasharray=\"{dashes}\"")
+}
+
+/// The upright lines of one kind, those that can be told apart.
+fn instants(svg: &mut String, plot: &Plot<'_>, kind: usize, at: &[f64]) {
+    let mut path = String::new();
+    let mut last = f64::NEG_INFINITY;
+    for at in at {
+        let x = plot.x.range.part(*at) * plot.width;
+        if (0.0..=plot.width).contains(&x) && (x - last).abs() > 1.0 {
+            let _ = write!(path, "M{},0V{}", pixel(x), pixel(plot.axes_height));
+            last = x;
+        }
+    }
+    if !path.is_empty() {
+        let _ = writeln!(svg, "<path d=\"{path}\"{}/>", upright(kind));
     }
 }
 

@@ -1,0 +1,151 @@
+//! The page: what was recorded, put into the template.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Write;
+
+use super::super::color::Color;
+use super::super::text::{json, json_number, with_unit, xml};
+use super::clock::Clock;
+use super::encode::{Bounds, Grid, differences};
+use super::{Animation, Recording};
+
+impl Animation<'_> {
+    pub(super) fn page(&self, clock: &Clock, recordings: &[Recording]) -> String {
+        let title = self.title.clone().unwrap_or_else(|| match self.films.first() {
+            Some((film, _)) => film.title(),
+            None => String::from("No motion"),
+        });
+        let mut methods: Vec<_> = self.films.iter().map(|(film, _)| film.method()).collect();
+        methods.dedup();
+        let subtitle: Vec<_> = methods.iter().chain(&clock.notes).map(|part| xml(part)).collect();
+        fill(
+            include_str!("page.html"),
+            &[
+                ("title", &xml(&title)),
+                ("style", include_str!("page.css")),
+                ("subtitle", &subtitle.join(" · ")),
+                ("summary", &self.summaries()),
+                ("data", &self.data(clock, recordings)),
+                ("script", include_str!("page.js")),
+            ],
+        )
+    }
+
+    fn summaries(&self) -> String {
+        let mut out = String::new();
+        for (film, label) in &self.films {
+            if !label.is_empty() {
+                let _ = write!(out, "<h2>{}</h2>", xml(label));
+            }
+            let _ = write!(out, "<pre>{}</pre>", xml(film.summary().trim_end()));
+        }
+        out
+    }
+
+    fn data(&self, clock: &Clock, recordings: &[Recording]) -> String {
+        let bounds = recordings.iter().fold(Bounds::EMPTY, |bounds, recording| bounds.union(recording.reel.bounds));
+        let grid = bounds.grid();
+        let mut films = Vec::new();
+        for (k, (recording, (_, label))) in recordings.iter().zip(&self.films).enumerate() {
+            films.push(format!(
+                "{{\"label\":{},\"color\":{},\"reel\":{}}}",
+                json(label),
+                json(&Color::cycle(k).role()),
+                recording.reel.to_json(&grid)
+            ));
+        }
+        format!(
+            "{{\"start\":{},\"step\":{},\"frames\":{},\"speed\":{},\"time_unit\":{},{},\"films\":[{}],\"strip\":{},\"events\":{}}}",
+            json_number(clock.start),
+            json_number(clock.step),
+            clock.frames,
+            json_number(clock.speed),
+            json(&self.time_unit()),
+            view(&grid, recordings.iter().any(|recording| recording.reel.spatial)),
+            films.join(",\n"),
+            self.strip_data(recordings),
+            self.events_data(clock)
+        )
+    }
+
+    /// What happened, as places among the instants.
+    fn events_data(&self, clock: &Clock) -> String {
+        let mut events = Vec::new();
+        for (film, _) in &self.films {
+            for (time, name) in film.events() {
+                let place = if clock.step == 0.0 { 0.0 } else { (time - clock.start) / clock.step };
+                events.push(format!("[{},{}]", json_number(libm::round(place * 100.0) / 100.0), json(&name)));
+            }
+        }
+        format!("[{}]", events.join(","))
+    }
+
+    fn strip_data(&self, recordings: &[Recording]) -> String {
+        let several = recordings.len() > 1;
+        let mut out = String::from("[");
+        for (film, recording) in recordings.iter().enumerate() {
+            for (k, curve) in recording.curves.iter().enumerate() {
+                if out.len() > 1 {
+                    out.push_str(",\n");
+                }
+                let label = &self.films[film].1;
+                let name =
+                    if several && !label.is_empty() { format!("{} ({label})", curve.name) } else { curve.name.clone() };
+                let color = Color::cycle(if several { film } else { k });
+                let _ = write!(
+                    out,
+                    "{{\"name\":{},\"unit\":{},\"title\":{},\"color\":{},\"dash\":{},{}}}",
+                    json(&name),
+                    json(&curve.unit),
+                    json(&with_unit(&name, &curve.unit)),
+                    json(&color.role()),
+                    if several { k } else { 0 },
+                    quantized(&curve.values)
+                );
+            }
+        }
+        out.push(']');
+        out
+    }
+}
+
+/// `template` with every `{{name}}` replaced; what is put in is not looked at again, whatever it holds.
+pub(super) fn fill(template: &str, values: &[(&str, &str)]) -> String {
+    let mut out = String::new();
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once("{{") {
+        out.push_str(before);
+        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
+        let value = values.iter().find(|(known, _)| *known == name);
+        out.push_str(value.map_or("", |(_, value)| value));
+        rest = after;
+    }
+    out.push_str(rest);
+    out
+}
+
+fn view(grid: &Grid, spatial: bool) -> String {
+    format!(
+        "\"origin\":[{},{}],\"quantum\":{},\"half\":[{},{}],\"spatial\":{spatial}",
+        json_number(grid.origin[0]),
+        json_number(grid.origin[1]),
+        json_number(grid.quantum),
+        grid.half[0],
+        grid.half[1]
+    )
+}
+
+/// Values as integers of a hundred-thousandth of their range.
+fn quantized(values: &[f64]) -> String {
+    let finite = || values.iter().copied().filter(|value| value.abs() < 1e300);
+    let (lo, hi) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)));
+    let lo = if lo.is_finite() { lo } else { 0.0 };
+    let unit = match (hi - lo) / 1e5 {
+        unit if unit.is_normal() && unit > 0.0 => unit,
+        _ => 1.0,
+    };
+    let integers = values.iter().map(|value| (value.abs() < 1e300).then(|| libm::round((value - lo) / unit) as i64));
+    format!("\"lo\":{},\"unit_of_values\":{},\"values\":{}", json_number(lo), json_number(unit), differences(integers))
+}
