@@ -3,7 +3,7 @@
 use dynamics_symbolic::compile::Compiled;
 use proc_macro2::TokenStream;
 
-use crate::diagnostics::Diagnostics;
+use crate::diagnostics::{Diagnostics, Place};
 use crate::elaborate;
 use crate::syntax::{self, Declaration, Implementation};
 
@@ -28,7 +28,8 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
     match dynamics_symbolic::compile::compile(elaborated.model) {
         Ok(compiled) => Ok(CompiledModel { declaration, implementation, compiled }),
         Err(findings) => {
-            elaborated.origins.report(findings, &mut diagnostics);
+            let model = Place::from(declaration.name.span());
+            elaborated.origins.report(findings, model, &mut diagnostics);
             Err(diagnostics.finish().err().unwrap_or_default())
         }
     }

@@ -23,6 +23,11 @@ impl Place {
         Self { start, end }
     }
 
+    /// From one span to another.
+    pub(crate) fn between(start: Span, end: Span) -> Self {
+        Self { start, end }
+    }
+
     /// The error at this place.
     pub(crate) fn error(self, message: &Message) -> syn::Error {
         let mark = |span| TokenTree::Ident(proc_macro2::Ident::new("x", span));

@@ -1,13 +1,38 @@
 //! The Rust subset of models → `dynamics_symbolic::mechanics::Model`.
+//!
+//! An interpreter over `syn`'s tree: values are nodes of the expression graph, integers and conditions that are known now are decided now, and
+//! what the motion decides becomes a selection. Every mistake is reported where it stands and poisons its value, so that nothing that follows
+//! from it is reported again. Nothing here may recurse or loop without bound: see the limits in `expressions.rs`, `control.rs` and
+//! `syntax/limits.rs`.
 
+mod calls;
+mod control;
+mod declare;
+mod derivative;
+mod dimensions;
+mod expressions;
+mod operators;
 mod origins;
+mod paths;
+mod patterns;
+mod roles;
+mod scalar_methods;
+mod scope;
+mod sequence_methods;
+mod statements;
 pub(crate) mod suggest;
+mod values;
+mod vector_methods;
 
+use dynamics_symbolic::check::units::UnitExpr;
 use dynamics_symbolic::mechanics::Model;
 
 use crate::diagnostics::Diagnostics;
 use crate::syntax::{Declaration, Implementation};
-use origins::Origins;
+use dimensions::Dimensions;
+pub(crate) use origins::Origins;
+use scope::Frame;
+use values::Value;
 
 /// What elaboration hands to the engine, and what the engine's findings need to find their way back.
 pub(crate) struct Elaborated {
@@ -15,7 +40,56 @@ pub(crate) struct Elaborated {
     pub(crate) origins: Origins,
 }
 
+/// Unit of a smooth function's argument, unit of its values.
+type FunctionUnits = (Option<UnitExpr>, Option<UnitExpr>);
+
+/// Elaboration in progress.
+struct Elaborator<'a> {
+    declaration: &'a Declaration,
+    implementation: &'a Implementation,
+    diagnostics: &'a mut Diagnostics,
+    model: Model,
+    origins: Origins,
+    dimensions: Dimensions,
+    /// `self.name`.
+    parameters: Vec<(String, Value)>,
+    /// `q.name`.
+    coordinates: Vec<(String, Value)>,
+    functions: Vec<FunctionUnits>,
+    /// `Self::NAME`, once evaluated.
+    constants: Vec<Option<Value>>,
+    frames: Vec<Frame>,
+    steps: usize,
+    depth: usize,
+    /// A limit is passed and reported; everything that is left is skipped.
+    exhausted: bool,
+}
+
 /// Elaborates all functions that have a role.
-pub(crate) fn elaborate(_: &Declaration, _: &Implementation, _: &mut Diagnostics) -> Elaborated {
-    Elaborated { model: Model::default(), origins: Origins::default() }
+pub(crate) fn elaborate(
+    declaration: &Declaration,
+    implementation: &Implementation,
+    diagnostics: &mut Diagnostics,
+) -> Elaborated {
+    let mut elaborator = Elaborator {
+        declaration,
+        implementation,
+        diagnostics,
+        model: Model { name: declaration.name.to_string(), ..Model::default() },
+        origins: Origins::default(),
+        dimensions: Dimensions::default(),
+        parameters: Vec::new(),
+        coordinates: Vec::new(),
+        functions: Vec::new(),
+        constants: Vec::new(),
+        frames: Vec::new(),
+        steps: 0,
+        depth: 0,
+        exhausted: false,
+    };
+    elaborator.check_self_type();
+    elaborator.declare();
+    elaborator.roles();
+    elaborator.name_inferred_units();
+    Elaborated { model: elaborator.model, origins: elaborator.origins }
 }

@@ -166,7 +166,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>) -
     let slot = |quantity: &Quantity| Slot {
         name: quantity.name.clone(),
         len: quantity.length,
-        unit: quantity.unit.as_ref().map(|unit| unit.text.clone()).unwrap_or_default(),
+        unit: quantity.unit.as_ref().map(syntax::UnitText::text).unwrap_or_default(),
     };
     let (mut parameters, mut functions) = (Vec::new(), Vec::new());
     for field in &declaration.fields {

@@ -28,3 +28,6 @@ pub fn dynamics(arguments: TokenStream, item: TokenStream) -> TokenStream {
 pub fn __model(input: TokenStream) -> TokenStream {
     expand::model(input.into()).into()
 }
+
+#[cfg(test)]
+mod tests;

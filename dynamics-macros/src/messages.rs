@@ -62,4 +62,99 @@ catalogue! {
     two_roles(function, first, second) "`{function}` is both `#[{first}]` and `#[{second}]`; give each role its own function";
     duplicate_role(name, first) "`#[{name}]` is already on `{first}`; a model has only one";
     misspelt_role(name, role) "no role is called `{name}`; did you mean `#[{role}]`?";
+    no_kinetic_energy(name) "`{name}` has no kinetic energy; mark a function `#[kinetic]` or `#[lagrangian]`";
+    other_type(found, name) "this `impl` is for `{found}`, but the model is `{name}`; write `impl {name}`";
+    role_signature(role, form) "`#[{role}]` needs another signature; write `{form}`";
+    role_result(role, expected, found) "`#[{role}]` has to return {expected}, this is {found}; return {expected}";
+
+    // Names.
+    unknown_name(name, hint) "`{name}` is not known here{hint}";
+    unknown_parameter(name, hint) "the model has no parameter `{name}`{hint}";
+    unknown_coordinate(name, hint) "the model has no coordinate or input `{name}`{hint}";
+    unknown_function(name, hint) "the model's `impl` has no function `{name}`{hint}";
+    unknown_constant(name, hint) "the model's `impl` has no constant `{name}`{hint}";
+    unknown_method(shape, name, hint) "{shape} has no method `{name}`; {hint}";
+    coordinate_as_parameter(name) "`{name}` is a coordinate or an input; write `q.{name}`";
+    parameter_as_coordinate(name) "`{name}` is a parameter; write `self.{name}`";
+    rate_as_coordinate(name, coordinate) "rates are derivatives here; write `q.{coordinate}.dt()` instead of `q.{name}`";
+    constant_without_self(name) "`{name}` is a constant of the impl; write `Self::{name}`";
+    foreign_constant(name) "the value of `{name}` is not visible to the macro; declare it as a constant of the `impl` and write `Self::` before its name";
+    function_without_self(name) "`{name}` is a function of the impl; write `self.{name}(..)` or `Self::{name}(..)`";
+    foreign_function(name, hint) "`{name}` is not part of the model and cannot be followed{hint}; write a function of the `impl`";
+    unset_variable(name) "`{name}` has no value yet; give it one where it is declared";
+    no_field(shape, member) "{shape} has no field `{member}`; use it as a whole or by its methods";
+    no_component(name, length) "a `Vec{length}` has no component `{name}`; its first ones are `x` and `y`, only a `Vec3` has `z`";
+
+    // Shapes.
+    shape_mismatch(operator, left, right) "`{operator}` does not combine {left} with {right}; make the shapes fit";
+    expected_shape(expected, found) "expected {expected}, found {found}; pass {expected}";
+    operand(operator, found) "`{operator}` does not apply to {found}; apply it to the parts";
+    comparison_of(left, right) "{left} cannot be compared with {right}; compare scalars";
+    not_a_condition(found) "a condition is a comparison, this is {found}; compare scalars with `<`, `<=`, `>`, `>=`, `==` or `!=`";
+    branches_differ(then, otherwise) "the branches differ: one is {then}, the other {otherwise}; make them alike";
+    pattern_mismatch(found) "this pattern does not fit {found}; bind as many parts as there are";
+    argument_count(function, expected, found) "`{function}` takes {expected} arguments, here are {found}; pass what it takes";
+    index_out_of_range(index, what, length) "index {index} is out of range; {what} has {length} elements, counted from 0";
+    index_unknown(found) "an index has to be an integer known at compile time, this is {found}; use a literal or a loop variable";
+    matrix_index() "a matrix is indexed by a pair; write `m[(i, j)]`";
+    not_indexable(found) "{found} cannot be indexed; use its fields or methods";
+    negative_index(value) "{value} is negative and cannot become an index; check the arithmetic";
+    no_time_derivative(found) "{found} has no time derivative; take `.dt()` of scalars, vectors, matrices, arrays and tuples of them";
+    read_out(name) "`.{name}()` reads a number while the model runs; in the model's functions use the expression itself";
+
+    // Numbers.
+    caret_as_power() "`^` is not a power in Rust; write `.powi(2)`";
+    bit_operator(operator) "`{operator}` works on bits, not on numbers; use arithmetic";
+    remainder_of_expression() "`%` jumps and has no derivative; use it on integers only";
+    integer_division(value) "this division of integers drops its remainder and gives {value}; write the numbers with a decimal point";
+    integer_overflow(operator, left, right) "`{operator}` of the integers {left} and {right} has no result; check them";
+    integer_too_large(value) "the integer `{value}` is too large; write it with a decimal point";
+    division_by_zero() "this divides by zero whatever the values are; check the denominator";
+    domain(function, value) "`{function}` of {value} is not a real number; check the argument";
+    not_finite(what) "`{what}` is not a finite number; models need finite numbers";
+    power_too_large(power, limit) "the power {power} is beyond {limit}; use `exp` and `ln`";
+    clamp_order(low, high) "`clamp` from {low} to {high} has its bounds in the wrong order; swap them";
+    cast(shape, to) "{shape} cannot become `{to}` here; integers are known at compile time, and `as f64` makes them real";
+    literal_kind(literal) "`{literal}` has no meaning in a model; use numbers";
+
+    // Statements.
+    unsupported(what, remedy) "{what} cannot be followed; {remedy}";
+    closure_method(name) "`{name}` takes a closure, which cannot be followed; write a `for` loop";
+    mutable_reference() "`&mut` and `ref mut` cannot be followed; return the new value";
+    mutable_iterator() "`iter_mut` cannot be followed; write a `for` loop over indices and assign to the elements";
+    not_assignable(place) "`{place}` cannot be assigned to; assign to a `let mut` variable";
+    recursion(function) "`{function}` calls itself, directly or through others; write a `for` loop";
+    call_of_value() "only functions can be called; call a function of the `impl` by its name";
+    loop_bound(found) "the bounds of a loop have to be integers known at compile time, this is {found}; use literals, array lengths or constants of the `impl`";
+    open_range() "this range has no end; give it both bounds";
+    not_iterable(found) "a loop runs over a range or an array, not over {found}; loop over indices known at compile time";
+    too_many_iterations(count, limit) "{count} rounds are too many to unroll, the limit is {limit}; check the bounds";
+    length_unknown() "the length of an array has to be known at compile time; use a literal or a constant of the `impl`";
+    undecided_exit(name) "`{name}` here depends on the motion; let the `if` give both values instead";
+    undecided_integer() "this integer would depend on the motion; let the branches give real numbers";
+    match_on(found) "`match` needs an integer known at compile time, this is {found}; use `if` on comparisons";
+    no_arm(value) "no arm matches {value}; add one";
+    too_many_operations() "the model grows beyond what can be compiled here; use shorter loops or fewer elements";
+
+    // Time.
+    rate_of_input(name) "the rate of the input `{name}` is not known; make it a coordinate, or take `.dt()` of something without it";
+    third_derivative() "derivatives beyond accelerations are not known; take `.dt()` at most twice";
+
+    // Units.
+    unknown_unit(name, hint) "`{name}` is no unit; {hint}";
+    scaled_unit(name, equals, coherent) "`{name}` is a scaled unit, 1 {name} = {equals}; give values in `{coherent}`";
+    mixed_systems(unit, system, other, other_system) "`{unit}` is {system}, but `{other}` is {other_system}; use one system of units";
+    unit_syntax(expected, found) "a unit needs {expected} here, found {found}; write for example `kg*m^2/s`";
+    unit_mismatch(operator, left, right) "`{operator}` combines {left} with {right}; both sides need the same unit";
+    unit_of_argument(function, unit) "`{function}` of a quantity in {unit}; its argument has to be a plain number or an angle";
+    unit_of_branches(then, otherwise) "one branch is in {then}, the other in {otherwise}; both need the same unit";
+    unit_of_role(name, found, what, expected) "`{name}` is in {found}, but {what} is in {expected}; check its factors, literals have no unit";
+    unit_of_force(name, found, expected) "`{name}` does work in {found} instead of {expected}; check force and point, or magnitude and expression";
+    unit_of_function_argument(found, expected) "this smooth function is used with an argument in {found} and elsewhere in {expected}; use one unit";
+
+    // What the engine finds.
+    unused(what, name) "the {what} `{name}` is never used; remove it or use it";
+    no_inertia(direction) "no kinetic energy moves `{direction}`: the mass matrix is singular everywhere; give it inertia or remove it";
+    too_large(function, operations, limit) "`{function}` would take {operations} operations, the limit is {limit}; use fewer coordinates or simpler expressions";
+    finding(text) "the model cannot be derived: {text}; change what it names";
 }

@@ -6,7 +6,7 @@ mod limits;
 mod structs;
 
 pub(crate) use attributes::{ATTRIBUTES, Nominal, Quantity, UnitText};
-pub(crate) use impls::{Constant, Function, Implementation, Role};
+pub(crate) use impls::{Constant, Function, Implementation, Role, path as path_text};
 pub(crate) use structs::{Declaration, Element, Field, FieldKind, Shape};
 
 use proc_macro2::TokenStream;

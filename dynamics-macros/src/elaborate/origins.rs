@@ -4,6 +4,7 @@ use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::graph::Origin;
 
 use crate::diagnostics::{Diagnostics, Place};
+use crate::messages::{self, Message};
 
 /// Where everything was declared.
 #[derive(Clone, Debug, Default)]
@@ -18,8 +19,30 @@ impl Origins {
         Origin(self.places.len() as u32 - 1)
     }
 
-    /// Says what the engine found, each at its place.
-    pub(crate) fn report(&self, findings: Vec<Finding>, _: &mut Diagnostics) {
-        let _ = findings;
+    /// The place of an origin.
+    pub(crate) fn place(&self, origin: Origin) -> Option<Place> {
+        self.places.get(origin.0 as usize).copied()
+    }
+
+    /// Says what the engine found, each at its place, or at the struct's name where it has none.
+    pub(crate) fn report(&self, findings: Vec<Finding>, model: Place, diagnostics: &mut Diagnostics) {
+        for finding in findings {
+            let (message, origins) = describe(&finding);
+            let place = origins.first().and_then(|o| self.place(*o)).unwrap_or(model);
+            diagnostics.error(place, &message);
+        }
+    }
+}
+
+/// A finding in words, and where it belongs.
+fn describe(finding: &Finding) -> (Message, Vec<Origin>) {
+    match finding {
+        Finding::Unused { what, name, origin } => (messages::unused(what, name), vec![*origin]),
+        Finding::NoInertia { direction, origins } => (messages::no_inertia(direction), origins.clone()),
+        Finding::ZeroDenominator => (messages::division_by_zero(), Vec::new()),
+        Finding::TooLarge { function, operations, limit } => {
+            (messages::too_large(function, operations, limit), Vec::new())
+        }
+        other => (messages::finding(format!("{other:?}")), Vec::new()),
     }
 }

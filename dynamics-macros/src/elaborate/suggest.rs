@@ -43,6 +43,11 @@ pub(crate) fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a s
     }
 }
 
+/// `; did you mean ..?`, or nothing.
+pub(crate) fn did_you_mean_only<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(name, known).map_or_else(String::new, |best| format!("; did you mean `{best}`?"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,6 @@
 //! The struct's attributes: `#[coordinates(..)]`, `#[inputs(..)]`, `#[units(..)]`, `#[nominal(..)]`, `#[model(..)]`.
 
-use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use quote::ToTokens;
 use syn::parse::{Parse, ParseStream, Parser};
 use syn::punctuated::Punctuated;
@@ -37,11 +37,31 @@ impl Quantity {
     }
 }
 
-/// A unit as written, without blanks: `kg*m/s^2`.
+/// A unit as written.
 #[derive(Clone, Debug)]
 pub(crate) struct UnitText {
-    pub(crate) text: String,
-    pub(crate) place: Place,
+    /// Names, numbers and single signs, with their spans.
+    tokens: Vec<(String, Span)>,
+}
+
+impl UnitText {
+    /// The tokens for the parser of units.
+    pub(crate) fn tokens(&self) -> Vec<&str> {
+        self.tokens.iter().map(|(text, _)| text.as_str()).collect()
+    }
+    /// Without blanks: `kg*m/s^2`.
+    pub(crate) fn text(&self) -> String {
+        self.tokens().concat()
+    }
+    /// The unit as a whole.
+    pub(crate) fn place(&self) -> Place {
+        let ends = self.tokens.first().zip(self.tokens.last());
+        ends.map_or_else(|| Place::from(Span::call_site()), |(first, last)| Place::between(first.1, last.1))
+    }
+    /// One token; the last where the unit ends too early.
+    pub(crate) fn span(&self, token: usize) -> Span {
+        self.tokens.get(token).or(self.tokens.last()).map_or_else(Span::call_site, |(_, span)| *span)
+    }
 }
 
 /// Values that compile-time checks may use, one per scalar of a field.
@@ -183,13 +203,38 @@ fn quantity(rest: &[TokenTree], d: &mut Diagnostics) -> Option<(Option<UnitText>
     Some((unit(&inside[..at]), Some(length(&expr, d)?)))
 }
 
-/// A unit's tokens as text; `None` for `_` and nothing.
+/// A unit's tokens; `None` for `_` and nothing.
 fn unit(tokens: &[TokenTree]) -> Option<UnitText> {
     if tokens.is_empty() || matches!(tokens, [TokenTree::Ident(i)] if *i == "_") {
         return None;
     }
-    let text: String = tokens.iter().cloned().collect::<TokenStream>().to_string();
-    Some(UnitText { text: text.chars().filter(|c| !c.is_whitespace()).collect(), place: place(tokens) })
+    let mut flat = Vec::new();
+    flatten_unit(tokens.iter().cloned().collect(), &mut flat);
+    Some(UnitText { tokens: flat })
+}
+
+/// Parentheses become tokens of their own. Nesting is bounded before.
+fn flatten_unit(tokens: TokenStream, flat: &mut Vec<(String, Span)>) {
+    for tree in tokens {
+        match tree {
+            TokenTree::Group(group) => {
+                let (open, close) = match group.delimiter() {
+                    Delimiter::Parenthesis => ("(", ")"),
+                    Delimiter::Bracket => ("[", "]"),
+                    Delimiter::Brace => ("{", "}"),
+                    Delimiter::None => ("", ""),
+                };
+                if !open.is_empty() {
+                    flat.push((open.to_owned(), group.span_open()));
+                }
+                flatten_unit(group.stream(), flat);
+                if !close.is_empty() {
+                    flat.push((close.to_owned(), group.span_close()));
+                }
+            }
+            tree => flat.push((tree.to_string(), tree.span())),
+        }
+    }
 }
 
 /// Entries of `#[units(..)]`.

@@ -1,0 +1,235 @@
+//! Symbols of the declared coordinates, inputs and parameters, and their units.
+
+use dynamics_symbolic::check::units::{System, Unit, UnitError, UnitExpr};
+use dynamics_symbolic::graph::{FunctionId, Symbol};
+use dynamics_symbolic::mechanics::{Coordinate, Function, Input, Parameter};
+use proc_macro2::Span;
+use quote::ToTokens;
+use syn::Type;
+
+use super::Elaborator;
+use super::values::{Scalar, Value};
+use crate::diagnostics::Place;
+use crate::messages;
+use crate::syntax::{FieldKind, Quantity, Shape, UnitText};
+
+/// What a declared unit is, once read.
+#[derive(Clone, Debug)]
+struct Declared {
+    unit: Option<UnitExpr>,
+    text: String,
+}
+
+/// Kind of scalar symbol.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Coordinate,
+    Input,
+    Parameter,
+}
+
+impl Elaborator<'_> {
+    /// The impl block belongs to the struct.
+    pub(super) fn check_self_type(&mut self) {
+        let ty = &self.implementation.item.self_ty;
+        let same = match &**ty {
+            Type::Path(path) => path.path.segments.last().is_some_and(|s| s.ident == self.declaration.name),
+            _ => false,
+        };
+        if !same {
+            let text = ty.to_token_stream();
+            self.diagnostics.error(Place::of(ty), &messages::other_type(text, &self.declaration.name));
+        }
+    }
+
+    /// Declares everything; units first, because they are checked only where some are given.
+    pub(super) fn declare(&mut self) {
+        let declaration = self.declaration;
+        let quantities = declaration.coordinates.iter().chain(&declaration.inputs);
+        let units: Vec<&UnitText> = quantities
+            .filter_map(|q| q.unit.as_ref())
+            .chain(declaration.fields.iter().filter_map(|f| f.unit.as_ref()))
+            .collect();
+        let dimensional =
+            |unit: &&UnitText| matches!(Unit::parse_tokens(&unit.tokens()), Ok(Some(unit)) if !unit.dimension.is_one());
+        self.dimensions.active = units.iter().any(dimensional);
+
+        for quantity in &declaration.coordinates {
+            let value = self.quantity(quantity, Kind::Coordinate);
+            self.coordinates.push((quantity.name.to_string(), value));
+        }
+        for quantity in &declaration.inputs {
+            let value = self.quantity(quantity, Kind::Input);
+            self.coordinates.push((quantity.name.to_string(), value));
+        }
+        let time = Scalar {
+            node: self.model.graph.symbol(Symbol::Time),
+            unit: self.known_unit(dynamics_symbolic::check::units::Dimension::TIME),
+        };
+        self.coordinates.push(("t".into(), Value::Scalar(time)));
+        for field in &declaration.fields {
+            let place = Place::from(field.name.span());
+            let declared = self.declared(field.unit.as_ref());
+            let name = field.name.to_string();
+            let value = match &field.kind {
+                FieldKind::Parameter { shape, .. } => {
+                    let mut names = shape.elements().into_iter().map(|e| format!("{name}{}", e.suffix));
+                    self.parameter_value(shape, &declared, place, &mut names)
+                }
+                FieldKind::Function(index) => {
+                    let origin = self.origins.add(place);
+                    let unit = declared.text.clone();
+                    self.model.functions.push(Function { name: name.clone(), unit, origin });
+                    let argument = self.unknown_unit(&format!("argument of {name}"));
+                    let result = declared.unit.clone().or_else(|| self.unknown_unit(&name));
+                    self.functions.push((argument, result));
+                    Value::Function(FunctionId(*index as u32))
+                }
+            };
+            self.parameters.push((name, value));
+        }
+    }
+
+    fn quantity(&mut self, quantity: &Quantity, kind: Kind) -> Value {
+        let declared = self.declared(quantity.unit.as_ref());
+        let place = Place::from(quantity.name.span());
+        let scalars: Vec<Value> = quantity
+            .names()
+            .into_iter()
+            .map(|n| Value::Scalar(self.declare_scalar(kind, n, &declared, place)))
+            .collect();
+        match (quantity.length, scalars.first()) {
+            (None, Some(scalar)) => scalar.clone(),
+            _ => Value::array(scalars),
+        }
+    }
+
+    /// One scalar symbol.
+    fn declare_scalar(&mut self, kind: Kind, name: String, declared: &Declared, place: Place) -> Scalar {
+        let origin = self.origins.add(place);
+        let unit = declared.unit.clone().or_else(|| self.unknown_unit(&name));
+        let text = declared.text.clone();
+        let model = &mut self.model;
+        let symbol = match kind {
+            Kind::Coordinate => {
+                model.coordinates.push(Coordinate { name, unit: text, origin });
+                Symbol::Coordinate(model.coordinates.len() as u32 - 1)
+            }
+            Kind::Input => {
+                model.inputs.push(Input { name, unit: text, origin });
+                Symbol::Input(model.inputs.len() as u32 - 1)
+            }
+            Kind::Parameter => {
+                model.parameters.push(Parameter { name, unit: text, origin });
+                Symbol::Parameter(model.parameters.len() as u32 - 1)
+            }
+        };
+        Scalar { node: model.graph.symbol(symbol), unit }
+    }
+
+    /// A parameter of any shape, its scalars in the order of `Shape::elements`.
+    fn parameter_value(
+        &mut self,
+        shape: &Shape,
+        declared: &Declared,
+        place: Place,
+        names: &mut impl Iterator<Item = String>,
+    ) -> Value {
+        let mut next = |this: &mut Self| {
+            let name = names.next().unwrap_or_default();
+            this.declare_scalar(Kind::Parameter, name, declared, place)
+        };
+        match shape {
+            Shape::Scalar => Value::Scalar(next(self)),
+            Shape::Vector2 => Value::Vector(vec![next(self), next(self)]),
+            Shape::Vector3 => Value::Vector(vec![next(self), next(self), next(self)]),
+            Shape::Matrix3 => Value::matrix([(); 3].map(|()| [(); 3].map(|()| next(self)))),
+            Shape::Array(length, inner) => {
+                Value::array((0..*length).map(|_| self.parameter_value(inner, declared, place, names)).collect())
+            }
+        }
+    }
+
+    /// Reads a declared unit; unknown where there is none or it cannot be read.
+    fn declared(&mut self, unit: Option<&UnitText>) -> Declared {
+        let unknown = Declared { unit: None, text: String::new() };
+        let Some(text) = unit else { return unknown };
+        let unit = match Unit::parse_tokens(&text.tokens()) {
+            Ok(Some(unit)) => unit,
+            Ok(None) => return unknown,
+            Err(error) => {
+                self.unit_error(text, &error);
+                return unknown;
+            }
+        };
+        let origin = self.origins.add(text.place());
+        match self.dimensions.units.declare(&unit, origin) {
+            Ok(expr) => Declared { unit: self.dimensions.active.then_some(expr), text: unit.text },
+            Err(mixed) => {
+                let message =
+                    messages::mixed_systems(mixed.unit, mixed.system.name(), mixed.other, mixed.other_system.name());
+                self.diagnostics.error(text.place(), &message);
+                unknown
+            }
+        }
+    }
+
+    fn unit_error(&mut self, text: &UnitText, error: &UnitError) {
+        let at: Span = text.span(error.token());
+        let message = match error {
+            UnitError::Unknown { name, suggestion, .. } => {
+                let hint = match suggestion {
+                    Some(known) => format!("did you mean `{known}`?"),
+                    None => "use coherent units such as `m`, `kg`, `s`, `N` or `ft`, `slug`, `s`, `lb`".into(),
+                };
+                messages::unknown_unit(name, hint)
+            }
+            UnitError::Scaled { name, equals, coherent, .. } => messages::scaled_unit(name, equals, coherent),
+            UnitError::Mixed { name, system, before, .. } => {
+                let other = if *before == System::Si { "an SI unit" } else { "a US customary unit" };
+                messages::mixed_systems(name, system.name(), other, before.name())
+            }
+            UnitError::Syntax { expected, found, .. } => {
+                let found = found.as_ref().map_or_else(|| "the end".into(), |f| format!("`{f}`"));
+                messages::unit_syntax(expected, found)
+            }
+            _ => messages::unit_syntax("a small exponent", "this one"),
+        };
+        self.diagnostics.error(at, &message);
+    }
+
+    /// Units that were inferred, for reports: only where nothing in them is unknown any more.
+    pub(super) fn name_inferred_units(&mut self) {
+        if !self.dimensions.active {
+            return;
+        }
+        let units = &self.dimensions.units;
+        let text = |unit: &Option<UnitExpr>| {
+            let known = unit.as_ref().filter(|u| units.dimension(u).is_some_and(|d| !d.is_one()))?;
+            Some(units.text(known))
+        };
+        let mut scalars = Vec::new();
+        for (_, value) in self.coordinates.iter().chain(&self.parameters) {
+            super::derivative::collect(value, &mut scalars);
+        }
+        for scalar in scalars {
+            let dynamics_symbolic::graph::Node::Symbol(symbol) = self.model.graph.node(scalar.node) else { continue };
+            let slot = match symbol {
+                Symbol::Coordinate(i) => self.model.coordinates.get_mut(i as usize).map(|c| &mut c.unit),
+                Symbol::Input(i) => self.model.inputs.get_mut(i as usize).map(|c| &mut c.unit),
+                Symbol::Parameter(i) => self.model.parameters.get_mut(i as usize).map(|c| &mut c.unit),
+                _ => None,
+            };
+            if let Some(slot) = slot.filter(|s| s.is_empty())
+                && let Some(text) = text(&scalar.unit)
+            {
+                *slot = text;
+            }
+        }
+        for (function, (_, unit)) in self.model.functions.iter_mut().zip(&self.functions) {
+            if function.unit.is_empty() {
+                function.unit = text(unit).unwrap_or_default();
+            }
+        }
+    }
+}

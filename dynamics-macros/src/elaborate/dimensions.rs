@@ -1,0 +1,86 @@
+//! Units of values while they are elaborated: where an operation demands equal units, and what a conflict is called.
+
+use dynamics_symbolic::check::units::{Conflict, Dimension, Exponent, UnitExpr, Units};
+
+use super::Elaborator;
+use super::values::Scalar;
+use crate::diagnostics::Place;
+use crate::messages::{self, Message};
+
+/// The solver, and whether anything is declared that it could check.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Dimensions {
+    pub(super) units: Units,
+    /// Some quantity has a declared unit other than 1 or rad.
+    pub(super) active: bool,
+}
+
+impl Elaborator<'_> {
+    /// The unit 1, where units are checked.
+    pub(super) fn dimensionless(&self) -> Option<UnitExpr> {
+        self.dimensions.active.then_some(UnitExpr::ONE)
+    }
+
+    /// A known unit, where units are checked.
+    pub(super) fn known_unit(&self, dimension: Dimension) -> Option<UnitExpr> {
+        self.dimensions.active.then(|| UnitExpr::known(dimension))
+    }
+
+    /// An unknown unit, where units are checked.
+    pub(super) fn unknown_unit(&mut self, label: &str) -> Option<UnitExpr> {
+        self.dimensions.active.then(|| self.dimensions.units.unknown(label))
+    }
+
+    /// Demands one unit of both; where they conflict, says so at `place` in the words of `message`(left, right).
+    pub(super) fn equate(
+        &mut self,
+        left: &Option<UnitExpr>,
+        right: &Option<UnitExpr>,
+        place: impl Into<Place>,
+        message: impl FnOnce(String, String) -> Message,
+    ) -> Option<Option<UnitExpr>> {
+        let (a, b) = match (left, right) {
+            (Some(a), Some(b)) => (a, b),
+            (Some(known), None) | (None, Some(known)) => return Some(Some(known.clone())),
+            (None, None) => return Some(None),
+        };
+        if a == b {
+            return Some(left.clone());
+        }
+        let place = place.into();
+        let origin = self.origins.add(place);
+        match self.dimensions.units.equate(a, b, origin) {
+            Ok(()) => Some(left.clone()),
+            Err(Conflict { left, right, .. }) => {
+                self.diagnostics.error(place, &message(left, right));
+                None
+            }
+        }
+    }
+
+    /// Demands that the argument of `function` is a plain number or an angle.
+    pub(super) fn require_dimensionless(
+        &mut self,
+        scalar: &Scalar,
+        function: &str,
+        place: impl Into<Place>,
+    ) -> Option<()> {
+        let one = self.dimensionless();
+        self.equate(&scalar.unit, &one, place, |unit, _| messages::unit_of_argument(function, unit)).map(|_| ())
+    }
+}
+
+/// Product of units.
+pub(super) fn product(a: &Option<UnitExpr>, b: &Option<UnitExpr>) -> Option<UnitExpr> {
+    Some(a.as_ref()?.mul(b.as_ref()?))
+}
+
+/// Quotient of units.
+pub(super) fn quotient(a: &Option<UnitExpr>, b: &Option<UnitExpr>) -> Option<UnitExpr> {
+    Some(a.as_ref()?.div(b.as_ref()?))
+}
+
+/// Power of a unit.
+pub(super) fn power(a: &Option<UnitExpr>, exponent: Exponent) -> Option<UnitExpr> {
+    Some(a.as_ref()?.pow(exponent))
+}

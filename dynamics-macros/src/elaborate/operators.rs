@@ -1,0 +1,284 @@
+//! Operators on values.
+
+use std::rc::Rc;
+
+use dynamics_symbolic::graph::{Comparison, Number};
+use proc_macro2::Span;
+
+use super::Elaborator;
+use super::dimensions::{product, quotient};
+use super::values::{Condition, Integer, Scalar, Term, Value};
+use crate::diagnostics::Place;
+use crate::messages;
+
+/// The operators of arithmetic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Operator {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Rem,
+}
+
+impl Operator {
+    /// As written.
+    pub(super) fn sign(self) -> &'static str {
+        match self {
+            Self::Add => "+",
+            Self::Sub => "-",
+            Self::Mul => "*",
+            Self::Div => "/",
+            Self::Rem => "%",
+        }
+    }
+}
+
+impl Elaborator<'_> {
+    /// A literal or folded number without unit.
+    pub(super) fn number(&mut self, number: Number) -> Scalar {
+        let unit = if number.is(0) { None } else { self.dimensionless() };
+        Scalar { node: self.model.graph.number(number), unit }
+    }
+
+    /// left ∘ right, with `at` the operator's place.
+    pub(super) fn arithmetic(&mut self, op: Operator, left: Value, right: Value, at: Span) -> Value {
+        use Operator::{Add, Div, Mul, Rem, Sub};
+        if left.is_poison() || right.is_poison() {
+            return Value::Poison;
+        }
+        match (op, self.mixed(left, right)) {
+            (_, (Value::Poison, _) | (_, Value::Poison)) => Value::Poison,
+            (op, (Value::Integer(a), Value::Integer(b))) => self.integers(op, a, b, at),
+            (Add | Sub, (Value::Scalar(a), Value::Scalar(b))) => self.sum(op, &a, &b, at).into(),
+            (Mul, (Value::Scalar(a), Value::Scalar(b))) => self.product(&a, &b).into(),
+            (Div, (Value::Scalar(a), Value::Scalar(b))) => self.quotient(&a, &b, at).into(),
+            (Add | Sub, (Value::Vector(a), Value::Vector(b))) if a.len() == b.len() => {
+                let sum = a.iter().zip(&b).map(|(a, b)| self.sum(op, a, b, at)).collect::<Option<Vec<_>>>();
+                sum.map_or(Value::Poison, Value::Vector)
+            }
+            (Mul, (Value::Scalar(s), Value::Vector(v)) | (Value::Vector(v), Value::Scalar(s))) => {
+                Value::Vector(v.iter().map(|x| self.product(&s, x)).collect())
+            }
+            (Div, (Value::Vector(v), Value::Scalar(s))) => {
+                let all = v.iter().map(|x| self.quotient(x, &s, at)).collect::<Option<Vec<_>>>();
+                all.map_or(Value::Poison, Value::Vector)
+            }
+            (Add | Sub | Mul | Div, (Value::Matrix(a), b)) => self.matrix_left(op, &a, b, at),
+            (Mul, (Value::Scalar(s), Value::Matrix(m))) => {
+                self.matrix_map(&m, |e, x| Some(e.product(&s, x))).unwrap_or(Value::Poison)
+            }
+            (Add | Sub, (Value::Force(a), Value::Force(b))) => {
+                let b = if op == Sub { self.scaled_force(&b, None) } else { b.to_vec() };
+                Value::Force(Rc::new(a.iter().cloned().chain(b).collect()))
+            }
+            (Mul, (Value::Scalar(s), Value::Force(f)) | (Value::Force(f), Value::Scalar(s))) => {
+                Value::Force(Rc::new(self.scaled_force(&f, Some(&s))))
+            }
+            (Div, (Value::Force(f), Value::Scalar(s))) => {
+                let one = self.number(Number::ONE);
+                let Some(factor) = self.quotient(&one, &s, at) else { return Value::Poison };
+                Value::Force(Rc::new(self.scaled_force(&f, Some(&factor))))
+            }
+            (Rem, (a, _)) if matches!(a, Value::Scalar(_)) => self.fail(at, &messages::remainder_of_expression()),
+            (op, (a, b)) => self.fail(at, &messages::shape_mismatch(op.sign(), a.shape(), b.shape())),
+        }
+    }
+
+    /// Integers that meet real numbers become such. (Where that is no Rust, rustc says so.)
+    fn mixed(&mut self, left: Value, right: Value) -> (Value, Value) {
+        match (&left, &right) {
+            (Value::Integer(_), Value::Integer(_)) => (left, right),
+            (Value::Integer(i), _) => (self.real(*i), right),
+            (_, Value::Integer(i)) => (left, self.real(*i)),
+            _ => (left, right),
+        }
+    }
+
+    /// An integer as a real number; an error where a division before has dropped its remainder.
+    pub(super) fn real(&mut self, integer: Integer) -> Value {
+        if let Some(at) = integer.truncated {
+            return self.fail(at, &messages::integer_division(integer.value));
+        }
+        match i64::try_from(integer.value) {
+            Ok(n) => self.number(Number::integer(n)).into(),
+            Err(_) => self.number(Number::Float(integer.value as f64)).into(),
+        }
+    }
+
+    fn integers(&mut self, op: Operator, a: Integer, b: Integer, at: Span) -> Value {
+        let value = match op {
+            Operator::Add => a.value.checked_add(b.value),
+            Operator::Sub => a.value.checked_sub(b.value),
+            Operator::Mul => a.value.checked_mul(b.value),
+            Operator::Div => a.value.checked_div(b.value),
+            Operator::Rem => a.value.checked_rem(b.value),
+        };
+        // Past 64 bits no integer type of Rust that counts or indexes would hold it.
+        let Some(value) = value.filter(|v| v.unsigned_abs() < 1 << 64) else {
+            return self.fail(at, &messages::integer_overflow(op.sign(), a.value, b.value));
+        };
+        let inexact = op == Operator::Div && a.value % b.value != 0;
+        let truncated = if inexact { Some(at) } else { a.truncated.or(b.truncated) };
+        Value::Integer(Integer { value, truncated })
+    }
+
+    /// a ± b.
+    pub(super) fn sum(&mut self, op: Operator, a: &Scalar, b: &Scalar, at: impl Into<Place>) -> Option<Scalar> {
+        let unit = self.equate(&a.unit, &b.unit, at, |l, r| messages::unit_mismatch(op.sign(), l, r))?;
+        let graph = &mut self.model.graph;
+        let node = if op == Operator::Sub { graph.sub(a.node, b.node) } else { graph.add(a.node, b.node) };
+        Some(Scalar { node, unit })
+    }
+
+    /// a·b.
+    pub(super) fn product(&mut self, a: &Scalar, b: &Scalar) -> Scalar {
+        Scalar { node: self.model.graph.mul(a.node, b.node), unit: product(&a.unit, &b.unit) }
+    }
+
+    /// a / b; an error where b is zero whatever the values are.
+    pub(super) fn quotient(&mut self, a: &Scalar, b: &Scalar, at: impl Into<Place>) -> Option<Scalar> {
+        match self.model.graph.div(a.node, b.node) {
+            Some(node) => Some(Scalar { node, unit: quotient(&a.unit, &b.unit) }),
+            None => {
+                self.diagnostics.error(at, &messages::division_by_zero());
+                None
+            }
+        }
+    }
+
+    /// Σ aᵢbᵢ.
+    pub(super) fn dot(&mut self, a: &[Scalar], b: &[Scalar], at: impl Into<Place> + Copy) -> Option<Scalar> {
+        let mut sum = self.number(Number::ZERO);
+        for (a, b) in a.iter().zip(b) {
+            let term = self.product(a, b);
+            sum = self.sum(Operator::Add, &sum, &term, at)?;
+        }
+        Some(sum)
+    }
+
+    fn matrix_left(&mut self, op: Operator, a: &Rc<[[Scalar; 3]; 3]>, right: Value, at: Span) -> Value {
+        let made = match (op, right) {
+            (Operator::Add | Operator::Sub, Value::Matrix(b)) => {
+                let mut k = 0;
+                self.matrix_map(a, |e, x| {
+                    let y = &b[k / 3][k % 3];
+                    k += 1;
+                    e.sum(op, x, y, at)
+                })
+            }
+            (Operator::Mul, Value::Scalar(s)) => self.matrix_map(a, |e, x| Some(e.product(x, &s))),
+            (Operator::Div, Value::Scalar(s)) => self.matrix_map(a, |e, x| e.quotient(x, &s, at)),
+            (Operator::Mul, Value::Vector(v)) if v.len() == 3 => {
+                let rows = a.iter().map(|row| self.dot(row, &v, at)).collect::<Option<Vec<_>>>();
+                rows.map(Value::Vector)
+            }
+            (Operator::Mul, Value::Matrix(b)) => {
+                let mut k = 0;
+                self.matrix_map(a, |e, _| {
+                    let column = [0, 1, 2].map(|i| b[i][k % 3].clone());
+                    let row = &a[k / 3];
+                    k += 1;
+                    e.dot(row, &column, at)
+                })
+            }
+            (_, right) => {
+                return self.fail(at, &messages::shape_mismatch(op.sign(), "a `Mat3`", right.shape()));
+            }
+        };
+        made.unwrap_or(Value::Poison)
+    }
+
+    /// A matrix from the elements of another, row by row.
+    pub(super) fn matrix_map(
+        &mut self,
+        m: &[[Scalar; 3]; 3],
+        mut f: impl FnMut(&mut Self, &Scalar) -> Option<Scalar>,
+    ) -> Option<Value> {
+        let mut row = |e: &mut Self, r: &[Scalar; 3]| Some([f(e, &r[0])?, f(e, &r[1])?, f(e, &r[2])?]);
+        Some(Value::matrix([row(self, &m[0])?, row(self, &m[1])?, row(self, &m[2])?]))
+    }
+
+    /// −a.
+    pub(super) fn negative(&mut self, a: &Scalar) -> Scalar {
+        Scalar { node: self.model.graph.neg(a.node), unit: a.unit.clone() }
+    }
+
+    /// The terms of a force times a factor; negated without one.
+    fn scaled_force(&mut self, terms: &[Term], factor: Option<&Scalar>) -> Vec<Term> {
+        let mut scale = |x: &Scalar| match factor {
+            Some(factor) => self.product(factor, x),
+            None => self.negative(x),
+        };
+        let mut term = |t: &Term| match t {
+            Term::At { point, vector } => {
+                Term::At { point: point.clone(), vector: vector.iter().map(&mut scale).collect() }
+            }
+            Term::Along { expression, magnitude } => {
+                Term::Along { expression: expression.clone(), magnitude: scale(magnitude) }
+            }
+        };
+        terms.iter().map(&mut term).collect()
+    }
+
+    /// −value or !value.
+    pub(super) fn negated(&mut self, value: Value, at: Span) -> Value {
+        match value {
+            Value::Poison => Value::Poison,
+            Value::Integer(i) => Value::Integer(Integer { value: -i.value, ..i }),
+            Value::Scalar(s) => self.negative(&s).into(),
+            Value::Vector(v) => Value::Vector(v.iter().map(|x| self.negative(x)).collect()),
+            Value::Matrix(m) => self.matrix_map(&m, |e, x| Some(e.negative(x))).unwrap_or(Value::Poison),
+            Value::Force(f) => Value::Force(Rc::new(self.scaled_force(&f, None))),
+            other => self.fail(at, &messages::operand("-", other.shape())),
+        }
+    }
+
+    /// left ∘ right as a condition.
+    pub(super) fn compare(&mut self, op: &syn::BinOp, left: Value, right: Value, at: Span) -> Value {
+        use syn::BinOp::{Eq, Ge, Gt, Le, Lt, Ne};
+        if left.is_poison() || right.is_poison() {
+            return Value::Poison;
+        }
+        let (a, b) = match self.mixed(left, right) {
+            (Value::Integer(a), Value::Integer(b)) => {
+                let (a, b) = (a.value, b.value);
+                return Value::Condition(Condition::Known(match op {
+                    Lt(_) => a < b,
+                    Le(_) => a <= b,
+                    Gt(_) => a > b,
+                    Ge(_) => a >= b,
+                    Ne(_) => a != b,
+                    _ => a == b,
+                }));
+            }
+            (Value::Condition(a), Value::Condition(b)) if matches!(op, Eq(_) | Ne(_)) => {
+                let same = a.clone().and(b.clone()).or(a.not().and(b.not()));
+                return Value::Condition(if matches!(op, Eq(_)) { same } else { same.not() });
+            }
+            (Value::Scalar(a), Value::Scalar(b)) => (a, b),
+            (Value::Poison, _) | (_, Value::Poison) => return Value::Poison,
+            (a, b) => return self.fail(at, &messages::comparison_of(a.shape(), b.shape())),
+        };
+        let sign = match op {
+            Lt(_) => "<",
+            Le(_) => "<=",
+            Gt(_) => ">",
+            Ge(_) => ">=",
+            Ne(_) => "!=",
+            _ => "==",
+        };
+        if self.equate(&a.unit, &b.unit, at, |l, r| messages::unit_mismatch(sign, l, r)).is_none() {
+            return Value::Poison;
+        }
+        let (a, b) = (a.node, b.node);
+        Value::Condition(match op {
+            Lt(_) => self.comparison(Comparison::Less, a, b),
+            Gt(_) => self.comparison(Comparison::Less, b, a),
+            Le(_) => self.comparison(Comparison::LessEqual, a, b),
+            Ge(_) => self.comparison(Comparison::LessEqual, b, a),
+            Ne(_) => self.comparison(Comparison::Equal, a, b).not(),
+            _ => self.comparison(Comparison::Equal, a, b),
+        })
+    }
+}

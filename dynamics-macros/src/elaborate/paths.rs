@@ -1,0 +1,164 @@
+//! Names: variables, constants, parameters, coordinates.
+
+use dynamics_symbolic::graph::Number;
+use syn::{ExprPath, Ident};
+
+use super::Elaborator;
+use super::scope::Frame;
+use super::values::{Scalar, Value};
+use crate::diagnostics::Place;
+use crate::messages;
+
+/// `core::f64::consts`, correctly rounded.
+const MATHEMATICS: &[(&str, f64)] = {
+    use core::f64::consts as c;
+    &[
+        ("PI", c::PI),
+        ("TAU", c::TAU),
+        ("E", c::E),
+        ("SQRT_2", c::SQRT_2),
+        ("LN_2", c::LN_2),
+        ("LN_10", c::LN_10),
+        ("LOG2_E", c::LOG2_E),
+        ("LOG10_E", c::LOG10_E),
+        ("LOG2_10", c::LOG2_10),
+        ("LOG10_2", c::LOG10_2),
+        ("FRAC_PI_2", c::FRAC_PI_2),
+        ("FRAC_PI_3", c::FRAC_PI_3),
+        ("FRAC_PI_4", c::FRAC_PI_4),
+        ("FRAC_PI_6", c::FRAC_PI_6),
+        ("FRAC_PI_8", c::FRAC_PI_8),
+        ("FRAC_1_PI", c::FRAC_1_PI),
+        ("FRAC_2_PI", c::FRAC_2_PI),
+        ("FRAC_2_SQRT_PI", c::FRAC_2_SQRT_PI),
+        ("FRAC_1_SQRT_2", c::FRAC_1_SQRT_2),
+    ]
+};
+
+impl Elaborator<'_> {
+    /// A path as a value.
+    pub(super) fn path(&mut self, e: &ExprPath) -> Value {
+        let segments: Vec<&Ident> = e.path.segments.iter().map(|s| &s.ident).collect();
+        let place = Place::of(&e.path);
+        match segments.as_slice() {
+            [name] => self.name(name),
+            [ty, name] if *ty == "Self" || **ty == self.declaration.name => self.constant(name),
+            [.., module, name] if *module == "consts" => self.mathematics(name, place),
+            [.., ty, name] => self.associated_constant(ty, name, place),
+            [] => Value::Poison,
+        }
+    }
+
+    /// A variable, or one of the mathematical constants where imported.
+    fn name(&mut self, name: &Ident) -> Value {
+        let text = name.to_string();
+        match self.frame().find(&text).cloned() {
+            Some(Value::Unset) => self.fail(name.span(), &messages::unset_variable(name)),
+            Some(value) => value,
+            None if MATHEMATICS.iter().any(|(known, _)| *known == text) => self.mathematics(name, name.span().into()),
+            None if self.implementation.constants.iter().any(|c| c.name == text) => {
+                self.fail(name.span(), &messages::constant_without_self(name))
+            }
+            None if text.chars().all(|c| !c.is_lowercase()) && text.len() > 1 => {
+                self.fail(name.span(), &messages::foreign_constant(name))
+            }
+            None => self.unknown_variable(name),
+        }
+    }
+
+    fn mathematics(&mut self, name: &Ident, place: Place) -> Value {
+        let known = MATHEMATICS.iter().find(|(known, _)| name == known);
+        match known {
+            Some((_, value)) => self.number(Number::Float(*value)).into(),
+            None => {
+                let names = MATHEMATICS.iter().map(|(known, _)| *known);
+                let hint = super::suggest::did_you_mean_only(&name.to_string(), names);
+                self.fail(place, &messages::unknown_name(name, hint))
+            }
+        }
+    }
+
+    /// `Expr::ZERO`, `Vec3::X`, `Mat3::IDENTITY`, `f64::EPSILON`, …
+    fn associated_constant(&mut self, ty: &Ident, name: &Ident, place: Place) -> Value {
+        let (ty, name) = (ty.to_string(), name.to_string());
+        let axis = ["X", "Y", "Z"].iter().position(|a| *a == name);
+        let mut number = |n: i64| self.number(Number::integer(n));
+        match (ty.as_str(), name.as_str(), axis) {
+            ("Expr", "ZERO", _) => number(0).into(),
+            ("Expr", "ONE", _) => number(1).into(),
+            ("Vec2" | "Vec3", "ZERO", _) => Value::Vector(vec![number(0); if ty == "Vec2" { 2 } else { 3 }]),
+            ("Vec2", _, Some(k)) if k < 2 => Value::Vector((0..2).map(|i| number(i64::from(i == k))).collect()),
+            ("Vec3", _, Some(k)) => Value::Vector((0..3).map(|i| number(i64::from(i == k))).collect()),
+            ("Mat3", "ZERO", _) => Value::matrix([(); 3].map(|()| [(); 3].map(|()| number(0)))),
+            ("Mat3", "IDENTITY", _) => Value::matrix([0, 1, 2].map(|i| [0, 1, 2].map(|j| number(i64::from(i == j))))),
+            ("Force", "ZERO", _) => Value::Force(std::rc::Rc::default()),
+            ("f64", "EPSILON", _) => self.number(Number::Float(f64::EPSILON)).into(),
+            ("f64", "MIN_POSITIVE", _) => self.number(Number::Float(f64::MIN_POSITIVE)).into(),
+            ("f64", "NAN" | "INFINITY" | "NEG_INFINITY", _) => {
+                self.fail(place, &messages::not_finite(format!("f64::{name}")))
+            }
+            _ => self.fail(place, &messages::foreign_constant(format!("{ty}::{name}"))),
+        }
+    }
+
+    /// `Self::NAME`. Where units are checked, a numeric constant may have one: it is inferred.
+    fn constant(&mut self, name: &Ident) -> Value {
+        let implementation = self.implementation;
+        let Some(index) = implementation.constants.iter().position(|c| c.name == *name) else {
+            let known: Vec<String> = implementation.constants.iter().map(|c| c.name.to_string()).collect();
+            let hint = super::suggest::did_you_mean_only(&name.to_string(), known.iter().map(String::as_str));
+            return self.fail(name.span(), &messages::unknown_constant(name, hint));
+        };
+        match self.constants.get(index) {
+            Some(Some(value)) => return value.clone(),
+            Some(None) => {}
+            None => self.constants.resize(implementation.constants.len(), None),
+        }
+        // A constant that needs itself is rustc's to report: it is poison while it is evaluated.
+        self.constants[index] = Some(Value::Poison);
+        self.frames.push(Frame::default());
+        let expr = &implementation.constants[index].item.expr;
+        let mut value = self.expression(expr);
+        self.frames.pop();
+        if let Value::Scalar(Scalar { node, .. }) = value {
+            let unit = self.unknown_unit(&format!("Self::{name}"));
+            value = Value::Scalar(Scalar { node, unit });
+        }
+        self.constants[index] = Some(value.clone());
+        value
+    }
+
+    /// `self.name`.
+    pub(super) fn parameter(&mut self, name: &Ident) -> Value {
+        if let Some((_, value)) = self.parameters.iter().find(|(known, _)| name == known) {
+            return value.clone();
+        }
+        let text = name.to_string();
+        let message = if self.coordinates.iter().any(|(known, _)| *known == text) {
+            messages::coordinate_as_parameter(name)
+        } else {
+            let hint = super::suggest::did_you_mean(&text, self.parameters.iter().map(|(n, _)| n.as_str()));
+            messages::unknown_parameter(name, hint)
+        };
+        self.fail(name.span(), &message)
+    }
+
+    /// `q.name`.
+    pub(super) fn coordinate(&mut self, name: &Ident) -> Value {
+        if let Some((_, value)) = self.coordinates.iter().find(|(known, _)| name == known) {
+            return value.clone();
+        }
+        let text = name.to_string();
+        let message = if self.parameters.iter().any(|(known, _)| *known == text) {
+            messages::parameter_as_coordinate(name)
+        } else if let Some(base) = text.strip_suffix("_rate")
+            && self.coordinates.iter().any(|(known, _)| known == base)
+        {
+            messages::rate_as_coordinate(name, base)
+        } else {
+            let hint = super::suggest::did_you_mean(&text, self.coordinates.iter().map(|(n, _)| n.as_str()));
+            messages::unknown_coordinate(name, hint)
+        };
+        self.fail(name.span(), &message)
+    }
+}

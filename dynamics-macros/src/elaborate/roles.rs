@@ -1,0 +1,214 @@
+//! Functions with a role: their signatures, their values, and what the model makes of them.
+
+use dynamics_symbolic::check::units::{Dimension, UnitExpr};
+use dynamics_symbolic::mechanics::{Energy, EnergyRole, Event, Force, ForceTerm, Output};
+
+use super::Elaborator;
+use super::dimensions::product;
+use super::scope::{Flow, Frame};
+use super::values::{Scalar, Term, Value};
+use crate::diagnostics::Place;
+use crate::messages;
+use crate::syntax::{Function, Role};
+
+impl<'a> Elaborator<'a> {
+    /// All functions with a role, in order.
+    pub(super) fn roles(&mut self) {
+        self.check_something_moves();
+        let implementation = self.implementation;
+        for (index, function) in implementation.functions.iter().enumerate() {
+            if matches!(function.role, Role::Helper | Role::Drawing) || !self.check_signature(function) {
+                continue;
+            }
+            let value = self.run(index, function);
+            if self.exhausted {
+                return;
+            }
+            if !value.is_poison() {
+                self.take(function, value);
+            }
+        }
+    }
+
+    /// A model needs an energy that gives its coordinates inertia.
+    fn check_something_moves(&mut self) {
+        let mut roles = self.implementation.functions.iter().map(|f| f.role);
+        if !roles.any(|r| matches!(r, Role::Kinetic | Role::Lagrangian)) && self.diagnostics.len() == 0 {
+            let place = Place::of(&self.implementation.item.self_ty);
+            self.diagnostics.error(place, &messages::no_kinetic_energy(&self.declaration.name));
+        }
+    }
+
+    /// Roles are called by the solver: with the model, the coordinates, and nothing else.
+    fn check_signature(&mut self, function: &Function) -> bool {
+        let signature = &function.item.sig;
+        let returned = match function.role {
+            Role::Force => "Force",
+            _ => "Expr",
+        };
+        let allowed: &[&str] = match function.role {
+            Role::Force => &["Force"],
+            Role::Output => &["Expr", "Vec2", "Vec3"],
+            _ => &["Expr"],
+        };
+        // A type that is none of the vocabulary's may be the user's alias; arrays have no path. Their value decides.
+        const VOCABULARY: &[&str] = &["Expr", "Vec2", "Vec3", "Mat3", "Force", "f64", "bool", "usize", "i32", "f32"];
+        let fitting = match function.returns() {
+            Some(name) => allowed.contains(&name.as_str()) || !VOCABULARY.contains(&name.as_str()),
+            None => !matches!(signature.output, syn::ReturnType::Default),
+        };
+        let by_reference = signature.receiver().is_some_and(|r| r.mutability.is_none());
+        let plain = signature.asyncness.is_none() && signature.generics.params.is_empty();
+        let fits = fitting && by_reference && plain && function.takes_coordinates_only();
+        if !fits {
+            let form = format!("fn {}(&self, q: &Coordinates<Self>) -> {returned}", function.name);
+            let place = Place::of(signature);
+            self.diagnostics.error(place, &messages::role_signature(function.role.name(), form));
+        }
+        fits
+    }
+
+    /// The value of a function with a role.
+    fn run(&mut self, index: usize, function: &'a Function) -> Value {
+        self.frames.push(Frame { function: Some(index), scopes: vec![Vec::new()], ..Frame::default() });
+        for (input, value) in function.item.sig.inputs.iter().zip([Value::Model, Value::Coordinates]) {
+            match input {
+                syn::FnArg::Receiver(_) => self.frame().declare("self".into(), value),
+                syn::FnArg::Typed(argument) => self.bind(&argument.pat, value),
+            }
+        }
+        let value = self.statements(&function.item.block.stmts);
+        match self.frames.pop().and_then(|f| f.flow) {
+            Some(Flow::Return(value)) => value,
+            _ => value,
+        }
+    }
+
+    /// Adds a role's value to the model.
+    fn take(&mut self, function: &Function, value: Value) {
+        let place = Place::from(function.name.span());
+        let energy = |role| (role, Dimension::ENERGY);
+        match function.role {
+            Role::Kinetic => self.energy(function, value, energy(EnergyRole::Kinetic)),
+            Role::Potential => self.energy(function, value, energy(EnergyRole::Potential)),
+            Role::Lagrangian => self.energy(function, value, energy(EnergyRole::Lagrangian)),
+            Role::Dissipation => self.energy(function, value, (EnergyRole::Dissipation, Dimension::POWER)),
+            Role::Force => self.force(function, value, place),
+            Role::Output => self.output(function, value, place),
+            Role::Event => {
+                let Some(scalar) = self.result_scalar(function, value) else { return };
+                let origin = self.origins.add(place);
+                self.model.events.push(Event { name: function.name.to_string(), node: scalar.node, origin });
+            }
+            Role::Drawing | Role::Helper => {}
+        }
+    }
+
+    fn energy(&mut self, function: &Function, value: Value, (role, dimension): (EnergyRole, Dimension)) {
+        let place = Place::from(function.name.span());
+        let Some(scalar) = self.result_scalar(function, value) else { return };
+        let unit = self.known_unit(dimension);
+        let what = if dimension == Dimension::ENERGY { "an energy" } else { "a power" };
+        let message = |found, expected| messages::unit_of_role(&function.name, found, what, expected);
+        if self.equate(&scalar.unit, &unit, place, message).is_none() {
+            return;
+        }
+        let origin = self.origins.add(place);
+        self.model.energies.push(Energy { name: function.name.to_string(), role, node: scalar.node, origin });
+    }
+
+    fn force(&mut self, function: &Function, value: Value, place: Place) {
+        let terms = match value {
+            Value::Force(terms) => terms,
+            other => return self.wrong_result(function, "a `Force`", &other),
+        };
+        let energy = self.known_unit(Dimension::ENERGY);
+        let mut made = Vec::new();
+        for term in terms.iter() {
+            let units: Vec<Option<UnitExpr>> = match term {
+                Term::At { point, vector } => {
+                    point.iter().zip(vector).map(|(p, v)| product(&p.unit, &v.unit)).collect()
+                }
+                Term::Along { expression, magnitude } => vec![product(&expression.unit, &magnitude.unit)],
+            };
+            for unit in units {
+                let message = |found, expected| messages::unit_of_force(&function.name, found, expected);
+                if self.equate(&unit, &energy, place, message).is_none() {
+                    return;
+                }
+            }
+            let nodes = |scalars: &[Scalar]| scalars.iter().map(|s| s.node).collect();
+            made.push(match term {
+                Term::At { point, vector } => ForceTerm::At { point: nodes(point), vector: nodes(vector) },
+                Term::Along { expression, magnitude } => {
+                    ForceTerm::Along { expression: expression.node, magnitude: magnitude.node }
+                }
+            });
+        }
+        let origin = self.origins.add(place);
+        self.model.forces.push(Force { name: function.name.to_string(), terms: made, origin });
+    }
+
+    fn output(&mut self, function: &Function, value: Value, place: Place) {
+        let mut components = Vec::new();
+        let mut units = Vec::new();
+        if !flatten(&value, "", &mut components, &mut units) {
+            return self.wrong_result(function, "a scalar, a vector or an array of them", &value);
+        }
+        let known: Vec<String> = units.iter().flatten().map(|u| self.dimensions.units.text(u)).collect();
+        let unit = match known.split_first() {
+            Some((first, rest)) if rest.iter().all(|u| u == first) && !first.contains('[') && first != "1" => {
+                first.clone()
+            }
+            _ => String::new(),
+        };
+        let components = components.into_iter().map(|(suffix, s)| (suffix, s.node)).collect();
+        let origin = self.origins.add(place);
+        self.model.outputs.push(Output { name: function.name.to_string(), components, unit, origin });
+    }
+
+    fn result_scalar(&mut self, function: &Function, value: Value) -> Option<Scalar> {
+        match value {
+            Value::Scalar(_) | Value::Integer(_) => self.scalar(value, function.name.span()),
+            other => {
+                self.wrong_result(function, "a scalar", &other);
+                None
+            }
+        }
+    }
+
+    fn wrong_result(&mut self, function: &Function, expected: &str, found: &Value) {
+        let place = Place::of(&function.item.sig.output);
+        let role = function.role.name();
+        self.diagnostics.error(place, &messages::role_result(role, expected, found.shape()));
+    }
+}
+
+/// Scalar components of an output with their suffixes; false where it holds something else.
+fn flatten(
+    value: &Value,
+    prefix: &str,
+    components: &mut Vec<(String, Scalar)>,
+    units: &mut Vec<Option<UnitExpr>>,
+) -> bool {
+    let mut add = |suffix: String, scalar: &Scalar| {
+        units.push(scalar.unit.clone());
+        components.push((suffix, scalar.clone()));
+    };
+    match value {
+        Value::Scalar(s) => add(prefix.to_owned(), s),
+        Value::Vector(v) => {
+            for (name, s) in ["x", "y", "z"].iter().zip(v) {
+                add(format!("{prefix}.{name}"), s);
+            }
+        }
+        Value::Array(items) => {
+            return items
+                .iter()
+                .enumerate()
+                .all(|(i, item)| flatten(item, &format!("{prefix}[{i}]"), components, units));
+        }
+        _ => return false,
+    }
+    true
+}

@@ -1,0 +1,143 @@
+//! What expressions of the model language evaluate to while they are elaborated.
+
+use std::rc::Rc;
+
+use dynamics_symbolic::check::units::UnitExpr;
+use dynamics_symbolic::graph::{Comparison, FunctionId, NodeId};
+use proc_macro2::Span;
+
+/// A real number: `f64` and `Expr` alike, as rustc already tells them apart.
+#[derive(Clone, Debug)]
+pub(super) struct Scalar {
+    pub(super) node: NodeId,
+    /// `None`: any unit at all, as for the literal 0, or no unit is declared in the model.
+    pub(super) unit: Option<UnitExpr>,
+}
+
+/// An integer known while the macro runs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Integer {
+    pub(super) value: i128,
+    /// The division that dropped a remainder on the way here.
+    pub(super) truncated: Option<Span>,
+}
+
+/// A condition: decided now, or by the values at run time.
+#[derive(Clone, Debug)]
+pub(super) enum Condition {
+    Known(bool),
+    Compare(Comparison, NodeId, NodeId),
+    Not(Box<Condition>),
+    And(Box<Condition>, Box<Condition>),
+    Or(Box<Condition>, Box<Condition>),
+}
+
+/// A term of a force.
+#[derive(Clone, Debug)]
+pub(super) enum Term {
+    At { point: Vec<Scalar>, vector: Vec<Scalar> },
+    Along { expression: Scalar, magnitude: Scalar },
+}
+
+/// A value.
+#[derive(Clone, Debug)]
+pub(super) enum Value {
+    /// The result of a mistake that is already reported: silences everything that follows from it.
+    Poison,
+    /// `let x;`
+    Unset,
+    /// `self`.
+    Model,
+    /// `q`.
+    Coordinates,
+    Scalar(Scalar),
+    Integer(Integer),
+    Condition(Condition),
+    Tuple(Rc<Vec<Value>>),
+    Array(Rc<Vec<Value>>),
+    /// A range or an iterator over an array.
+    Sequence(Rc<Vec<Value>>),
+    /// `Vec2` or `Vec3`.
+    Vector(Vec<Scalar>),
+    /// `Mat3` by rows.
+    Matrix(Rc<[[Scalar; 3]; 3]>),
+    Force(Rc<Vec<Term>>),
+    /// A smooth function among the parameters.
+    Function(FunctionId),
+}
+
+impl Value {
+    pub(super) fn unit() -> Self {
+        Self::Tuple(Rc::default())
+    }
+    pub(super) fn integer(value: i128) -> Self {
+        Self::Integer(Integer { value, truncated: None })
+    }
+    pub(super) fn array(values: Vec<Value>) -> Self {
+        Self::Array(Rc::new(values))
+    }
+    pub(super) fn tuple(values: Vec<Value>) -> Self {
+        Self::Tuple(Rc::new(values))
+    }
+    pub(super) fn matrix(rows: [[Scalar; 3]; 3]) -> Self {
+        Self::Matrix(Rc::new(rows))
+    }
+    pub(super) fn is_poison(&self) -> bool {
+        matches!(self, Self::Poison)
+    }
+    pub(super) fn is_unit(&self) -> bool {
+        matches!(self, Self::Tuple(items) if items.is_empty())
+    }
+
+    /// The shape in the user's words, for messages.
+    pub(super) fn shape(&self) -> String {
+        match self {
+            Self::Poison | Self::Unset => "nothing".into(),
+            Self::Model => "the model itself".into(),
+            Self::Coordinates => "the coordinates".into(),
+            Self::Scalar(_) => "a scalar".into(),
+            Self::Integer(_) => "an integer".into(),
+            Self::Condition(_) => "a condition".into(),
+            Self::Tuple(items) if items.is_empty() => "`()`".into(),
+            Self::Tuple(items) => format!("a tuple of {}", items.len()),
+            Self::Array(items) => format!("an array of {}", items.len()),
+            Self::Sequence(_) => "a range".into(),
+            Self::Vector(v) => format!("a `Vec{}`", v.len()),
+            Self::Matrix(_) => "a `Mat3`".into(),
+            Self::Force(_) => "a `Force`".into(),
+            Self::Function(_) => "a smooth function".into(),
+        }
+    }
+}
+
+impl From<Scalar> for Value {
+    fn from(scalar: Scalar) -> Self {
+        Self::Scalar(scalar)
+    }
+}
+
+impl From<Option<Scalar>> for Value {
+    fn from(scalar: Option<Scalar>) -> Self {
+        scalar.map_or(Self::Poison, Self::Scalar)
+    }
+}
+
+impl Condition {
+    pub(super) fn not(self) -> Self {
+        match self {
+            Self::Known(b) => Self::Known(!b),
+            Self::Not(inner) => *inner,
+            other => Self::Not(Box::new(other)),
+        }
+    }
+    pub(super) fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Known(true), c) | (c, Self::Known(true)) => c,
+            (Self::Known(false), _) | (_, Self::Known(false)) => Self::Known(false),
+            (a, b) => Self::And(Box::new(a), Box::new(b)),
+        }
+    }
+    pub(super) fn or(self, other: Self) -> Self {
+        self.not().and(other.not()).not()
+    }
+}

@@ -1,0 +1,23 @@
+//! Tests of everything up to the engine, on token strings: outside of a macro `proc_macro2` keeps the source, so that spans can be read.
+
+mod errors;
+mod models;
+
+use crate::compile::{CompiledModel, compile};
+
+/// Compiles two strings.
+pub(crate) fn try_model(declaration: &str, implementation: &str) -> Result<CompiledModel, Vec<(String, String)>> {
+    let parse = |text: &str| text.parse().expect("a test's tokens are tokens");
+    compile(parse(declaration), parse(implementation)).map_err(|errors| {
+        let describe = |error: syn::Error| {
+            let at = error.span().source_text().unwrap_or_default();
+            (at, error.to_string())
+        };
+        errors.into_iter().map(describe).collect()
+    })
+}
+
+/// Compiles two strings that make a model.
+pub(crate) fn model(declaration: &str, implementation: &str) -> CompiledModel {
+    try_model(declaration, implementation).unwrap_or_else(|errors| panic!("{errors:#?}"))
+}

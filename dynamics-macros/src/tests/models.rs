@@ -1,0 +1,34 @@
+//! Whole models.
+
+use super::model;
+
+const DOUBLE_PENDULUM: (&str, &str) = (
+    "#[derive(Clone, Debug, Dynamics)]
+    #[coordinates(theta1: rad, theta2: rad)]
+    #[units(m1: kg, m2: kg, l1: m, l2: m, g: m / s^2)]
+    pub struct DoublePendulum { pub m1: f64, pub m2: f64, pub l1: f64, pub l2: f64, pub g: f64 }",
+    "impl DoublePendulum {
+        fn bob1(&self, q: &Coordinates<Self>) -> Vec2 { self.l1 * vec2(q.theta1.sin(), -q.theta1.cos()) }
+        fn bob2(&self, q: &Coordinates<Self>) -> Vec2 { self.bob1(q) + self.l2 * vec2(q.theta2.sin(), -q.theta2.cos()) }
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m1 * self.bob1(q).dt().norm_squared() + 0.5 * self.m2 * self.bob2(q).dt().norm_squared()
+        }
+        #[potential]
+        fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+            self.g * (self.m1 * self.bob1(q).y + self.m2 * self.bob2(q).y)
+        }
+    }",
+);
+
+#[test]
+fn double_pendulum_of_the_design_compiles() {
+    let compiled = model(DOUBLE_PENDULUM.0, DOUBLE_PENDULUM.1).compiled;
+    let model = &compiled.model;
+    assert_eq!(
+        model.coordinates.iter().map(|c| (&*c.name, &*c.unit)).collect::<Vec<_>>(),
+        [("theta1", "rad"), ("theta2", "rad")]
+    );
+    assert_eq!(model.parameters.iter().map(|c| &*c.name).collect::<Vec<_>>(), ["m1", "m2", "l1", "l2", "g"]);
+    assert_eq!(model.energies.len(), 2);
+}
