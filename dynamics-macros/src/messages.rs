@@ -24,6 +24,7 @@ macro_rules! catalogue {
             Message { id: stringify!($name), text: format!($text) }
         })*
         /// All entries.
+        #[cfg(test)]
         pub(crate) const ENTRIES: &[&str] = &[$(stringify!($name)),*];
     };
 }

@@ -5,9 +5,9 @@ mod impls;
 mod limits;
 mod structs;
 
-pub(crate) use attributes::{ATTRIBUTES, Nominal, Quantity, UnitText};
-pub(crate) use impls::{Constant, Function, Implementation, Role, path as path_text};
-pub(crate) use structs::{Declaration, Element, Field, FieldKind, Shape};
+pub(crate) use attributes::{ATTRIBUTES, Quantity, UnitText};
+pub(crate) use impls::{Function, Implementation, Role, path as path_text};
+pub(crate) use structs::{Declaration, FieldKind, Shape};
 
 use proc_macro2::TokenStream;
 

@@ -2,7 +2,6 @@
 
 use std::rc::Rc;
 
-use quote::ToTokens;
 use syn::punctuated::Punctuated;
 use syn::{Expr, ExprCall, ExprMethodCall, FnArg, Ident, Token};
 
@@ -250,10 +249,5 @@ impl<'a> Elaborator<'a> {
             (Some(expression), Some(magnitude)) => Value::Force(Rc::new(vec![Term::Along { expression, magnitude }])),
             _ => Value::Poison,
         }
-    }
-
-    /// What a path expression's text is, for messages.
-    pub(super) fn text(tokens: impl ToTokens) -> String {
-        tokens.to_token_stream().to_string().replace(" :: ", "::")
     }
 }

@@ -157,10 +157,6 @@ impl<'a> Elaborator<'a> {
                 let inner = self.select_node(second, a, b);
                 self.select_node(first, inner, b)
             }
-            Condition::Or(first, second) => {
-                let inner = self.select_node(second, a, b);
-                self.select_node(first, a, inner)
-            }
         }
     }
 

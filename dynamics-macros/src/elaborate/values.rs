@@ -29,7 +29,6 @@ pub(super) enum Condition {
     Compare(Comparison, NodeId, NodeId),
     Not(Box<Condition>),
     And(Box<Condition>, Box<Condition>),
-    Or(Box<Condition>, Box<Condition>),
 }
 
 /// A term of a force.
@@ -84,9 +83,6 @@ impl Value {
     }
     pub(super) fn is_poison(&self) -> bool {
         matches!(self, Self::Poison)
-    }
-    pub(super) fn is_unit(&self) -> bool {
-        matches!(self, Self::Tuple(items) if items.is_empty())
     }
 
     /// The shape in the user's words, for messages.
