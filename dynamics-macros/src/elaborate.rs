@@ -24,7 +24,6 @@ pub(crate) mod suggest;
 mod values;
 mod vector_methods;
 
-use dynamics_symbolic::check::units::UnitExpr;
 use dynamics_symbolic::mechanics::Model;
 
 use crate::diagnostics::Diagnostics;
@@ -32,7 +31,7 @@ use crate::syntax::{Declaration, Implementation};
 use dimensions::Dimensions;
 pub(crate) use origins::Origins;
 use scope::Frame;
-use values::Value;
+use values::{UnitOf, Value};
 
 /// What elaboration hands to the engine, and what the engine's findings need to find their way back.
 pub(crate) struct Elaborated {
@@ -41,7 +40,7 @@ pub(crate) struct Elaborated {
 }
 
 /// Unit of a smooth function's argument, unit of its values.
-type FunctionUnits = (Option<UnitExpr>, Option<UnitExpr>);
+type FunctionUnits = (UnitOf, UnitOf);
 
 /// Elaboration in progress.
 struct Elaborator<'a> {

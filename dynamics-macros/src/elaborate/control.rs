@@ -36,9 +36,7 @@ impl<'a> Elaborator<'a> {
     /// `if .. { .. } else { .. }`.
     pub(super) fn conditional(&mut self, e: &'a ExprIf) -> Value {
         if let Expr::Let(inner) = &*e.cond {
-            return self.expression(&e.cond).is_poison().then_some(Value::Poison).unwrap_or_else(|| {
-                self.fail(inner.let_token.span, &messages::unsupported("`if let`", "use a comparison"))
-            });
+            return self.fail(inner.let_token.span, &messages::unsupported("`if let`", "use a comparison"));
         }
         match self.expression(&e.cond) {
             Value::Condition(Condition::Known(true)) => self.block(&e.then_branch),

@@ -1,6 +1,8 @@
 //! Symbols of the declared coordinates, inputs and parameters, and their units.
 
-use dynamics_symbolic::check::units::{System, Unit, UnitError, UnitExpr};
+use std::rc::Rc;
+
+use dynamics_symbolic::check::units::{System, Unit, UnitError};
 use dynamics_symbolic::graph::{FunctionId, Symbol};
 use dynamics_symbolic::mechanics::{Coordinate, Function, Input, Parameter};
 use proc_macro2::Span;
@@ -8,7 +10,7 @@ use quote::ToTokens;
 use syn::Type;
 
 use super::Elaborator;
-use super::values::{Scalar, Value};
+use super::values::{Scalar, UnitOf, Value};
 use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{FieldKind, Quantity, Shape, UnitText};
@@ -16,7 +18,7 @@ use crate::syntax::{FieldKind, Quantity, Shape, UnitText};
 /// What a declared unit is, once read.
 #[derive(Clone, Debug)]
 struct Declared {
-    unit: Option<UnitExpr>,
+    unit: UnitOf,
     text: String,
 }
 
@@ -72,7 +74,9 @@ impl Elaborator<'_> {
             let declared = self.declared(field.unit.as_ref());
             let name = field.name.to_string();
             let value = match &field.kind {
-                FieldKind::Parameter { shape, .. } => {
+                FieldKind::Parameter { shape, first } => {
+                    let nominal = field.nominal.iter().flat_map(|n| n.values.iter().copied());
+                    self.model.nominal.extend((*first as u32..).zip(nominal));
                     let mut names = shape.elements().into_iter().map(|e| format!("{name}{}", e.suffix));
                     self.parameter_value(shape, &declared, place, &mut names)
                 }
@@ -164,7 +168,7 @@ impl Elaborator<'_> {
         };
         let origin = self.origins.add(text.place());
         match self.dimensions.units.declare(&unit, origin) {
-            Ok(expr) => Declared { unit: self.dimensions.active.then_some(expr), text: unit.text },
+            Ok(expr) => Declared { unit: self.dimensions.active.then(|| Rc::new(expr)), text: unit.text },
             Err(mixed) => {
                 let message =
                     messages::mixed_systems(mixed.unit, mixed.system.name(), mixed.other, mixed.other_system.name());
@@ -204,7 +208,7 @@ impl Elaborator<'_> {
             return;
         }
         let units = &self.dimensions.units;
-        let text = |unit: &Option<UnitExpr>| {
+        let text = |unit: &UnitOf| {
             let known = unit.as_ref().filter(|u| units.dimension(u).is_some_and(|d| !d.is_one()))?;
             Some(units.text(known))
         };

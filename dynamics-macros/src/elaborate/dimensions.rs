@@ -1,9 +1,11 @@
 //! Units of values while they are elaborated: where an operation demands equal units, and what a conflict is called.
 
+use std::rc::Rc;
+
 use dynamics_symbolic::check::units::{Conflict, Dimension, Exponent, UnitExpr, Units};
 
 use super::Elaborator;
-use super::values::Scalar;
+use super::values::{Scalar, UnitOf};
 use crate::diagnostics::Place;
 use crate::messages::{self, Message};
 
@@ -17,28 +19,28 @@ pub(super) struct Dimensions {
 
 impl Elaborator<'_> {
     /// The unit 1, where units are checked.
-    pub(super) fn dimensionless(&self) -> Option<UnitExpr> {
-        self.dimensions.active.then_some(UnitExpr::ONE)
+    pub(super) fn dimensionless(&self) -> UnitOf {
+        self.known_unit(Dimension::ONE)
     }
 
     /// A known unit, where units are checked.
-    pub(super) fn known_unit(&self, dimension: Dimension) -> Option<UnitExpr> {
-        self.dimensions.active.then(|| UnitExpr::known(dimension))
+    pub(super) fn known_unit(&self, dimension: Dimension) -> UnitOf {
+        self.dimensions.active.then(|| Rc::new(UnitExpr::known(dimension)))
     }
 
     /// An unknown unit, where units are checked.
-    pub(super) fn unknown_unit(&mut self, label: &str) -> Option<UnitExpr> {
-        self.dimensions.active.then(|| self.dimensions.units.unknown(label))
+    pub(super) fn unknown_unit(&mut self, label: &str) -> UnitOf {
+        self.dimensions.active.then(|| Rc::new(self.dimensions.units.unknown(label)))
     }
 
     /// Demands one unit of both; where they conflict, says so at `place` in the words of `message`(left, right).
     pub(super) fn equate(
         &mut self,
-        left: &Option<UnitExpr>,
-        right: &Option<UnitExpr>,
+        left: &UnitOf,
+        right: &UnitOf,
         place: impl Into<Place>,
         message: impl FnOnce(String, String) -> Message,
-    ) -> Option<Option<UnitExpr>> {
+    ) -> Option<UnitOf> {
         let (a, b) = match (left, right) {
             (Some(a), Some(b)) => (a, b),
             (Some(known), None) | (None, Some(known)) => return Some(Some(known.clone())),
@@ -71,16 +73,16 @@ impl Elaborator<'_> {
 }
 
 /// Product of units.
-pub(super) fn product(a: &Option<UnitExpr>, b: &Option<UnitExpr>) -> Option<UnitExpr> {
-    Some(a.as_ref()?.mul(b.as_ref()?))
+pub(super) fn product(a: &UnitOf, b: &UnitOf) -> UnitOf {
+    Some(Rc::new(a.as_ref()?.mul(b.as_ref()?)))
 }
 
 /// Quotient of units.
-pub(super) fn quotient(a: &Option<UnitExpr>, b: &Option<UnitExpr>) -> Option<UnitExpr> {
-    Some(a.as_ref()?.div(b.as_ref()?))
+pub(super) fn quotient(a: &UnitOf, b: &UnitOf) -> UnitOf {
+    Some(Rc::new(a.as_ref()?.div(b.as_ref()?)))
 }
 
 /// Power of a unit.
-pub(super) fn power(a: &Option<UnitExpr>, exponent: Exponent) -> Option<UnitExpr> {
-    Some(a.as_ref()?.pow(exponent))
+pub(super) fn power(a: &UnitOf, exponent: Exponent) -> UnitOf {
+    Some(Rc::new(a.as_ref()?.pow(exponent)))
 }

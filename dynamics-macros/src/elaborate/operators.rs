@@ -80,7 +80,7 @@ impl Elaborator<'_> {
                 let Some(factor) = self.quotient(&one, &s, at) else { return Value::Poison };
                 Value::Force(Rc::new(self.scaled_force(&f, Some(&factor))))
             }
-            (Rem, (a, _)) if matches!(a, Value::Scalar(_)) => self.fail(at, &messages::remainder_of_expression()),
+            (Rem, (Value::Scalar(_), _)) => self.fail(at, &messages::remainder_of_expression()),
             (op, (a, b)) => self.fail(at, &messages::shape_mismatch(op.sign(), a.shape(), b.shape())),
         }
     }

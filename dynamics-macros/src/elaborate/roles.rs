@@ -1,12 +1,12 @@
 //! Functions with a role: their signatures, their values, and what the model makes of them.
 
-use dynamics_symbolic::check::units::{Dimension, UnitExpr};
+use dynamics_symbolic::check::units::Dimension;
 use dynamics_symbolic::mechanics::{Energy, EnergyRole, Event, Force, ForceTerm, Output};
 
 use super::Elaborator;
 use super::dimensions::product;
 use super::scope::{Flow, Frame};
-use super::values::{Scalar, Term, Value};
+use super::values::{Scalar, Term, UnitOf, Value};
 use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{Function, Role};
@@ -125,7 +125,7 @@ impl<'a> Elaborator<'a> {
         let energy = self.known_unit(Dimension::ENERGY);
         let mut made = Vec::new();
         for term in terms.iter() {
-            let units: Vec<Option<UnitExpr>> = match term {
+            let units: Vec<UnitOf> = match term {
                 Term::At { point, vector } => {
                     point.iter().zip(vector).map(|(p, v)| product(&p.unit, &v.unit)).collect()
                 }
@@ -185,12 +185,7 @@ impl<'a> Elaborator<'a> {
 }
 
 /// Scalar components of an output with their suffixes; false where it holds something else.
-fn flatten(
-    value: &Value,
-    prefix: &str,
-    components: &mut Vec<(String, Scalar)>,
-    units: &mut Vec<Option<UnitExpr>>,
-) -> bool {
+fn flatten(value: &Value, prefix: &str, components: &mut Vec<(String, Scalar)>, units: &mut Vec<UnitOf>) -> bool {
     let mut add = |suffix: String, scalar: &Scalar| {
         units.push(scalar.unit.clone());
         components.push((suffix, scalar.clone()));

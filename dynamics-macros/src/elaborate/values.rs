@@ -6,12 +6,14 @@ use dynamics_symbolic::check::units::UnitExpr;
 use dynamics_symbolic::graph::{Comparison, FunctionId, NodeId};
 use proc_macro2::Span;
 
+/// The unit of a value; `None`: any unit at all, as for the literal 0, or no unit is declared in the model.
+pub(super) type UnitOf = Option<Rc<UnitExpr>>;
+
 /// A real number: `f64` and `Expr` alike, as rustc already tells them apart.
 #[derive(Clone, Debug)]
 pub(super) struct Scalar {
     pub(super) node: NodeId,
-    /// `None`: any unit at all, as for the literal 0, or no unit is declared in the model.
-    pub(super) unit: Option<UnitExpr>,
+    pub(super) unit: UnitOf,
 }
 
 /// An integer known while the macro runs.

@@ -19,8 +19,6 @@ pub(crate) struct Quantity {
     pub(crate) length: Option<usize>,
     /// `None` where the user leaves it open.
     pub(crate) unit: Option<UnitText>,
-    /// Index of the first scalar among all coordinates (or inputs).
-    pub(crate) first: usize,
 }
 
 impl Quantity {
@@ -68,7 +66,6 @@ impl UnitText {
 #[derive(Clone, Debug)]
 pub(crate) struct Nominal {
     pub(crate) values: Vec<f64>,
-    pub(crate) place: Place,
 }
 
 /// Everything that the attributes say.
@@ -161,7 +158,7 @@ fn place(part: &[TokenTree]) -> Place {
 /// Entries of `#[coordinates(..)]` and `#[inputs(..)]`.
 fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quantity> {
     let mut all = Vec::new();
-    let mut first = 0;
+    let mut scalars = 0;
     for part in split(tokens) {
         let Some((name, rest)) = named(&part, d, "name, `name: unit` or `name: [unit; length]`") else { continue };
         if syn::parse2::<Ident>(name.to_token_stream()).is_err() {
@@ -169,9 +166,9 @@ fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quant
             continue;
         }
         let Some((unit, length)) = quantity(&rest, d) else { continue };
-        let quantity = Quantity { name, length, unit, first };
-        first += quantity.scalars();
-        if first > super::structs::MAX_LENGTH {
+        let quantity = Quantity { name, length, unit };
+        scalars += quantity.scalars();
+        if scalars > super::structs::MAX_LENGTH {
             d.error(place(&part), &messages::too_many_parameters(super::structs::MAX_LENGTH));
             break;
         }
@@ -329,7 +326,7 @@ pub(super) fn attach_nominal(fields: &mut [Field], nominal: Vec<(Ident, Expr)>, 
         };
         let mut values = Vec::new();
         if flatten(shape, &value, &mut values) {
-            field.nominal = Some(Nominal { values, place: Place::of(&value) });
+            field.nominal = Some(Nominal { values });
         } else {
             d.error(Place::of(&value), &messages::nominal_shape(&name, describe(shape)));
         }

@@ -1,6 +1,5 @@
 //! The annotated impl block: functions with their roles, and constants.
 
-use proc_macro2::Span;
 use syn::{FnArg, Ident, ImplItem, ImplItemConst, ImplItemFn, ItemImpl, Meta, ReturnType};
 
 use crate::diagnostics::{Diagnostics, Place};
@@ -206,9 +205,4 @@ fn attribute_place(attribute: &syn::Attribute) -> Place {
 /// A path as text.
 pub(crate) fn path(path: &syn::Path) -> String {
     path.segments.iter().map(|s| s.ident.to_string()).collect::<Vec<_>>().join("::")
-}
-
-/// Where nothing better is known.
-pub(crate) fn nowhere() -> Place {
-    Place::from(Span::call_site())
 }

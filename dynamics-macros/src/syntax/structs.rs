@@ -32,7 +32,6 @@ pub(crate) struct Declaration {
 #[derive(Clone, Debug)]
 pub(crate) struct Field {
     pub(crate) name: Ident,
-    pub(crate) ty: Type,
     pub(crate) kind: FieldKind,
     /// From `#[units(..)]`, of every scalar of the field (or of the function's values).
     pub(crate) unit: Option<UnitText>,
@@ -183,7 +182,7 @@ fn fields(item: &ItemStruct, d: &mut Diagnostics) -> Option<Vec<Field>> {
             }
             Kind::Wrong => continue,
         };
-        fields.push(Field { name, ty: field.ty.clone(), kind, unit: None, nominal: None });
+        fields.push(Field { name, kind, unit: None, nominal: None });
     }
     Some(fields)
 }
