@@ -110,6 +110,15 @@ impl Graph {
         found
     }
 
+    /// Number of operations that evaluating `roots` takes once what depends on parameters alone is there.
+    #[must_use]
+    pub fn operations(&self, roots: &[NodeId]) -> usize {
+        let works = |id: &NodeId| {
+            !self.dependence(*id).within(Dependence::PARAMETERS) && self.node(*id).children().next().is_some()
+        };
+        self.cone(roots).iter().filter(|id| works(id)).count()
+    }
+
     /// The node with this value, if there is one.
     pub(super) fn find(&self, fingerprint: Fingerprint) -> Option<NodeId> {
         self.by_value.get(&fingerprint)

@@ -222,9 +222,17 @@ impl Graph {
 
     /// a · b without moving parameter-only factors outward: for factors that are needed as they are, as in an elimination.
     pub fn mul_as_is(&mut self, a: NodeId, b: NodeId) -> NodeId {
-        let simple = |g: &Self, x| g.is_constant(x) || g.is_zero(x) || matches!(g.node(x), Node::Neg(_));
-        if simple(self, a) || simple(self, b) {
-            return self.mul(a, b);
+        match (self.node(a), self.node(b)) {
+            _ if self.is_constant(a) || self.is_constant(b) => return self.mul(a, b),
+            (Node::Neg(x), _) => {
+                let product = self.mul_as_is(x, b);
+                return self.neg(product);
+            }
+            (_, Node::Neg(y)) => {
+                let product = self.mul_as_is(a, y);
+                return self.neg(product);
+            }
+            _ => {}
         }
         let value = self.fingerprint(a).mul(self.fingerprint(b));
         self.intern(Node::Mul(a.min(b), a.max(b)), value)

@@ -6,7 +6,7 @@ use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Derivation, Equations, Named, Pivot};
 use super::forces::{dissipated, generalized, power};
-use super::inverse::{Implicit, Sweep, with_accelerations};
+use super::inverse::{Implicit, Sweep, residual, with_accelerations};
 use super::lagrange::{inverse, lagrange, mixed, symbols};
 use super::model::{EnergyRole, Model};
 use super::velocity_form::VelocityForm;
@@ -61,7 +61,7 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
     };
     let inertia = if form.is_empty() { lagrange(g, general, n) } else { mixed(g, &form, general, n) };
     let mut force = inertia.force;
-    let mut residual = inverse(g, &form, general, n);
+    let mut swept = inverse(g, &form, general, n);
     let mut powers = Vec::new();
     let applied = model.forces.iter().map(|f| (f.name.clone(), generalized(g, f, n))).collect::<Vec<_>>();
     let lost = model.energies.iter().filter(|e| e.role == EnergyRole::Dissipation);
@@ -70,7 +70,7 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
         for (total, f) in force.iter_mut().zip(&part) {
             *total = g.add(*total, *f);
         }
-        for (total, f) in residual.iter_mut().zip(&part) {
+        for (total, f) in swept.iter_mut().zip(&part) {
             *total = g.sub(*total, *f);
         }
         powers.push(Named { name, unit: String::new(), node: power(g, &part) });
@@ -94,6 +94,7 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
         g.sub(twice, lagrangian)
     };
 
+    let residual = residual(g, &inertia.mass, &force, swept);
     // Measured: the residual of a velocity form is swept best along each symbol, any other, and parameters always, best backwards.
     let sweep = if derivation == Derivation::VelocityForm { Sweep::Forward } else { Sweep::Reverse };
     let implicit = Implicit { residual: &residual, factors: &factors, accelerations: &accelerations };

@@ -4,6 +4,23 @@ use crate::algebra::Factors;
 use crate::calculus::{ZeroDenominator, directional, gradient, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
+/// r = M q̈ − Q with symbols for q̈: from the entries of M and Q, or as `swept` where that takes fewer operations beside them.
+pub(super) fn residual(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId], swept: Vec<NodeId>) -> Vec<NodeId> {
+    let mut entered = Vec::with_capacity(force.len());
+    for (row, f) in mass.iter().zip(force) {
+        let mut sum = g.neg(*f);
+        for (j, entry) in row.iter().enumerate() {
+            let a = g.symbol(Symbol::Acceleration(j as u32));
+            let term = g.mul(*entry, a);
+            sum = g.add(sum, term);
+        }
+        entered.push(sum);
+    }
+    let known: Vec<NodeId> = mass.iter().flatten().chain(force).copied().collect();
+    let operations = |g: &Graph, r: &[NodeId]| g.operations(&[r, &known].concat());
+    if operations(g, &entered) <= operations(g, &swept) { entered } else { swept }
+}
+
 /// How ∂r/∂x is swept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sweep {

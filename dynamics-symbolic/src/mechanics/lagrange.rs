@@ -43,11 +43,12 @@ pub(super) fn lagrange(g: &mut Graph, lagrangian: NodeId, n: usize) -> Inertia {
 /// Derives from L = `form` + `lagrangian`: what is in velocity form by its own formulas, the rest in general.
 pub(super) fn mixed(g: &mut Graph, form: &VelocityForm, lagrangian: NodeId, n: usize) -> Inertia {
     let columns: Vec<Vec<NodeId>> = (0..n).map(|j| form.mass_column(g, j, n)).collect();
-    let coriolis = form.coriolis(g, n);
+    let own: Vec<Vec<NodeId>> = (0..n).map(|i| (0..n).map(|j| columns[i.min(j)][i.max(j)]).collect()).collect();
+    let coriolis = form.coriolis(g, &own);
     let momenta = form.momenta(g, n);
     let general = lagrange(g, lagrangian, n);
-    let mass =
-        (0..n).map(|i| (0..n).map(|j| g.add(columns[i.min(j)][i.max(j)], general.mass[i][j])).collect()).collect();
+    let both = own.into_iter().zip(general.mass);
+    let mass = both.map(|(a, b)| a.into_iter().zip(b).map(|(a, b)| g.add(a, b)).collect()).collect();
     let force = general.force.into_iter().zip(coriolis).map(|(f, c)| g.sub(f, c)).collect();
     let momenta = momenta.into_iter().zip(general.momenta).map(|(a, b)| g.add(a, b)).collect();
     Inertia { mass, force, momenta }

@@ -93,10 +93,56 @@ impl VelocityForm {
         self.project(g, &along, n)
     }
 
-    /// Coriolis and centripetal terms c, on the left-hand side.
-    pub(super) fn coriolis(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
+    /// Coriolis and centripetal terms c, on the left-hand side: by the sweep, or, in small models, by products of velocities where that
+    /// takes fewer operations beside `mass`.
+    pub(super) fn coriolis(&self, g: &mut Graph, mass: &[Vec<NodeId>]) -> Vec<NodeId> {
+        let n = mass.len();
+        let stationary = self.velocities.iter().all(|v| !g.dependence(*v).on(Dependence::TIME));
+        if n > Self::SMALL || !stationary {
+            return self.coriolis_by_sweep(g, n);
+        }
+        // Tried on copies, so that what is not taken leaves no trace.
+        let operations = |derive: &dyn Fn(&mut Graph) -> Vec<NodeId>| {
+            let mut trial = g.clone();
+            let mut roots = derive(&mut trial);
+            roots.extend(mass.iter().flatten());
+            trial.operations(&roots)
+        };
+        let swept = operations(&|g| self.coriolis_by_sweep(g, n));
+        let multiplied = operations(&|g| self.coriolis_by_products(g, n));
+        if multiplied < swept { self.coriolis_by_products(g, n) } else { self.coriolis_by_sweep(g, n) }
+    }
+
+    /// Most coordinates for which the products of velocities are tried; their number grows with the cube.
+    const SMALL: usize = 4;
+
+    fn coriolis_by_sweep(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
         let accelerations = directional(g, &self.velocities, &mut transport);
         self.project(g, &accelerations, n)
+    }
+
+    /// Σⱼₗ q̇ⱼ q̇ₗ Jᵀ W ∂Jⱼ/∂qₗ, for velocities without explicit time: terms that cancel between links are found term by term.
+    fn coriolis_by_products(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
+        let mut sum = vec![g.zero(); n];
+        for j in 0..n as u32 {
+            let column = directional(g, &self.velocities, &mut |g, s| (s == Symbol::Rate(j)).then(|| g.one()));
+            for l in 0..=j {
+                let bent = directional(g, &column, &mut |g, s| (s == Symbol::Coordinate(l)).then(|| g.one()));
+                if bent.iter().all(|b| g.is_zero(*b)) {
+                    continue;
+                }
+                // ∂Jⱼ/∂qₗ = ∂Jₗ/∂qⱼ for true velocities.
+                let times = g.integer(if j == l { 1 } else { 2 });
+                let (uj, ul) = (g.symbol(Symbol::Rate(j)), g.symbol(Symbol::Rate(l)));
+                let speeds = g.mul(uj, ul);
+                let speeds = g.mul(times, speeds);
+                for (total, part) in sum.iter_mut().zip(self.project(g, &bent, n)) {
+                    let term = g.mul(part, speeds);
+                    *total = g.add(*total, term);
+                }
+            }
+        }
+        sum
     }
 
     /// Jᵀ(W v̇) with symbols for q̈: M q̈ + c.
