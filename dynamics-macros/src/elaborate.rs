@@ -24,7 +24,11 @@ pub(crate) mod suggest;
 mod values;
 mod vector_methods;
 
+use std::collections::BTreeSet;
+
 use dynamics_symbolic::mechanics::Model;
+use proc_macro2::{TokenStream, TokenTree};
+use quote::ToTokens;
 
 use crate::diagnostics::Diagnostics;
 use crate::syntax::{Declaration, Implementation};
@@ -58,6 +62,8 @@ struct Elaborator<'a> {
     /// `Self::NAME`, once evaluated.
     constants: Vec<Option<Value>>,
     frames: Vec<Frame>,
+    /// Functions that some role has called.
+    reached: BTreeSet<usize>,
     steps: usize,
     depth: usize,
     /// A limit is passed and reported; everything that is left is skipped.
@@ -82,6 +88,7 @@ pub(crate) fn elaborate(
         functions: Vec::new(),
         constants: Vec::new(),
         frames: Vec::new(),
+        reached: BTreeSet::new(),
         steps: 0,
         depth: 0,
         exhausted: false,
@@ -90,5 +97,30 @@ pub(crate) fn elaborate(
     elaborator.declare();
     elaborator.roles();
     elaborator.name_inferred_units();
+    let outside = implementation.functions.iter().enumerate().filter(|(i, _)| !elaborator.reached.contains(i));
+    let mut read_elsewhere = BTreeSet::new();
+    for (_, function) in outside {
+        fields_read(function.item.block.to_token_stream(), &mut read_elsewhere);
+    }
+    elaborator.model.read_elsewhere = read_elsewhere.into_iter().collect();
     Elaborated { model: elaborator.model, origins: elaborator.origins }
+}
+
+/// Names after `self.` in a function that is not elaborated.
+fn fields_read(tokens: TokenStream, names: &mut BTreeSet<String>) {
+    let mut before = [String::new(), String::new()];
+    for tree in tokens {
+        if let TokenTree::Group(group) = &tree {
+            fields_read(group.stream(), names);
+        }
+        let text = match &tree {
+            TokenTree::Group(_) => String::new(),
+            tree => tree.to_string(),
+        };
+        if before == ["self", "."] {
+            names.insert(text.clone());
+        }
+        let [_, last] = before;
+        before = [last, text];
+    }
 }

@@ -154,8 +154,13 @@ catalogue! {
     unit_of_function_argument(found, expected) "this smooth function is used with an argument in {found} and elsewhere in {expected}; use one unit";
 
     // What the engine finds.
-    unused(what, name) "the {what} `{name}` is never used; remove it or use it";
+    unused(what, name) "the {what} `{name}` has no influence on anything; use it, or remove it";
     no_inertia(direction) "no kinetic energy moves `{direction}`: the mass matrix is singular everywhere; give it inertia or remove it";
     too_large(function, operations, limit) "`{function}` would take {operations} operations, the limit is {limit}; use fewer coordinates or simpler expressions";
+    zero_denominator() "something divides by an expression that is zero on every motion; check the denominators of outputs and events";
+    not_quadratic(name) "`{name}` is not quadratic in the velocities; mark it `#[lagrangian]` if it is meant so";
+    contains(role, name, what, reason) "the {role} `{name}` contains {what}; {reason}";
+    no_effect(role, name, reason) "the {role} `{name}` {reason}; remove it or correct it";
+    negative_inertia(direction, when) "the kinetic energy is negative where `{direction}` moves{when}; check its signs";
     finding(text) "the model cannot be derived: {text}; change what it names";
 }

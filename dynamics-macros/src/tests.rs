@@ -2,6 +2,7 @@
 
 mod errors;
 mod models;
+mod vocabulary;
 
 use crate::compile::{CompiledModel, compile};
 

@@ -119,6 +119,7 @@ impl<'a> Elaborator<'a> {
         }
         let frame = Frame { function: Some(index), scopes: vec![Vec::new()], ..Frame::default() };
         self.frames.push(frame);
+        self.reached.insert(index);
         for (input, (value, _)) in inputs.iter().zip(arguments) {
             match input {
                 FnArg::Receiver(_) => self.frame().declare("self".into(), value),

@@ -39,10 +39,20 @@ fn describe(finding: &Finding) -> (Message, Vec<Origin>) {
     match finding {
         Finding::Unused { what, name, origin } => (messages::unused(what, name), vec![*origin]),
         Finding::NoInertia { direction, origins } => (messages::no_inertia(direction), origins.clone()),
-        Finding::ZeroDenominator => (messages::division_by_zero(), Vec::new()),
+        Finding::ZeroDenominator => (messages::zero_denominator(), Vec::new()),
         Finding::TooLarge { function, operations, limit } => {
             (messages::too_large(function, operations, limit), Vec::new())
         }
+        Finding::NotQuadratic { name, origin } => (messages::not_quadratic(name), vec![*origin]),
+        Finding::Contains { role, name, what, reason, origin } => {
+            (messages::contains(role, name, what, reason), vec![*origin])
+        }
+        Finding::NoEffect { role, name, reason, origin } => (messages::no_effect(role, name, reason), vec![*origin]),
+        Finding::NegativeInertia { direction, nominal, origins } => {
+            let when = if *nominal { " at the nominal values" } else { "" };
+            (messages::negative_inertia(direction, when), origins.clone())
+        }
+        // The engine may learn to find more than this catalogue knows: better said plainly than not at all.
         other => (messages::finding(format!("{other:?}")), Vec::new()),
     }
 }

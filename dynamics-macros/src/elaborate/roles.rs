@@ -70,6 +70,7 @@ impl<'a> Elaborator<'a> {
 
     /// The value of a function with a role.
     fn run(&mut self, index: usize, function: &'a Function) -> Value {
+        self.reached.insert(index);
         self.frames.push(Frame { function: Some(index), scopes: vec![Vec::new()], ..Frame::default() });
         for (input, value) in function.item.sig.inputs.iter().zip([Value::Model, Value::Coordinates]) {
             match input {

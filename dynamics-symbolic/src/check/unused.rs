@@ -24,14 +24,20 @@ pub(super) fn unused(model: &Model, found: &mut Vec<Finding>) {
         .iter()
         .enumerate()
         .map(|(i, c)| (&c.name, c.origin, reads.functions.contains(&FunctionId(i as u32))));
-    group("coordinate", coordinates, found);
-    group("parameter", parameters, found);
-    group("input", inputs, found);
-    group("function", functions, found);
+    let elsewhere = &model.read_elsewhere;
+    group("coordinate", coordinates, &[], found);
+    group("parameter", parameters, elsewhere, found);
+    group("input", inputs, &[], found);
+    group("function", functions, elsewhere, found);
 }
 
 /// Reports declarations of which no element is read.
-fn group<'a>(what: &'static str, all: impl Iterator<Item = (&'a String, Origin, bool)>, found: &mut Vec<Finding>) {
+fn group<'a>(
+    what: &'static str,
+    all: impl Iterator<Item = (&'a String, Origin, bool)>,
+    elsewhere: &[String],
+    found: &mut Vec<Finding>,
+) {
     let mut declared: Vec<(&str, Origin, bool)> = Vec::new();
     for (name, origin, read) in all {
         let base = name.split(['[', '.']).next().unwrap_or(name);
@@ -40,7 +46,7 @@ fn group<'a>(what: &'static str, all: impl Iterator<Item = (&'a String, Origin, 
             None => declared.push((base, origin, read)),
         }
     }
-    let missed = declared.into_iter().filter(|(_, _, read)| !read);
+    let missed = declared.into_iter().filter(|(name, _, read)| !read && !elsewhere.iter().any(|e| e == name));
     found.extend(missed.map(|(name, origin, _)| Finding::Unused { what, name: name.to_owned(), origin }));
 }
 

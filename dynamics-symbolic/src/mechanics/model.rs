@@ -30,6 +30,8 @@ pub struct Model {
     pub events: Vec<Event>,
     /// Nominal values of parameters, by index: what numeric checks may use. Not part of the derivation.
     pub nominal: Vec<(u32, f64)>,
+    /// Declared names of parameters and functions that something outside of the derivation reads, such as a drawing: they are used.
+    pub read_elsewhere: Vec<String>,
 }
 
 macro_rules! named {
