@@ -4,6 +4,7 @@ use crate::check::{self, Finding};
 use crate::graph::{Graph, NodeId};
 use crate::mechanics::{Equations, Model, Named, Underivable, derive};
 use crate::schedule::{Program, Staging, schedule};
+use crate::text;
 
 /// Programs of a model, one per function that the runtime's traits ask for. Results are flattened row by row.
 #[derive(Clone, Debug)]
@@ -96,15 +97,13 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !excesses.is_empty() {
         return Err(excesses);
     }
-    Ok(Compiled {
-        model,
-        equations,
-        programs,
-        report: String::new(),
-        listing: String::new(),
-        equations_text: String::new(),
-        latex: String::new(),
-    })
+    let driven = |p: &&Program| !model.inputs.is_empty() || p.name != "input_jacobian";
+    let printed: Vec<&Program> = programs.all().filter(driven).collect();
+    let withheld = programs.jacobians.as_ref().err().map(|e| (e.function.as_str(), e.operations));
+    let report = text::report(&model, &equations, &printed, withheld);
+    let listing = text::listing(&model, &equations, &printed);
+    let (equations_text, latex) = text::equations(&mut model, &equations);
+    Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
 }
 
 fn findings(model: &mut Model, reason: &Underivable) -> Vec<Finding> {
@@ -172,6 +171,11 @@ impl Excess {
 }
 
 impl Programs {
+    /// All programs that are emitted, in the order of the listing.
+    pub fn all(&self) -> impl Iterator<Item = &Program> {
+        let jacobians = self.jacobians.iter().flat_map(|j| [&j.state, &j.inputs, &j.parameters]);
+        self.required().chain(jacobians)
+    }
     /// The programs that every model has, in a fixed order; the Jacobians are apart.
     pub fn required(&self) -> impl Iterator<Item = &Program> {
         let always = [

@@ -12,3 +12,4 @@ pub mod compile;
 pub mod graph;
 pub mod mechanics;
 pub mod schedule;
+pub mod text;

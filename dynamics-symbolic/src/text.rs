@@ -1,0 +1,23 @@
+//! Texts: the listing, readable equations, LaTeX, the report.
+//!
+//! A target language is one file: an implementation of [`Target`], which says how symbols, numbers, operators and assignments are written. Two
+//! drivers feed it: [`program`] writes programs exactly, step by step, as a compiler needs them; [`formula`] writes single values readably.
+
+mod equations;
+mod expand;
+mod formula;
+mod latex;
+mod listing;
+mod plain;
+mod program;
+mod report;
+mod target;
+
+pub use equations::equations;
+pub use formula::Formulas;
+pub use latex::Latex;
+pub use listing::listing;
+pub use plain::Plain;
+pub use program::{Line, Style, lines};
+pub use report::report;
+pub use target::{Level, Target, Text};

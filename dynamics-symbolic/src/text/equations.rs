@@ -1,0 +1,305 @@
+//! The equations of motion for reading: row by row for small systems, M and Q element by element for larger ones.
+
+use std::rc::Rc;
+
+use crate::graph::{NodeId, Symbol};
+use crate::mechanics::{Equations, Model};
+
+use super::expand::Expanded;
+use super::formula::{Formula, Formulas, Key, product, sum};
+use super::latex::Latex;
+use super::plain::Plain;
+use super::target::{Target, Text};
+
+/// Terms in all of M and Q up to which the equations are written row by row.
+const ROWS: usize = 80;
+/// Terms up to which an element of M or Q is expanded.
+const ELEMENT: usize = 20;
+/// Longest text; what is beyond is left to the listing.
+const LONGEST: usize = 24_000;
+/// Width of a line.
+const WIDTH: usize = 100;
+
+/// The equations as plain text and in LaTeX. May add nodes to the graph.
+#[must_use]
+pub fn equations(model: &mut Model, equations: &Equations) -> (String, String) {
+    let page = Page::new(model, equations);
+    (page.plain(model), page.latex(model))
+}
+
+/// One statement: left = right.
+struct Statement {
+    left: Side,
+    right: Rc<Formula>,
+}
+
+enum Side {
+    Formula(Rc<Formula>),
+    /// A letter with the coordinates that index it.
+    Element(&'static str, Vec<usize>),
+}
+
+struct Page {
+    formulas: Formulas,
+    rows: bool,
+    motion: Vec<Statement>,
+    energies: Vec<Statement>,
+}
+
+impl Page {
+    fn new(model: &mut Model, e: &Equations) -> Self {
+        let n = e.mass_matrix.len();
+        let lower: Vec<(usize, usize)> = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
+        let mut nodes: Vec<NodeId> = lower.iter().map(|(i, j)| e.mass_matrix[*i][*j]).collect();
+        nodes.extend(&e.generalized_force);
+        let motion = nodes.len();
+        nodes.extend(e.energies.iter().flat_map(|(t, v)| [t, v]));
+        let mut expanded: Vec<Option<Expanded>> = nodes.iter().map(|id| Expanded::new(&mut model.graph, *id)).collect();
+        let terms = |all: &[Option<Expanded>]| all.iter().map(|x| x.as_ref().map(Expanded::len)).sum::<Option<usize>>();
+        let rows = terms(&expanded[..motion]).is_some_and(|terms| terms <= ROWS);
+        if !rows {
+            // What is long is shorter as a formula with definitions.
+            expanded.iter_mut().for_each(|x| *x = x.take().filter(|x| x.len() <= ELEMENT));
+        }
+        let wanted = |(id, x): (&NodeId, &Option<Expanded>)| x.as_ref().map_or(vec![*id], |x| x.atoms().collect());
+        let roots: Vec<NodeId> = nodes.iter().zip(&expanded).flat_map(wanted).collect();
+        let formulas = Formulas::new(model, &roots);
+        let formula = |k: usize| match &expanded[k] {
+            Some(x) => x.formula(&model.graph, &formulas),
+            None => formulas.formula(nodes[k]),
+        };
+        let mass = |i: usize, j: usize| {
+            let (i, j) = (i.max(j), i.min(j));
+            formula(i * (i + 1) / 2 + j)
+        };
+        let force = |i: usize| formula(lower.len() + i);
+        let motion_statements = if rows {
+            (0..n).map(|i| row(model, e, i, &mass, force(i))).collect()
+        } else {
+            let elements = lower.iter().filter(|(i, j)| !model.graph.is_zero(e.mass_matrix[*i][*j]));
+            let m = elements.map(|(i, j)| Statement { left: Side::Element("M", vec![*i, *j]), right: mass(*i, *j) });
+            let q = (0..n).map(|i| Statement { left: Side::Element("Q", vec![i]), right: force(i) });
+            m.chain(q).collect()
+        };
+        let names = ["T", "V"].into_iter().enumerate();
+        let energies = names
+            .take(nodes.len() - motion)
+            .map(|(k, name)| Statement { left: Side::Element(name, Vec::new()), right: formula(motion + k) });
+        let energies = energies.collect();
+        Self { rows, motion: motion_statements, energies, formulas }
+    }
+
+    fn side(&self, target: &dyn Target, model: &Model, side: &Side, index: &dyn Fn(&[usize]) -> String) -> Text {
+        match side {
+            Side::Formula(f) => self.formulas.write(target, model, f),
+            Side::Element(letter, indices) if indices.is_empty() => Text::atom(*letter),
+            Side::Element(letter, indices) => Text::atom(format!("{letter}{}", index(indices))),
+        }
+    }
+
+    fn plain(&self, model: &Model) -> String {
+        let target = Plain::READABLE;
+        let index = |indices: &[usize]| {
+            let names: Vec<&str> = indices.iter().map(|i| model.coordinates[*i].name.as_str()).collect();
+            format!("[{}]", names.join(", "))
+        };
+        let mut out = Limited::new(format!("{}: equations of motion\n", model.name));
+        if !self.rows {
+            out.line("\nM q'' = Q with M symmetric; elements that are not listed are zero\n");
+        }
+        out.line("\n");
+        let write = |out: &mut Limited, s: &Statement| {
+            let left = self.side(&target, model, &s.left, &index);
+            let right = self.formulas.write(&target, model, &s.right);
+            out.line(&wrap(&target.assign(&left, &right)));
+        };
+        self.motion.iter().for_each(|s| write(&mut out, s));
+        if self.formulas.definitions() > 0 {
+            out.line("\nwith\n\n");
+        }
+        for i in 0..self.formulas.definitions() {
+            let (name, value) = self.formulas.definition(&target, model, i);
+            out.line(&wrap(&target.assign(&name, &value)));
+        }
+        if !self.energies.is_empty() {
+            out.line("\nenergies\n\n");
+        }
+        self.energies.iter().for_each(|s| write(&mut out, s));
+        out.finish(|left| format!("\n({left} more lines; the listing has everything)\n"))
+    }
+
+    fn latex(&self, model: &Model) -> String {
+        let target = Latex;
+        let index = |indices: &[usize]| {
+            let numbers: Vec<String> = indices.iter().map(|i| (i + 1).to_string()).collect();
+            format!("_{{{}}}", numbers.join(","))
+        };
+        let mut out = Limited::new(String::new());
+        let mut lines: Vec<String> = Vec::new();
+        let mut write = |s: &Statement| {
+            let left = self.side(&target, model, &s.left, &index);
+            lines.extend(broken(&self.formulas, &target, model, &s.left, left, &s.right));
+        };
+        self.motion.iter().chain(&self.energies).for_each(&mut write);
+        for i in 0..self.formulas.definitions() {
+            let (name, value) = self.formulas.definition(&target, model, i);
+            lines.push(target.assign(&name, &value));
+        }
+        out.line("\\begin{align*}\n");
+        let last = lines.len().saturating_sub(1);
+        for (i, line) in lines.iter().enumerate() {
+            out.line(&format!("  {line}{}\n", if i == last { "" } else { " \\\\" }));
+        }
+        let mut text = out.finish(|left| format!("  & \\text{{({left} more lines)}}\n"));
+        text.push_str("\\end{align*}\n");
+        text
+    }
+}
+
+/// Σⱼ Mᵢⱼ q̈ⱼ = Qᵢ.
+fn row(
+    model: &Model,
+    e: &Equations,
+    i: usize,
+    mass: &dyn Fn(usize, usize) -> Rc<Formula>,
+    force: Rc<Formula>,
+) -> Statement {
+    let g = &model.graph;
+    let columns = (0..e.mass_matrix.len()).filter(|j| !g.is_zero(e.mass_matrix[i][*j]));
+    let terms = columns.map(|j| {
+        let acceleration = Rc::new(Formula::Symbol(Symbol::Acceleration(j as u32)));
+        let key = Key::last(Symbol::Acceleration(j as u32));
+        (false, Rc::new(product([(Key::FIRST, mass(i, j), 1), (key, acceleration, 1)])))
+    });
+    Statement { left: Side::Formula(Rc::new(sum(terms.collect::<Vec<_>>()))), right: force }
+}
+
+/// A LaTeX statement, broken between the terms of long sides.
+fn broken(
+    formulas: &Formulas,
+    target: &dyn Target,
+    model: &Model,
+    left: &Side,
+    name: Text,
+    right: &Formula,
+) -> Vec<String> {
+    let whole = formulas.write(target, model, right);
+    if visible(&name.text) + visible(&whole.text) <= WIDTH {
+        return vec![target.assign(&name, &whole)];
+    }
+    let parts = |f: &Formula| sum_lines(formulas, target, model, f);
+    let Side::Formula(formula) = left else {
+        let mut lines = parts(right);
+        lines[0] = format!("{} &= {}", name.text, lines[0]);
+        lines[1..].iter_mut().for_each(|line| *line = format!("&\\quad {line}"));
+        return lines;
+    };
+    // Both sides begin at the margin, what continues them is indented.
+    let side = |f: &Formula, sign: &str| {
+        let mut lines = parts(f);
+        lines[0] = format!("&{sign}{}", lines[0]);
+        lines[1..].iter_mut().for_each(|line| *line = format!("&\\qquad {line}"));
+        lines
+    };
+    [side(formula, ""), side(right, "\\quad = ")].concat()
+}
+
+/// The terms of a sum in lines of limited width, each line after the first beginning with its sign.
+fn sum_lines(formulas: &Formulas, target: &dyn Target, model: &Model, formula: &Formula) -> Vec<String> {
+    let Formula::Sum(terms) = formula else { return vec![formulas.write(target, model, formula).text] };
+    let mut lines: Vec<Vec<(bool, Text)>> = vec![Vec::new()];
+    let mut width = 0;
+    for (minus, term) in terms {
+        let text = formulas.write(target, model, term);
+        let own = visible(&text.text) + 3;
+        if width > 0 && width + own > WIDTH * 3 / 4 {
+            lines.push(Vec::new());
+            width = 0;
+        }
+        width += own;
+        if let Some(line) = lines.last_mut() {
+            line.push((*minus, text));
+        }
+    }
+    let written = lines.iter().enumerate().map(|(i, line)| {
+        let text = target.sum(line).text;
+        // A sum writes no sign before a positive first term.
+        if i > 0 && line.first().is_some_and(|(minus, _)| !minus) { format!("+ {text}") } else { text }
+    });
+    written.collect()
+}
+
+/// Roughly how many characters of a LaTeX text are seen.
+fn visible(latex: &str) -> usize {
+    let mut count = 0;
+    let mut command = false;
+    for c in latex.chars() {
+        command = c == '\\' || command && c.is_ascii_alphabetic();
+        count += usize::from(!command && !matches!(c, '{' | '}' | '_' | '^' | ' '));
+    }
+    count
+}
+
+/// A statement in lines of limited width, broken before signs, preferably those outside all parentheses.
+fn wrap(statement: &str) -> String {
+    let mut out = String::new();
+    let mut rest = statement.trim_end();
+    let mut indent = 0;
+    while rest.len() > WIDTH - indent {
+        let Some(at) = break_point(rest, WIDTH - indent) else { break };
+        out.push_str(&format!("{}{}\n", " ".repeat(indent), &rest[..at]));
+        rest = &rest[at + 1..];
+        indent = 4;
+    }
+    out.push_str(&format!("{}{rest}\n", " ".repeat(indent)));
+    out
+}
+
+/// The space to break at: the last one of the least depth within the width, else the first one after it.
+fn break_point(text: &str, width: usize) -> Option<usize> {
+    let mut depth = 0usize;
+    let mut best: Option<(usize, usize)> = None;
+    for (i, c) in text.char_indices() {
+        match c {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth = depth.saturating_sub(1),
+            ' ' if ["+ ", "- ", "= "].iter().any(|s| text[i + 1..].starts_with(s)) => {
+                let within = i <= width;
+                match best {
+                    Some(_) if !within => return best.map(|(at, _)| at),
+                    // Too early a break leaves ragged lines.
+                    Some((at, d)) if depth > d && at > width / 3 => {}
+                    _ => best = Some((i, depth)),
+                }
+            }
+            _ => {}
+        }
+    }
+    best.map(|(at, _)| at)
+}
+
+/// A text that stops growing, and says so.
+struct Limited {
+    text: String,
+    left: usize,
+}
+
+impl Limited {
+    fn new(text: String) -> Self {
+        Self { text, left: 0 }
+    }
+    fn line(&mut self, line: &str) {
+        if self.left > 0 || self.text.len() + line.len() > LONGEST {
+            self.left += 1;
+        } else {
+            self.text.push_str(line);
+        }
+    }
+    fn finish(mut self, note: impl FnOnce(usize) -> String) -> String {
+        if self.left > 0 {
+            let note = note(self.left);
+            self.text.push_str(&note);
+        }
+        self.text
+    }
+}

@@ -1,0 +1,134 @@
+//! The listing: the derived programs as stable text with operation counts, for snapshot tests and for reading what is computed.
+
+use crate::mechanics::{Equations, Model};
+use crate::schedule::{Cost, Program};
+
+use super::plain::Plain;
+use super::program::{Line, Style, lines};
+use super::target::Text;
+
+/// Programs of Jacobians with more operations than this are counted, not printed.
+const PRINTED: usize = 400;
+/// Other programs with more operations than this are counted, not printed.
+const PRINTED_AT_ALL: usize = 4000;
+
+/// The listing of a model's programs.
+#[must_use]
+pub fn listing(model: &Model, equations: &Equations, programs: &[&Program]) -> String {
+    let mut out = format!("listing of {}\n", model.name);
+    header(&mut out, "coordinates", model.coordinates.iter().map(|c| (&c.name, &c.unit)));
+    header(&mut out, "inputs", model.inputs.iter().map(|c| (&c.name, &c.unit)));
+    header(&mut out, "parameters", model.parameters.iter().map(|c| (&c.name, &c.unit)));
+    header(&mut out, "functions", model.functions.iter().map(|c| (&c.name, &c.unit)));
+    for program in programs.iter().filter(|p| !p.results.is_empty()) {
+        section(&mut out, model, equations, program);
+    }
+    out
+}
+
+fn header<'a>(out: &mut String, what: &str, names: impl Iterator<Item = (&'a String, &'a String)>) {
+    let all: Vec<String> =
+        names.map(|(name, unit)| if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }).collect();
+    if !all.is_empty() {
+        out.push_str(&format!("{what}: {}\n", all.join(", ")));
+    }
+}
+
+fn section(out: &mut String, model: &Model, equations: &Equations, program: &Program) {
+    out.push_str(&format!("\n{}: {}", program.name, count(&program.cost)));
+    if program.hoisted_cost.total() > 0 {
+        out.push_str(&format!("; once per model {}", count(&program.hoisted_cost)));
+    }
+    out.push('\n');
+    let jacobian = program.name.ends_with("_jacobian");
+    let size = program.cost.total() + program.hoisted_cost.total();
+    if size > if jacobian { PRINTED } else { PRINTED_AT_ALL } {
+        out.push_str("  (counted only)\n");
+        return;
+    }
+    let taken = |prefix: &str| super::formula::is_taken(model, prefix);
+    let pick = |choices: [&'static str; 3]| choices.into_iter().find(|p| !taken(p)).unwrap_or("_");
+    let prefixes = [pick(["c", "k", "const_"]), pick(["v", "w", "step_"])];
+    let style = Style { inline: 72, inline_angle: 24, prefixes };
+    let (body, results) = lines(&Plain::PROGRAM, model, program, style);
+    let part = |out: &mut String, title: &str, hoisted: bool| {
+        let chosen: Vec<&Line> = body.iter().filter(|l| l.hoisted == hoisted).collect();
+        if hoisted && !chosen.is_empty() {
+            out.push_str(title);
+        }
+        chosen.iter().for_each(|l| out.push_str(&format!("    {}\n", l.text)));
+    };
+    part(out, "  once per model\n", true);
+    if body.iter().any(|l| l.hoisted) {
+        out.push_str("  per call\n");
+    }
+    part(out, "", false);
+    for (label, Text { text, .. }) in labels(model, equations, &program.name).into_iter().zip(results) {
+        // Elements above the diagonal have no label, zeros of matrices are left out.
+        if label.is_empty() || text == "0" && (jacobian || program.name == "mass_matrix") {
+            continue;
+        }
+        out.push_str(&format!("  {label} = {text}\n"));
+    }
+}
+
+/// `36 operations (10 add, 20 multiply, 2 divide, 2 sin/cos)`.
+pub(super) fn count(cost: &Cost) -> String {
+    let total = cost.total();
+    let parts: Vec<String> = [
+        (cost.additions, "add"),
+        (cost.multiplications, "multiply"),
+        (cost.divisions, "divide"),
+        (cost.roots, "sqrt"),
+        (cost.sin_cos, "sin/cos"),
+        (cost.functions, "other"),
+    ]
+    .into_iter()
+    .filter(|(n, _)| *n > 0)
+    .map(|(n, what)| format!("{n} {what}"))
+    .collect();
+    match total {
+        0 => "no operations".to_owned(),
+        1 => format!("1 operation ({})", parts.join(", ")),
+        _ => format!("{total} operations ({})", parts.join(", ")),
+    }
+}
+
+/// What each result of a program is called; empty where it is not printed.
+fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
+    let q: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
+    let each = |wrap: &dyn Fn(&str) -> String| q.iter().map(|n| wrap(n)).collect::<Vec<_>>();
+    let accelerations = each(&|n| format!("{n}''"));
+    let pivots: Vec<String> = equations
+        .pivots
+        .iter()
+        .flat_map(|p| [format!("pivot[{}]", q[p.coordinate]), format!("M[{0}, {0}]", q[p.coordinate])])
+        .collect();
+    let jacobian = |by: &[String]| -> Vec<String> {
+        q.iter().flat_map(|n| by.iter().map(move |x| format!("d {n}'' / d {x}"))).collect()
+    };
+    let own = |names: &mut dyn Iterator<Item = String>| names.collect::<Vec<String>>();
+    match program {
+        "accelerations" => [accelerations, pivots].concat(),
+        "mass_matrix" => {
+            let entry = |i: usize, j: usize| if j <= i { format!("M[{}, {}]", q[i], q[j]) } else { String::new() };
+            (0..q.len()).flat_map(|i| (0..q.len()).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect()
+        }
+        "generalized_force" => each(&|n| format!("Q[{n}]")),
+        "momenta" => each(&|n| format!("p[{n}]")),
+        "energy_function" => vec!["E".to_owned()],
+        "kinetic_energy" => vec!["T".to_owned()],
+        "potential_energy" => vec!["V".to_owned()],
+        "conserved" => own(&mut equations.conserved.iter().map(|c| c.name.clone())),
+        "powers" => own(&mut equations.powers.iter().map(|p| format!("power of {}", p.name))),
+        "outputs" => [own(&mut equations.outputs.iter().map(|o| o.name.clone())), pivots].concat(),
+        "events" => [own(&mut equations.events.iter().map(|e| e.name.clone())), pivots].concat(),
+        "state_jacobian" => {
+            let rates = each(&|n| format!("{n}'"));
+            [accelerations, jacobian(&each(&|n| n.to_owned())), jacobian(&rates), pivots].concat()
+        }
+        "input_jacobian" => [jacobian(&own(&mut model.inputs.iter().map(|i| i.name.clone()))), pivots].concat(),
+        "parameter_jacobian" => [jacobian(&own(&mut model.parameters.iter().map(|p| p.name.clone()))), pivots].concat(),
+        other => (0..).map(|i| format!("{other}[{i}]")).take(equations.accelerations.len()).collect(),
+    }
+}
