@@ -5,7 +5,7 @@ use std::rc::Rc;
 use crate::graph::{NodeId, Symbol};
 use crate::mechanics::{Equations, Model};
 
-use super::expand::Expanded;
+use super::expand::{Expanded, TERMS};
 use super::formula::{Formula, Formulas, Key, product, sum};
 use super::latex::Latex;
 use super::plain::Plain;
@@ -54,7 +54,7 @@ impl Page {
         nodes.extend(&e.generalized_force);
         let motion = nodes.len();
         nodes.extend(e.energies.iter().flat_map(|(t, v)| [t, v]));
-        let mut expanded: Vec<Option<Expanded>> = nodes.iter().map(|id| Expanded::new(&mut model.graph, *id)).collect();
+        let mut expanded = expand(model, &nodes);
         let terms = |all: &[Option<Expanded>]| all.iter().map(|x| x.as_ref().map(Expanded::len)).sum::<Option<usize>>();
         let rows = terms(&expanded[..motion]).is_some_and(|terms| terms <= ROWS);
         if !rows {
@@ -154,6 +154,21 @@ impl Page {
         text.push_str("\\end{align*}\n");
         text
     }
+}
+
+/// Textbook forms where they are short; fewer attempts are made once the whole is not.
+fn expand(model: &mut Model, nodes: &[NodeId]) -> Vec<Option<Expanded>> {
+    let (mut terms, mut limit) = (0, TERMS);
+    let mut all = Vec::new();
+    for id in nodes {
+        let expanded = Expanded::new(&mut model.graph, *id, limit);
+        terms += expanded.as_ref().map_or(ROWS, Expanded::len);
+        if terms > ROWS {
+            limit = 2 * ELEMENT;
+        }
+        all.push(expanded);
+    }
+    all
 }
 
 /// Σⱼ Mᵢⱼ q̈ⱼ = Qᵢ.
@@ -265,6 +280,8 @@ fn break_point(text: &str, width: usize) -> Option<usize> {
             ')' | ']' | '}' => depth = depth.saturating_sub(1),
             ' ' if ["+ ", "- ", "= "].iter().any(|s| text[i + 1..].starts_with(s)) => {
                 let within = i <= width;
+                // An equation reads best with each side in one piece.
+                let depth = if text[i + 1..].starts_with('=') { 0 } else { depth + 1 };
                 match best {
                     Some(_) if !within => return best.map(|(at, _)| at),
                     // Too early a break leaves ragged lines.

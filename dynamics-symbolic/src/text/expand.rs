@@ -13,19 +13,20 @@ use super::formula::{Formula, Formulas, Key, product, sum};
 type Monomial = BTreeMap<NodeId, i32>;
 type Polynomial = BTreeMap<Monomial, Number>;
 
-/// More terms than this are not textbook material.
-const TERMS: usize = 64;
+/// More terms than this, before angles are combined, are not textbook material.
+pub(super) const TERMS: usize = 64;
 
 /// A polynomial in atoms: symbols, functions, denominators.
 #[derive(Clone, Debug)]
 pub(super) struct Expanded(Polynomial);
 
 impl Expanded {
-    /// Expands a node; `None` where that gets long, or where it cannot be verified. May add nodes (sums of angles) to the graph.
-    pub(super) fn new(g: &mut Graph, root: NodeId) -> Option<Self> {
+    /// Expands a node; `None` where an intermediate gets longer than `limit`, or where the result cannot be verified. May add nodes (sums of
+    /// angles) to the graph.
+    pub(super) fn new(g: &mut Graph, root: NodeId, limit: usize) -> Option<Self> {
         let mut known: BTreeMap<NodeId, Polynomial> = BTreeMap::new();
-        for id in arithmetic(g, root)? {
-            let p = polynomial(g, id, &known)?;
+        for id in arithmetic(g, root, limit)? {
+            let p = polynomial(g, id, &known, limit)?;
             known.insert(id, p);
         }
         let mut expanded = Self(known.remove(&root)?);
@@ -82,13 +83,13 @@ impl Expanded {
 }
 
 /// What sums, products and quotients below a node reach, arguments first; `None` where that is too much.
-fn arithmetic(g: &Graph, root: NodeId) -> Option<BTreeSet<NodeId>> {
+fn arithmetic(g: &Graph, root: NodeId, limit: usize) -> Option<BTreeSet<NodeId>> {
     let (mut found, mut stack) = (BTreeSet::new(), vec![root]);
     while let Some(id) = stack.pop() {
         if !found.insert(id) {
             continue;
         }
-        if found.len() > 8 * TERMS {
+        if found.len() > 8 * limit {
             return None;
         }
         let node = g.node(id);
@@ -99,7 +100,7 @@ fn arithmetic(g: &Graph, root: NodeId) -> Option<BTreeSet<NodeId>> {
     Some(found)
 }
 
-fn polynomial(g: &Graph, id: NodeId, known: &BTreeMap<NodeId, Polynomial>) -> Option<Polynomial> {
+fn polynomial(g: &Graph, id: NodeId, known: &BTreeMap<NodeId, Polynomial>, limit: usize) -> Option<Polynomial> {
     let at = |x: NodeId| known.get(&x);
     let minus = Number::integer(-1);
     let single = |atom: NodeId, e: i32| Polynomial::from([(Monomial::from([(atom, e)]), Number::ONE)]);
@@ -108,7 +109,7 @@ fn polynomial(g: &Graph, id: NodeId, known: &BTreeMap<NodeId, Polynomial>) -> Op
         Node::Add(a, b) => add(at(a)?, at(b)?, Number::ONE)?,
         Node::Sub(a, b) => add(at(a)?, at(b)?, minus)?,
         Node::Neg(a) => add(&Polynomial::new(), at(a)?, minus)?,
-        Node::Mul(a, b) => multiply(at(a)?, at(b)?)?,
+        Node::Mul(a, b) => multiply(at(a)?, at(b)?, limit)?,
         Node::Div(a, b) => {
             let below = at(b)?;
             let reciprocal = match below.iter().next() {
@@ -117,11 +118,11 @@ fn polynomial(g: &Graph, id: NodeId, known: &BTreeMap<NodeId, Polynomial>) -> Op
                 }
                 _ => single(b, -1),
             };
-            multiply(at(a)?, &reciprocal)?
+            multiply(at(a)?, &reciprocal, limit)?
         }
         _ => single(id, 1),
     };
-    (p.len() <= TERMS).then_some(p)
+    (p.len() <= limit).then_some(p)
 }
 
 /// a + c·b; `None`, here and below, where a coefficient does not fit.
@@ -133,8 +134,8 @@ fn add(a: &Polynomial, b: &Polynomial, c: Number) -> Option<Polynomial> {
     Some(sum)
 }
 
-fn multiply(a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
-    if a.len() * b.len() > 8 * TERMS {
+fn multiply(a: &Polynomial, b: &Polynomial, limit: usize) -> Option<Polynomial> {
+    if a.len() * b.len() > 4 * limit {
         return None;
     }
     let mut out = Polynomial::new();
@@ -274,7 +275,7 @@ fn partner(
 
 #[cfg(test)]
 mod tests {
-    use super::{Expanded, Graph, Unary};
+    use super::{Expanded, Graph, TERMS, Unary};
     use crate::graph::Symbol;
 
     #[test]
@@ -289,7 +290,7 @@ mod tests {
         for node in [g.add(cc, ss), g.sub(cc, ss), outside, g.add(sc, cs), g.sub(sc, cs), g.sub(cs, sc)] {
             let product = g.mul(node, a);
             let total = g.add(product, one);
-            let expanded = Expanded::new(&mut g, total).expect("short and verified");
+            let expanded = Expanded::new(&mut g, total, TERMS).expect("short and verified");
             assert_eq!(expanded.len(), 2);
         }
     }
@@ -304,9 +305,9 @@ mod tests {
         let (mss, mcc) = (g.mul(ms, s), g.mul(mc, c));
         let x = g.mul(n, mcc);
         let sum = g.add(mss, x);
-        assert_eq!(Expanded::new(&mut g, sum).map(|e| e.len()), Some(2), "different factors stay");
+        assert_eq!(Expanded::new(&mut g, sum, TERMS).map(|e| e.len()), Some(2), "different factors stay");
         let y = g.mul(n, mss);
         let sum = g.add(x, y);
-        assert_eq!(Expanded::new(&mut g, sum).map(|e| e.len()), Some(1));
+        assert_eq!(Expanded::new(&mut g, sum, TERMS).map(|e| e.len()), Some(1));
     }
 }
