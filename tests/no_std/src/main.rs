@@ -2,7 +2,7 @@
 #![no_std]
 #![no_main]
 
-use dynamics_no_std::{Failure, Pendulum, relations, swing};
+use dynamics_no_std::{Failure, agreement, control, pendulum, swing};
 
 // The C library starts the program; nothing else of the system is used.
 #[link(name = "c")]
@@ -20,12 +20,13 @@ extern "C" fn rust_eh_personality() {}
 /// 0 if everything holds.
 #[unsafe(no_mangle)]
 pub extern "C" fn main() -> i32 {
-    let pendulum = Pendulum { m: 2.0, l: 0.5, g: 9.81 };
-    match swing(&pendulum).and_then(|()| relations()) {
+    let model = pendulum();
+    match swing(&model).and_then(|()| control(&model)).and_then(|()| agreement(&model)) {
         Ok(()) => 0,
-        Err(Failure::Step) => 1,
-        Err(Failure::Drift(_)) => 2,
-        Err(Failure::Amplitude(_)) => 3,
-        Err(Failure::Relation(_)) => 4,
+        Err(Failure::Refused) => 1,
+        Err(Failure::Step) => 2,
+        Err(Failure::Energy(_)) => 3,
+        Err(Failure::Difference(_)) => 4,
+        Err(Failure::Singular) => 5,
     }
 }
