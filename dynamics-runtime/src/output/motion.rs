@@ -51,7 +51,9 @@ impl<M: Simulate> Motion<'_, M> {
         };
         let states = self.fine_states();
         let points = states.iter().map(|state| (state.q().as_slice()[index], state.u().as_slice()[index]));
-        let panel = Panel::new(Axis::new(q.title()), Axis::new(u.title())).line("", points);
+        let panel = Panel::new(Axis::new(q.title()), Axis::new(u.title()))
+            .line("", points)
+            .points("start", states.first().map(|state| (state.q().as_slice()[index], state.u().as_slice()[index])));
         Ok(chart(format!("{}: phase portrait of {coordinate}", M::NAME), [panel]))
     }
 
@@ -141,7 +143,7 @@ impl<M: Simulate + Draw> Film for Motion<'_, M> {
     }
 
     fn method(&self) -> String {
-        format!("{}, {} steps", self.method(), self.counts().steps)
+        self.method().to_string()
     }
 
     fn summary(&self) -> String {

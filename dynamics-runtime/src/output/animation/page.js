@@ -303,24 +303,24 @@
         pen.strokeStyle = color(figure.c, film);
         pen.lineWidth = 0.75 * (figure.w ?? 2);
         pen.setLineDash(figure.d ? [6, 5] : []);
+        pen.lineCap = "butt";
         drawTrace(pen, trace, head, figure.s);
       }
       number += numbersOf(figure);
     }
     pen.globalAlpha = 1;
+    pen.lineCap = "round";
     pen.setLineDash([]);
   }
 
-  // A trace of limited length fades in pieces; a whole one is a single quiet stroke.
+  // Traces are drawn in pieces that fade: one of limited length to nothing, a whole one to a quiet ground after some seconds of
+  // playing, so that long motions do not bury the picture.
   function drawTrace(pen, { x, y }, head, seconds) {
-    const end = Math.floor(frame);
-    const reach = seconds == null || !step ? end : Math.max(0, Math.ceil(seconds / step));
-    const begin = Math.max(0, end - reach), pieces = seconds == null ? 1 : 20;
-    for (let piece = 0; piece < pieces; piece++) {
-      const from = begin + Math.floor((end - begin) * piece / pieces);
-      const to = piece === pieces - 1 ? end : begin + Math.floor((end - begin) * (piece + 1) / pieces);
-      if (to <= from && piece < pieces - 1) continue;
-      pen.globalAlpha = seconds == null ? 0.5 : 0.08 + 0.72 * (piece + 1) / pieces;
+    const end = Math.floor(frame), whole = seconds == null, perSecond = step ? data.speed / step : 1;
+    const reach = whole || !step ? end : Math.max(0, Math.ceil(seconds / step));
+    const begin = Math.max(0, end - reach), length = whole ? 15 : Math.max(1, Math.ceil(reach / 24));
+    const stroke = (from, to, opacity) => {
+      pen.globalAlpha = opacity;
       pen.beginPath();
       let down = false;
       for (let k = from; k <= to; k++) {
@@ -330,6 +330,19 @@
       }
       if (to === end && down && !head.some(Number.isNaN)) pen.lineTo(px(head[0]), py(head[1]));
       pen.stroke();
+    };
+    const opacity = (age) => whole ? 0.16 + 0.44 * Math.exp(-age / perSecond / 6) : 0.05 + 0.75 * Math.max(0, 1 - age / (reach + 1));
+    let from = begin;
+    if (whole) {
+      const settled = length * Math.floor((end - 18 * perSecond) / length);
+      if (settled > begin) { stroke(begin, settled, 0.16); from = settled; }
+    }
+    // The pieces keep their places while time goes on: nothing flickers.
+    for (;;) {
+      const to = Math.min(end, length * (Math.floor(from / length) + 1));
+      stroke(from, to, opacity(end - (from + to) / 2));
+      if (to >= end) break;
+      from = to;
     }
   }
 
