@@ -1,13 +1,161 @@
-//! The texts of a model: report, equations, LaTeX, listing.
+//! The texts of a model: what they say by eye (a few in full), and that it is true (all of them read back and evaluated).
 
 mod common;
 
-use common::{chain, double_pendulum};
-use dynamics_symbolic::compile::compile;
+use std::collections::BTreeMap;
+
+use common::reader::{Names, evaluate};
+use common::{Values, arm, chain, double_pendulum, relative_chain, zoo};
+use dynamics_symbolic::compile::{Compiled, compile};
+use dynamics_symbolic::graph::{Bindings, NodeId, Symbol};
+use dynamics_symbolic::mechanics::Model;
+
+fn compiled(model: Model) -> Compiled {
+    compile(model).unwrap_or_else(|found| panic!("{found:?}"))
+}
+
+fn models() -> [Model; 8] {
+    [double_pendulum(), chain(1), chain(3), chain(10), relative_chain(3), relative_chain(6), arm(2), zoo()]
+}
+
+/// Values at some random-looking point.
+fn values(model: &Model) -> Values {
+    let mut state = 0.37;
+    let mut next = || {
+        state = (state * 977.0_f64 + 0.123).fract();
+        state + 0.2
+    };
+    let n = model.coordinates.len();
+    let mut list = |n: usize| (0..n).map(|_| next()).collect::<Vec<f64>>();
+    Values { t: 0.7, q: list(n), u: list(n), a: list(n), w: list(model.inputs.len()), p: list(model.parameters.len()) }
+}
+
+fn names(model: &Model, v: &Values) -> Names {
+    let mut names = Names::from([("t".to_owned(), v.t)]);
+    for (i, c) in model.coordinates.iter().enumerate() {
+        names.insert(c.name.clone(), v.q[i]);
+        names.insert(format!("{}'", c.name), v.u[i]);
+        names.insert(format!("{}''", c.name), v.a[i]);
+    }
+    names.extend(model.inputs.iter().map(|i| i.name.clone()).zip(v.w.iter().copied()));
+    names.extend(model.parameters.iter().map(|p| p.name.clone()).zip(v.p.iter().copied()));
+    names
+}
+
+/// What every label of the listing stands for, by the equations themselves.
+fn labels(c: &Compiled) -> BTreeMap<String, NodeId> {
+    let (e, q) = (&c.equations, c.model.coordinates.iter().map(|c| c.name.clone()).collect::<Vec<_>>());
+    let mut out = BTreeMap::new();
+    for (i, a) in q.iter().enumerate() {
+        out.insert(format!("{a}''"), e.accelerations[i]);
+        out.insert(format!("Q[{a}]"), e.generalized_force[i]);
+        out.insert(format!("p[{a}]"), e.momenta[i]);
+        for (j, b) in q.iter().enumerate() {
+            out.insert(format!("M[{a}, {b}]"), e.mass_matrix[i][j]);
+            out.insert(format!("d {a}'' / d {b}"), e.by_q[i][j]);
+            out.insert(format!("d {a}'' / d {b}'"), e.by_u[i][j]);
+        }
+        for (j, p) in c.model.parameters.iter().enumerate() {
+            out.insert(format!("d {a}'' / d {}", p.name), e.by_parameters[i][j]);
+        }
+        for (j, w) in c.model.inputs.iter().enumerate() {
+            out.insert(format!("d {a}'' / d {}", w.name), e.by_inputs[i][j]);
+        }
+    }
+    out.extend(e.pivots.iter().map(|p| (format!("pivot[{}]", q[p.coordinate]), p.pivot)));
+    out.insert("E".into(), e.energy_function);
+    if let Some((t, v)) = e.energies {
+        out.extend([("T".to_owned(), t), ("V".to_owned(), v)]);
+    }
+    out.extend(e.powers.iter().map(|p| (format!("power of {}", p.name), p.node)));
+    let named = e.conserved.iter().chain(&e.outputs).chain(&e.events);
+    out.extend(named.map(|n| (n.name.clone(), n.node)));
+    out
+}
+
+fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-9 * (1.0 + a.abs() + b.abs())
+}
+
+/// Every line of the listing, read back, has the value that the graph has.
+#[test]
+fn listings_compute_what_they_say() {
+    for model in models() {
+        let c = compiled(model);
+        let v = values(&c.model);
+        let labels = labels(&c);
+        let nodes: Vec<NodeId> = labels.values().copied().collect();
+        let expected = c.model.graph.evaluate(&nodes, &v);
+        let mut known = names(&c.model, &v);
+        let mut checked = 0;
+        for line in c.listing.lines() {
+            let Some((left, right)) = line.trim().split_once(" = ") else {
+                // A new program begins with its own temporaries.
+                if !line.starts_with(' ') {
+                    known = names(&c.model, &v);
+                }
+                continue;
+            };
+            let value = evaluate(right, &known);
+            if line.starts_with("    ") {
+                known.insert(left.to_owned(), value);
+            } else {
+                let node = labels.get(left).unwrap_or_else(|| panic!("what is {left:?}?"));
+                let expected = expected[node.index()];
+                assert!(close(value, expected), "{}: {line}: {value} and {expected}", c.model.name);
+                checked += 1;
+            }
+        }
+        assert!(checked > 5 * c.model.coordinates.len(), "{checked}");
+    }
+}
+
+/// Both sides of every equation, read back, have the value that M, Q, T and V have.
+#[test]
+fn equations_say_what_is_derived() {
+    for model in models() {
+        let c = compiled(model);
+        let v = values(&c.model);
+        let e = &c.equations;
+        let labels = labels(&c);
+        let nodes: Vec<NodeId> = labels.values().copied().collect();
+        let expected = c.model.graph.evaluate(&nodes, &v);
+        let mut known = names(&c.model, &v);
+        let text = c.equations_text.replace("\n    ", " ");
+        let statements: Vec<(&str, &str)> = text.lines().filter_map(|l| l.split_once(" = ")).collect();
+        // Definitions follow their uses.
+        let defined = |left: &str| left.starts_with('w') && left[1..].bytes().all(|b| b.is_ascii_digit());
+        for (left, right) in statements.iter().filter(|(left, _)| defined(left)) {
+            let value = evaluate(right, &known);
+            known.insert((*left).to_owned(), value);
+        }
+        let mut row = 0;
+        for (left, right) in statements.iter().filter(|(left, _)| !defined(left)) {
+            if *left == "M q''" {
+                continue;
+            }
+            let right = evaluate(right, &known);
+            if let Some(node) = labels.get(*left).filter(|_| !left.ends_with('\'')) {
+                assert!(close(right, expected[node.index()]), "{}: {left}", c.model.name);
+                continue;
+            }
+            let force = expected[e.generalized_force[row].index()];
+            let inertia: f64 = (0..v.a.len()).map(|j| expected[e.mass_matrix[row][j].index()] * v.a[j]).sum();
+            let left = evaluate(left, &known);
+            assert!(
+                close(left, inertia) && close(right, force),
+                "{}: row {row}: {left} {inertia} {right} {force}",
+                c.model.name
+            );
+            row += 1;
+        }
+        assert!(row == 0 || row == v.a.len(), "all rows or none");
+        assert!(c.equations_text.contains("M[") != (row > 0));
+    }
+}
 
 #[test]
 fn the_double_pendulum_reads_like_a_textbook() {
-    let compiled = compile(double_pendulum()).expect("a sound model");
     let expected = "\
 DoublePendulum: equations of motion
 
@@ -22,14 +170,56 @@ T = m2 l1 l2 cos(theta1 - theta2) theta1' theta2' + 0.5 (m1 + m2) l1^2 theta1'^2
     + 0.5 m2 l2^2 theta2'^2
 V = -(m1 + m2) l1 g cos(theta1) - m2 l2 g cos(theta2)
 ";
-    assert_eq!(compiled.equations_text, expected);
+    assert_eq!(compiled(double_pendulum()).equations_text, expected);
+}
+
+#[test]
+fn latex_is_balanced() {
+    for model in models() {
+        let latex = compiled(model).latex;
+        let count = |what: &str| latex.matches(what).count();
+        assert_eq!(count("{"), count("}"));
+        assert_eq!(count("\\left(") + count("\\left|"), count("\\right)") + count("\\right|"));
+        assert_eq!((count("\\begin{align*}"), count("\\end{align*}")), (1, 1));
+        for line in latex.lines().filter(|l| l.starts_with("  ")) {
+            assert!(line.contains('&'), "{line}");
+        }
+    }
+}
+
+#[test]
+fn the_report_says_what_matters() {
+    let c = compiled(chain(3));
+    for line in [
+        "degrees of freedom  4: x, theta[0] ... theta[2]",
+        "mass matrix         4 x 4, full, depends on coordinates, 4 of 10 elements constant",
+        "equations           nonlinear, time does not enter",
+        "ignorable           1: x",
+        "conserved           energy",
+        "                    momentum of x",
+    ] {
+        assert!(c.report.lines().any(|l| l == line), "{line}\n{}", c.report);
+    }
+    let zoo = compiled(zoo()).report;
+    for line in ["inputs              1: push", "forces              1: gust", "conserved           nothing"] {
+        assert!(zoo.lines().any(|l| l == line), "{line}\n{zoo}");
+    }
+    assert!(zoo.contains("time enters explicitly, driven by inputs"), "{zoo}");
 }
 
 #[test]
 fn the_same_model_gives_the_same_texts() {
-    let [a, b] = [(), ()].map(|()| compile(chain(4)).expect("a sound model"));
+    let [a, b] = [(), ()].map(|()| compiled(chain(4)));
     assert_eq!(a.report, b.report);
     assert_eq!(a.equations_text, b.equations_text);
     assert_eq!(a.latex, b.latex);
     assert_eq!(a.listing, b.listing);
+}
+
+/// The bindings of the tests know every symbol that a model has.
+#[test]
+fn values_cover_all_symbols() {
+    let c = compiled(zoo());
+    let v = values(&c.model);
+    assert!(v.symbol(Symbol::Input(0)).is_finite() && v.symbol(Symbol::Acceleration(3)).is_finite());
 }

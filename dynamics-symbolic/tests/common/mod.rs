@@ -1,9 +1,15 @@
 //! Models built directly on the graph, as the macro's elaboration would build them.
 #![allow(dead_code, unreachable_pub)]
 
+pub mod reader;
+
 use dynamics_symbolic::calculus::total_derivative;
-use dynamics_symbolic::graph::{Bindings, FunctionId, Graph, NodeId, Number, Origin, Symbol, Unary};
-use dynamics_symbolic::mechanics::{Coordinate, Energy, EnergyRole, Model, Parameter};
+use dynamics_symbolic::graph::{
+    Binary, Bindings, Comparison, FunctionId, Graph, NodeId, Number, Origin, Symbol, Unary,
+};
+use dynamics_symbolic::mechanics::{
+    Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model, Output, Parameter,
+};
 
 /// A model under construction, with short names for the operations.
 #[derive(Default)]
@@ -279,4 +285,69 @@ pub fn transposed_times(b: &mut Builder, m: M3, x: V3) -> V3 {
 }
 pub fn matrix(b: &mut Builder, m: M3, n: M3) -> M3 {
     m.map(|row| [0, 1, 2].map(|k| dot(b, row, [n[0][k], n[1][k], n[2][k]])))
+}
+
+/// A model that uses every operation, force, input and role there is.
+pub fn zoo() -> Model {
+    let mut b = Builder::new("Zoo");
+    let (x, phi) = (b.coordinate("x"), b.coordinate("phi_1"));
+    let r = b.coordinates("r", 2);
+    let [m, k, c] = ["m", "k", "c"].map(|n| b.parameter(n));
+    b.model.inputs.push(Input { name: "push".into(), unit: String::new(), origin: Origin(200) });
+    b.model.functions.push(Function { name: "track".into(), unit: String::new(), origin: Origin(300) });
+    let (push, t) = (b.g().symbol(Symbol::Input(0)), b.g().symbol(Symbol::Time));
+    let height = b.g().smooth(FunctionId(0), 0, x);
+    let kinetic = b.kinetic(m, &[x, height]);
+    let turn = {
+        let (s, co) = (b.sin(phi), b.cos(phi));
+        let place = [b.mul(r[0], s), b.mul(r[0], co), r[1]];
+        b.kinetic(k, &place)
+    };
+    let spin = b.kinetic(c, &[phi]);
+    for (name, node) in [("slide", kinetic), ("turn", turn), ("spin", spin)] {
+        b.energy(name, EnergyRole::Kinetic, node);
+    }
+    let mut functions = b.g().zero();
+    let one = b.g().one();
+    let (square, sum) = (b.mul(r[0], r[0]), b.add(r[1], phi));
+    let positive = b.add(one, square);
+    let bounded = b.g().unary(Unary::Tanh, sum);
+    for f in
+        [Unary::Exp, Unary::Ln, Unary::Sqrt, Unary::Cbrt, Unary::Tan, Unary::Atan, Unary::Sinh, Unary::Cosh, Unary::Abs]
+    {
+        let value = b.g().unary(f, positive);
+        functions = b.add(functions, value);
+    }
+    for f in [Unary::Asin, Unary::Acos] {
+        let value = b.g().unary(f, bounded);
+        functions = b.sub(functions, value);
+    }
+    for f in [Binary::Atan2, Binary::Powf, Binary::Hypot, Binary::Min, Binary::Max] {
+        let value = b.g().binary(f, positive, sum);
+        functions = b.add(functions, value);
+    }
+    let quotient = b.g().div(functions, positive).expect("not zero");
+    let chosen = b.g().select(Comparison::Less, x, phi, quotient, square);
+    let driven = b.mul(push, r[0]);
+    let potential = b.add(chosen, driven);
+    b.energy("mixture", EnergyRole::Potential, potential);
+    let rate = b.dt(x);
+    let rate2 = b.mul(rate, rate);
+    let lost = b.mul(c, rate2);
+    b.energy("friction", EnergyRole::Dissipation, lost);
+    let wave = b.sin(t);
+    let gust = b.mul(k, wave);
+    let along = ForceTerm::Along { expression: sum, magnitude: gust };
+    let at = ForceTerm::At { point: vec![x, r[1]], vector: vec![push, gust] };
+    b.model.forces.push(Force { name: "gust".into(), terms: vec![along, at], origin: Origin(400) });
+    let a = b.dt(rate);
+    b.model.outputs.push(Output {
+        name: "felt".into(),
+        components: vec![(".x".into(), a), (".y".into(), square)],
+        unit: String::new(),
+        origin: Origin(500),
+    });
+    let level = b.sub(x, one);
+    b.model.events.push(Event { name: "level".into(), node: level, origin: Origin(600) });
+    b.model
 }
