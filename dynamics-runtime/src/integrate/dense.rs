@@ -29,7 +29,7 @@ impl<V: Vector, const K: usize> Dense<V> for Nested<V, K> {
 
 /// The quintic that has the given q, q̇ and q̈ at both ends; u is its derivative.
 ///
-/// Local error O(h⁶) in q and O(h⁵) in u for exact ends: it costs no evaluation because second-order systems know q̈ at both ends.
+/// Local error O(h⁶) in q and O(h⁵) in u for exact ends; an end that errs by O(hᵖ⁺¹) leaves O(hᵖ) in u. It costs no evaluation because second-order systems know q̈ at both ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hermite<V> {
     h: f64,

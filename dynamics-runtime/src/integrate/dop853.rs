@@ -10,7 +10,7 @@
 //! * **Source**: Hairer, Nørsett, Wanner, *Solving ODE I*, 2nd ed., §II.5, §II.6, §II.10; code `dop853.f`.
 
 use super::dop853_table::*;
-use super::tableau::{Row, advance, distance, sum, zip};
+use super::tableau::{Row, advance, stiffness, sum, zip};
 use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
@@ -125,7 +125,6 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
     }
 
     fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
-        let states = distance(&end.y, &self.twelfth);
-        (states > 0.0).then(|| h.abs() * distance(&end.derivative(), &self.k[11]) / states)
+        stiffness(h, (&end.y, &end.a), (&self.twelfth, &self.k[11].u))
     }
 }

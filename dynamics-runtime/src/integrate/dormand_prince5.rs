@@ -10,7 +10,7 @@
 //! * **Source**: Dormand, Prince, J. Comp. Appl. Math. 6 (1980) 19; Shampine, Math. Comp. 46 (1986) 135; coefficients as in
 //!   Hairer, Nørsett, Wanner, *Solving ODE I*, table II.5.2 and §II.6.
 
-use super::tableau::{Row, advance, distance, sum, zip};
+use super::tableau::{Row, advance, stiffness, sum, zip};
 use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
 
@@ -125,8 +125,7 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
     }
 
     fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
-        let states = distance(&end.y, &self.sixth);
-        (states > 0.0).then(|| h.abs() * distance(&self.k[6], &self.k[5]) / states)
+        stiffness(h, (&end.y, &end.a), (&self.sixth, &self.k[5].u))
     }
 }
 

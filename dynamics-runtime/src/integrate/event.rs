@@ -57,6 +57,12 @@ impl Scan {
         self.sign
     }
 
+    /// θ of the last sample.
+    #[must_use]
+    pub fn last_theta(&self) -> f64 {
+        self.past[1].0
+    }
+
     /// Takes the next sample; calls `found(θ, direction)` for every crossing up to it. `g` evaluates the function.
     pub fn sample(
         &mut self,
@@ -107,7 +113,8 @@ pub(crate) fn sign(value: f64) -> f64 {
 
 /// The vertex of the parabola through three samples of one sign whose middle one is the smallest.
 fn dip((x0, g0): (f64, f64), (x1, g1): (f64, f64), (x2, g2): (f64, f64)) -> Option<f64> {
-    let of_one_sign = sign(g0) != 0.0 && sign(g0) == sign(g1) && sign(g1) == sign(g2);
+    // A middle sample that is exactly zero is no crossing by itself, and may be the first of two.
+    let of_one_sign = sign(g0) != 0.0 && sign(g0) == sign(g2) && (sign(g1) == sign(g0) || g1 == 0.0);
     if !(of_one_sign && g1.abs() < g0.abs() && g1.abs() < g2.abs()) {
         return None;
     }
@@ -241,6 +248,11 @@ mod tests {
         assert_eq!(found.len(), 2);
         assert!((found[0].0 - 0.55).abs() < 1e-12 && found[0].1 == Direction::Falling);
         assert!((found[1].0 - 0.56).abs() < 1e-12 && found[1].1 == Direction::Rising);
+        for (first, second) in [(0.5, 0.51), (0.49, 0.5)] {
+            let found = crossings(|x| (x - first) * (x - second), 4, 1.0);
+            assert_eq!(found.len(), 2, "one of them on a sample: {found:?}");
+            assert!((found[0].0 - first).abs() < 1e-12 && (found[1].0 - second).abs() < 1e-12);
+        }
     }
 
     #[test]

@@ -141,8 +141,7 @@ pub trait Scheme<V: Vector> {
     fn stages(&self) -> &[Phase<V>];
     /// The vector whose norm `attempt` returned, unscaled, to name the coordinate that forces small steps.
     fn error_vector(&self) -> Phase<V>;
-    /// Hairer's estimate |h λ| of the dominant eigenvalue, from two stages at the end of the step; `None` where the
-    /// method has none.
+    /// Estimate |h λ| of the dominant eigenvalue from two stages at the end of the step; `None` where they coincide.
     fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64>;
 }
 

@@ -8,7 +8,7 @@
 //! * **Cost**: 4 evaluations of q̈ per step.
 //! * **Source**: Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Nørsett, Wanner, *Solving ODE I*, §II.1.
 
-use super::tableau::{Row, advance, distance};
+use super::tableau::{Row, advance, stiffness};
 use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
 
@@ -84,8 +84,6 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
     }
 
     fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
-        // k₄ and q̈ at the end belong to the same time and nearly the same state.
-        let states = distance(&end.y, &self.last);
-        (states > 0.0).then(|| h.abs() * distance(&end.derivative(), &self.k[3]) / states)
+        stiffness(h, (&end.y, &end.a), (&self.last, &self.k[3].u))
     }
 }

@@ -184,6 +184,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         end_t: f64,
     ) -> Result<Step<V>, StepError<Y::Error>> {
         self.now = step.start;
+        self.origin = (end_t, 0);
         let h = end_t - step.start.t;
         match self.try_step(system, end_t, h) {
             Ok((end, _)) => {
@@ -192,6 +193,13 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             }
             Err(failure) => Err(self.give_up(failure, h)),
         }
+    }
+
+    /// Takes the step just made back.
+    pub fn undo(&mut self, step: &Step<V>) {
+        self.now = step.start;
+        self.origin = (step.start.t, 0);
+        self.accepted -= 1;
     }
 
     /// Goes on from another state, after a discontinuity. The step size is kept, the controller's memory is not.

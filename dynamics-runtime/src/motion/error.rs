@@ -65,7 +65,7 @@ pub enum SimulationErrorKind {
         /// The time that they approach.
         at: f64,
     },
-    /// The reset of an event does not turn the motion away: the event happens again at once.
+    /// The reset of an event left the motion at rest there, and it goes on in the same direction: the event happens again at once.
     EventRepeats {
         /// The event.
         event: String,
@@ -209,8 +209,8 @@ impl fmt::Display for SimulationErrorKind {
             ),
             Self::EventRepeats { event } => write!(
                 f,
-                "the reset at event `{event}` does not turn the motion away: it happens again at once; check the \
-                 reset's sign and the direction it is called for"
+                "the reset at event `{event}` leaves the motion at rest where it happens again at once; end the simulation \
+                 there with `Flow::Stop`, or give the reset a speed that leads away"
             ),
             Self::BadReset { event, name: "t" } => {
                 write!(f, "the reset at event `{event}` moved time; change coordinates, velocities or inputs only")

@@ -7,6 +7,7 @@
 //! stages that made the step, and so has the method's own dense order; a run pays for it only where events are watched.
 
 mod error;
+mod leave;
 mod plant;
 mod progress;
 mod query;

@@ -132,7 +132,11 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let Plan { plant, watch, .. } = &mut *self.plan;
         let dense = self.stepper.dense(plant, &step).map_err(|e| at(evaluation::<M>(e)))?;
         let state = |theta: f64| state_within::<M, _>(&dense, &step, theta, |t, q, u| plant.state(t, q, u));
-        watch.scan(&step, S::SCAN, state).map_err(at)?;
+        if let Err(kind) = watch.scan(&step, S::SCAN, state) {
+            // What the scan objects to lies within this step: the motion ends before it.
+            self.stepper.undo(&step);
+            return Err(at(kind));
+        }
         let passive = watch.first_acting().unwrap_or(watch.found.len());
         for crossing in &watch.found[..passive] {
             sink.event(passed(watch.name(crossing.index), crossing, state(crossing.theta)));

@@ -4,8 +4,9 @@
 //!
 //! * A function that is exactly zero at the start has not crossed. Only a reset that is called for rising or for falling alone
 //!   is applied there, when the motion leaves zero in that direction (a ball that starts on the floor moving down bounces).
-//! * After a reset that changed q or u, the function that fired starts again from where it leaves zero: coming back is a new
-//!   crossing, however soon. If it goes on in the direction that fired, the reset did not turn the motion away: an error.
+//! * After a reset that changed q or u, the function that fired starts again from where it leaves zero: turned away, coming back is a
+//!   new crossing, however soon; going on with a slope, it has passed (a kick); at rest and going on from there (a ball laid down
+//!   on the floor), the event would happen again at once: an error, because a motion that is held needs a constraint.
 //! * Events that follow each other in ever shorter time are an error that names the time they approach.
 
 use alloc::boxed::Box;
@@ -14,6 +15,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::error::SimulationErrorKind;
+use super::leave::{Leave, leave};
 use crate::integrate::{Crossing, Dense, Direction, Scan, Step};
 use crate::model::{Events, ModelState};
 
@@ -50,19 +52,6 @@ pub(crate) struct Rule<'m, S> {
     pub(crate) direction: Direction,
     pub(crate) action: Action<'m, S>,
 }
-
-/// Shares of a step at which a function that starts at zero is looked at: 2⁻⁴⁰ … 2⁻³.
-const DEPARTURES: [f64; 9] = [
-    1.0 / 1_099_511_627_776.0,
-    1.0 / 17_179_869_184.0,
-    1.0 / 268_435_456.0,
-    1.0 / 4_194_304.0,
-    1.0 / 65_536.0,
-    1.0 / 4_096.0,
-    1.0 / 256.0,
-    1.0 / 32.0,
-    1.0 / 8.0,
-];
 
 /// What is known of a function where a step starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,6 +159,9 @@ impl<'m, M: Events> Watch<'m, M> {
                 Ok(()) => scratch[index],
                 Err(_) => f64::NAN,
             };
+            if theta <= scan.last_theta() {
+                continue;
+            }
             scan.sample(theta, values[index], resolution, &mut function, |theta, direction| {
                 found.push(Crossing { index, theta, direction });
             });
@@ -182,22 +174,19 @@ impl<'m, M: Events> Watch<'m, M> {
         if let Standing::Sign(sign) = self.standing[index] {
             return Ok(Scan::new(0.0, value, sign));
         }
-        // The function leaves zero somewhere near the start: look closer and closer to the end of the step until it is seen.
-        for theta in DEPARTURES {
+        let left = leave(value, |theta| {
             self.evaluate(&state(theta))?;
-            let now = self.values[index];
-            if (now - value).abs() > 1e-13 * self.sizes[index] && now * (now - value) > 0.0 {
-                return self.depart(index, theta, now);
-            }
-        }
-        Ok(Scan::new(0.0, value, 0.0))
-    }
-
-    fn depart(&mut self, index: usize, theta: f64, now: f64) -> Result<Scan, Fault> {
+            Ok::<f64, Fault>(self.values[index])
+        })?;
+        let (Leave::Slope { theta, value: now } | Leave::Tangent { theta, value: now }) = left else {
+            let turned_back = matches!((left, self.standing[index]), (Leave::Hidden { .. }, Standing::JustFired(_)));
+            return if turned_back { Err(self.repeats(index)) } else { Ok(Scan::new(0.0, value, 0.0)) };
+        };
         let direction = if now > 0.0 { Direction::Rising } else { Direction::Falling };
         match self.standing[index] {
-            Standing::JustFired(fired) if fired == direction => {
-                return Err(Fault::EventRepeats { event: self.name(index).into() });
+            // With a slope it passes on, as a reset that only slows it may want. Without one it was brought to rest at the event.
+            Standing::JustFired(fired) if fired == direction && matches!(left, Leave::Tangent { .. }) => {
+                return Err(self.repeats(index));
             }
             Standing::ZeroAtStart if self.resets_on(index, direction) => {
                 self.found.push(Crossing { index, theta: 0.0, direction });
@@ -205,6 +194,10 @@ impl<'m, M: Events> Watch<'m, M> {
             _ => {}
         }
         Ok(Scan::new(theta, now, now.signum()))
+    }
+
+    fn repeats(&self, index: usize) -> Fault {
+        Fault::EventRepeats { event: self.name(index).into() }
     }
 
     /// Whether a reset is declared for just this direction of the function.
@@ -264,6 +257,10 @@ impl<'m, M: Events> Watch<'m, M> {
                     let name = self.name(index).into();
                     self.zeno[index].note(before.t(), h, name)?;
                     Standing::JustFired(c.direction)
+                }
+                // A reset that leaves the ball where it starts, on the floor and at rest, does nothing against what pulls it down.
+                Some(_) if before == after && self.standing[index] == Standing::ZeroAtStart => {
+                    return Err(self.repeats(index));
                 }
                 Some(c) if !moved => Standing::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 }),
                 _ if value == 0.0 => Standing::Zero,

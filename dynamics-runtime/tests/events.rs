@@ -1,0 +1,258 @@
+//! Events: where they are found, what they do, and where they are refused.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use common::*;
+use dynamics_runtime::model::ModelState;
+use dynamics_runtime::motion::{Direction, Flow, Method, OptionError, Simulate, SimulationErrorKind};
+
+const G: f64 = 9.81;
+
+/// Impact times of a ball dropped from height 1 with restitution e: t₀ = √(2/g), then flights of 2 v₀ eᵏ/g.
+fn impacts(restitution: f64, count: usize) -> Vec<f64> {
+    let first = (2.0 / G).sqrt();
+    let mut times = vec![first];
+    for k in 1..count {
+        times.push(times[k - 1] + 2.0 * first * restitution.powi(k as i32));
+    }
+    times
+}
+
+#[test]
+fn a_bouncing_ball_meets_the_closed_form() {
+    let ball = Ball { g: G };
+    for method in [Method::Rk4, Method::DormandPrince5, Method::Dop853] {
+        let simulation = ball.simulate(at_rest_or_not([1.0], [0.0])).until(2.5).method(method);
+        let simulation = if method == Method::Rk4 { simulation.fixed_step(0.05) } else { simulation };
+        let motion = simulation.on_event("impact", Direction::Falling, |s| s.u[0] *= -0.8).run().unwrap();
+        let found: Vec<_> = motion.events().iter().filter(|e| e.name == "impact").collect();
+        let expected: Vec<f64> = impacts(0.8, 20).into_iter().take_while(|t| *t < 2.5).collect();
+        assert_eq!(found.len(), expected.len(), "{method}");
+        for (event, time) in found.iter().zip(&expected) {
+            assert!((event.time() - time).abs() < 1e-13, "{method}: impact at {} for {time}", event.time());
+            assert!(event.before.q[0].abs() < 1e-14 && event.before.u[0] < 0.0);
+            assert_eq!(event.after.u[0], -0.8 * event.before.u[0]);
+            assert!(!event.stopped && event.direction == Direction::Falling);
+        }
+        // The ball is nowhere below the floor, and `at` gives the state after a reset.
+        let lowest = motion.sample((0..=2500).map(|k| 1e-3 * f64::from(k))).map(|s| s.q[0]).fold(f64::MAX, f64::min);
+        assert!(lowest > -1e-12, "{method}: the ball sinks to {lowest}");
+        assert_eq!(motion.at(found[0].time()).u, found[0].after.u);
+        let account = motion.work();
+        let lost: f64 = account.resets.iter().map(|row| row.work).sum();
+        assert!((lost - (account.energy_end - account.energy_start)).abs() < 1e-12 && lost < -5.0, "{account}");
+        assert_eq!(account.resets[0].name, "impact");
+        assert!(motion.summary().energy_drift < 1e-13, "resets do not count as drift");
+        // Apexes, one after every impact, are listed without having been asked for.
+        let apexes = motion.events().iter().filter(|e| e.name == "apex").count();
+        assert!(apexes >= expected.len() - 1, "{apexes}");
+    }
+}
+
+#[test]
+fn impacts_that_accumulate_are_an_error_that_names_the_limit() {
+    let ball = Ball { g: G };
+    let end = 10.0;
+    let error = ball
+        .simulate(at_rest_or_not([1.0], [0.0]))
+        .until(end)
+        .on_event("impact", Direction::Falling, |s| s.u[0] *= -0.5)
+        .run()
+        .unwrap_err();
+    // t₀ + 2 t₀ (e + e² + …) = t₀ (1 + e)/(1 − e)
+    let limit = (2.0 / G).sqrt() * 3.0;
+    match &error.kind {
+        SimulationErrorKind::EventsAccumulate { event, at } => {
+            assert_eq!(event, "impact");
+            assert!((at - limit).abs() < 1e-9, "{at} for {limit}");
+        }
+        other => panic!("{other:?}"),
+    }
+    let motion = error.motion(&ball).unwrap();
+    assert!(motion.events().len() > 10 && motion.end_time() < limit + 1e-9);
+    assert!(error.to_string().contains("accumulates at about t = 1.35"), "{error}");
+    // The remedy that the message names.
+    let stopped = ball
+        .simulate(at_rest_or_not([1.0], [0.0]))
+        .until(end)
+        .on_event("impact", Direction::Falling, |s| {
+            s.u[0] *= -0.5;
+            if s.u[0] < 1e-3 { Flow::Stop } else { Flow::Continue }
+        })
+        .run()
+        .unwrap();
+    assert!(stopped.end_time() < limit && stopped.events().last().unwrap().stopped);
+    assert_eq!(stopped.summary().stopped_by.as_deref(), Some("impact"));
+}
+
+#[test]
+fn a_reset_that_lays_the_ball_on_the_floor_is_an_error_and_one_that_slows_it_lets_it_pass() {
+    let ball = Ball { g: G };
+    let run = |height: f64, factor: f64| {
+        ball.simulate(at_rest_or_not([height], [0.0]))
+            .until(2.0)
+            .on_event("impact", Direction::Falling, move |s| s.u[0] *= factor)
+            .run()
+    };
+    let fall = (2.0 / G).sqrt();
+    let error = run(1.0, 0.0).unwrap_err();
+    assert_eq!(error.kind, SimulationErrorKind::EventRepeats { event: "impact".into() });
+    assert!((error.time - fall).abs() < 1e-12, "the motion ends at the impact");
+    assert!(
+        matches!(run(0.0, -0.8).unwrap_err().kind, SimulationErrorKind::EventRepeats { .. }),
+        "at rest on the floor"
+    );
+    // A ball that falls into water.
+    let through = run(1.0, 0.5).unwrap();
+    assert_eq!(through.events().iter().filter(|e| e.name == "impact").count(), 1);
+    let rest = 2.0 - fall;
+    assert!((through.end().q[0] + 0.5 * G * fall * rest + 0.5 * G * rest * rest).abs() < 1e-10);
+}
+
+#[test]
+fn a_ball_that_starts_on_the_floor_moving_down_bounces_at_once() {
+    let ball = Ball { g: G };
+    let bounce = |speed: f64| {
+        ball.simulate(at_rest_or_not([0.0], [speed]))
+            .until(0.1)
+            .on_event("impact", Direction::Falling, |s| s.u[0] = -s.u[0])
+            .run()
+            .unwrap()
+    };
+    let down = bounce(-2.0);
+    assert_eq!((down.events().len(), down.events()[0].time()), (1, 0.0));
+    assert!((down.end().q[0] - (0.2 - 0.5 * G * 0.01)).abs() < 1e-12);
+    let up = bounce(2.0);
+    assert!(up.events().is_empty(), "leaving the floor is no impact: {:?}", up.events());
+}
+
+#[test]
+fn a_function_that_is_zero_at_the_start_has_not_crossed() {
+    let oscillator = Oscillator { omega: 1.0 };
+    let motion = oscillator
+        .simulate(at_rest_or_not([0.0], [1.0]))
+        .until(100.0)
+        .stop_at("centre", Direction::Rising)
+        .run()
+        .unwrap();
+    assert!((motion.end_time() - 2.0 * PI).abs() < 1e-9, "stops after one period, not at once: {}", motion.end_time());
+    assert_eq!(motion.events().len(), 2, "falling at π, rising at 2π");
+}
+
+#[test]
+fn directions_hold_along_the_motion_backwards_too() {
+    let oscillator = Oscillator { omega: 1.0 };
+    for (end, sign) in [(10.0, 1.0), (-10.0, -1.0)] {
+        let motion = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(end).tolerance(1e-12).run().unwrap();
+        let found: Vec<(f64, Direction)> = motion.events().iter().map(|e| (e.time(), e.direction)).collect();
+        let expected = [(0.5, Direction::Falling), (1.5, Direction::Rising), (2.5, Direction::Falling)];
+        assert_eq!(found.len(), 3);
+        for ((time, direction), (halves, expected)) in found.into_iter().zip(expected) {
+            assert!((time - sign * halves * PI).abs() < 1e-11 && direction == expected);
+        }
+    }
+}
+
+#[test]
+fn several_events_in_one_step_come_in_order() {
+    let oscillator = Oscillator { omega: 1.0 };
+    // One step of RK4 holds all of these.
+    let motion = oscillator
+        .simulate(at_rest_or_not([1.0], [0.0]))
+        .until(3.0)
+        .fixed_step(3.0)
+        .event("late", |s| s.t() - 2.7)
+        .event("early", |s| s.t() - 0.1)
+        .event("pair", |s| (s.t() - 1.50) * (s.t() - 1.51))
+        .run()
+        .unwrap();
+    let listed: Vec<&str> = motion.events().iter().map(|e| e.name.as_str()).filter(|n| *n != "centre").collect();
+    assert_eq!(listed, ["early", "pair", "pair", "late"]);
+    let times: Vec<f64> = motion.events().iter().map(|e| e.time()).collect();
+    assert!(times.is_sorted(), "{times:?}");
+    for (event, time) in motion.events().iter().filter(|e| e.name != "centre").zip([0.1, 1.50, 1.51, 2.7]) {
+        assert!((event.time() - time).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn events_at_the_same_instant_all_act() {
+    let oscillator = Oscillator { omega: 1.0 };
+    let motion = oscillator
+        .simulate(at_rest_or_not([1.0], [0.0]))
+        .until(3.0)
+        .event("a", |s| s.t() - 1.0)
+        .event("b", |s| 1.0 - s.t())
+        .on_event("a", Direction::Any, |s| s.u_mut()[0] += 1.0)
+        .on_event("b", Direction::Any, |s| s.u_mut()[0] += 2.0)
+        .run()
+        .unwrap();
+    let jump: Vec<f64> =
+        motion.events().iter().filter(|e| e.name != "centre").map(|e| e.after.u[0] - e.before.u[0]).collect();
+    assert_eq!(jump.len(), 2);
+    assert!((jump[0] - 1.0).abs() < 1e-12 && (jump[1] - 2.0).abs() < 1e-12);
+}
+
+/// A thermostat: the input is switched, the state is not moved, and the function goes on through its zero.
+#[test]
+fn inputs_set_by_a_reset_are_held() {
+    let model = Driven { m: 1.0, k: 0.0, c: 0.0 };
+    let start = PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [1.0].into() };
+    let motion = model
+        .simulate(start)
+        .until(4.0)
+        .tolerance(1e-12)
+        .event("half way", |s| s.q[0] - 0.5)
+        .event("turned", |s| s.u[0])
+        .on_event("half way", Direction::Rising, |s| s.inputs[0] = -1.0)
+        .stop_at("turned", Direction::Falling)
+        .run()
+        .unwrap();
+    // Accelerated by 1 for 1 s, then slowed by 1 for 1 s.
+    assert!((motion.end_time() - 2.0).abs() < 1e-10, "{}", motion.end_time());
+    assert!((motion.end().q[0] - 1.0).abs() < 1e-10);
+    assert_eq!(motion.at(0.5).inputs[0], 1.0);
+    assert_eq!(motion.at(1.5).inputs[0], -1.0);
+    assert!(motion.summary().energy_drift < 1e-11);
+}
+
+#[test]
+fn the_state_at_an_event_has_the_accuracy_of_the_step() {
+    let end = Kepler
+        .simulate(at_rest_or_not([0.5, 0.0], [0.0, 3f64.sqrt()]))
+        .until(100.0)
+        .tolerance(1e-13)
+        .stop_at("apsis", Direction::Falling)
+        .run()
+        .unwrap();
+    // e = ½, a = 1: the aphelion is at (−1.5, 0) after π.
+    let [late, off] = [end.end_time() - PI, (end.end().q[0] + 1.5).abs().max(end.end().q[1].abs())];
+    assert!(late.abs() < 3e-12 && off < 3e-12, "{late:e}, {off:e}");
+    assert!(end.end().q.dot(&end.end().u).abs() < 1e-15, "the event function is zero at the state itself");
+}
+
+#[test]
+fn bad_events_are_errors() {
+    let ball = Ball { g: G };
+    let open = || ball.simulate(at_rest_or_not([1.0], [0.0])).until(1.0);
+    let kind = |s: dynamics_runtime::motion::Simulation<'_, Ball>| s.run().unwrap_err().kind;
+    assert_eq!(
+        kind(open().stop_at("impcat", Direction::Any)),
+        OptionError::UnknownEvent { name: "impcat".into(), suggestion: Some("impact".into()) }.into()
+    );
+    assert_eq!(kind(open().event("apex", |s| s.q[0])), OptionError::DuplicateEvent { name: "apex".into() }.into());
+    assert_eq!(
+        kind(open().event("log", |s| (s.q[0] - 0.5).ln())),
+        SimulationErrorKind::EventNotANumber { event: "log".into() }
+    );
+    assert_eq!(
+        kind(open().on_event("impact", Direction::Any, |s| s.u[0] = f64::NAN)),
+        SimulationErrorKind::BadReset { event: "impact".into(), name: "y" }
+    );
+    assert_eq!(
+        kind(open().on_event("impact", Direction::Any, |s| s.t += 1.0)),
+        SimulationErrorKind::BadReset { event: "impact".into(), name: "t" }
+    );
+}

@@ -1,0 +1,235 @@
+//! Order of convergence of every method and of its dense output, step control, and steps without allocation.
+
+mod common;
+
+use std::convert::Infallible;
+
+use common::*;
+use dynamics_runtime::integrate::{
+    Dense, Dop853, DormandPrince5, Phase, Rk4, Scheme, StepError, StepOptions, Stepper, Tolerances,
+};
+use dynamics_runtime::motion::{Method, Simulate};
+use nalgebra::SVector;
+
+type V = SVector<f64, 1>;
+
+/// q = exp(sin t) solves q̈ = q̇²/q − q sin t: nonlinear, and it depends on t, q and q̇.
+fn problem(t: f64, q: &V, u: &V) -> Result<V, Infallible> {
+    Ok(V::new(u[0] * u[0] / q[0] - q[0] * t.sin()))
+}
+
+fn exact(t: f64) -> Phase<V> {
+    let q = t.sin().exp();
+    Phase { q: V::new(q), u: V::new(t.cos() * q) }
+}
+
+fn distance(x: &Phase<V>, y: &Phase<V>) -> f64 {
+    (x.q - y.q).norm().max((x.u - y.u).norm())
+}
+
+fn fixed(h: f64) -> StepOptions {
+    StepOptions { tolerances: Tolerances::both(1.0), fixed: Some(h), first: None, most: f64::INFINITY }
+}
+
+/// Largest error at the ends of n equal steps from t = 0.3 to 3.3.
+fn global_error<S: Scheme<V>>(n: u32) -> f64 {
+    let (start, end) = (0.3, 3.3);
+    let options = fixed(3.0 / f64::from(n));
+    let mut system = problem;
+    let mut stepper = Stepper::<V, S>::new(&mut system, start, exact(start), end, options).unwrap();
+    let mut worst = 0.0f64;
+    while stepper.now().t < end {
+        stepper.step(&mut system, end).unwrap();
+        worst = worst.max(distance(&stepper.now().y, &exact(stepper.now().t)));
+    }
+    assert_eq!(stepper.accepted(), u64::from(n), "the last step is a whole one");
+    worst
+}
+
+/// Largest error within one step from exact values: (of q, of u).
+fn dense_error<S: Scheme<V>>(h: f64) -> (f64, f64) {
+    let start = 0.3;
+    let mut system = problem;
+    let mut stepper = Stepper::<V, S>::new(&mut system, start, exact(start), 9.0, fixed(h)).unwrap();
+    let step = stepper.step(&mut system, 9.0).unwrap();
+    let dense = stepper.dense(&mut system, &step).unwrap();
+    assert_eq!(dense.at(0.0), step.start.y);
+    assert!(distance(&dense.at(1.0), &step.end.y) < 1e-15 * 10.0);
+    (1..20).map(|k| f64::from(k) / 20.0).fold((0.0, 0.0), |(worst_q, worst_u), theta| {
+        let (found, true_) = (dense.at(theta), exact(start + theta * h));
+        (worst_q.max((found.q - true_.q).norm()), worst_u.max((found.u - true_.u).norm()))
+    })
+}
+
+/// Observed order between two errors at steps in ratio 2.
+fn order(coarse: f64, fine: f64) -> f64 {
+    (coarse / fine).log2()
+}
+
+fn check<S: Scheme<V>>(steps: u32, local_q: f64, local_u: f64, h: f64) {
+    let global = order(global_error::<S>(steps), global_error::<S>(2 * steps));
+    let (coarse, fine) = (dense_error::<S>(h), dense_error::<S>(0.5 * h));
+    let (of_q, of_u) = (order(coarse.0, fine.0), order(coarse.1, fine.1));
+    println!("{:22} step {global:.2}, dense output, local: q {of_q:.2}, u {of_u:.2}", S::METHOD.to_string());
+    // A lower order is a fault. A higher one is seen where the coefficients were chosen to make the leading error term small, as in
+    // Dormand–Prince 5(4): its fifth order shows only below errors of 1e-12.
+    let excess = global - f64::from(S::ORDER);
+    assert!(excess > -0.35 && excess < 0.95, "{}: order {global}", S::METHOD);
+    assert!(of_q > local_q - 0.3, "{}: dense output of q has local order {of_q}", S::METHOD);
+    assert!(of_u > local_u - 0.3, "{}: dense output of u has local order {of_u}", S::METHOD);
+}
+
+/// A method of order p has the local error O(hᵖ⁺¹) within the step too, where its dense output has order p.
+#[test]
+fn orders_of_convergence() {
+    // The quintic's slope divides the error of the end by h; the error that has accumulated is O(h⁴) as well.
+    check::<Rk4<V>>(40, 5.0, 4.0, 0.1);
+    check::<DormandPrince5<V>>(80, 5.0, 5.0, 0.1);
+    check::<Dop853<V>>(12, 8.0, 8.0, 0.4);
+}
+
+/// The error at the end follows the tolerance, on a problem with slow and fast parts.
+#[test]
+fn the_error_follows_the_tolerance() {
+    let start = at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()]);
+    let end_at = |method, tolerance| {
+        let motion = Kepler.simulate(start).until(6.0).method(method).tolerance(tolerance).run().unwrap();
+        motion.end()
+    };
+    let reference = end_at(Method::Dop853, 3e-15);
+    for method in [Method::DormandPrince5, Method::Dop853] {
+        for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
+            let error = (end_at(method, tolerance).q - reference.q).norm();
+            println!("{method} {tolerance:e}: {error:.1e}");
+            assert!(error < 500.0 * tolerance, "{method} errs by {error:e} at tolerance {tolerance:e}");
+            assert!(error > 1e-3 * tolerance, "{method} works too hard at tolerance {tolerance:e}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn backwards_in_time_returns_to_the_start() {
+    let start = at_rest_or_not([2.0, -0.5], [0.3, 1.0]);
+    for (method, tolerance) in [(Method::Dop853, 1e-13), (Method::DormandPrince5, 1e-11)] {
+        let there = DoublePendulum::UNIT.simulate(start).until(3.0).tolerance(tolerance).method(method).run().unwrap();
+        let back =
+            DoublePendulum::UNIT.simulate(there.end()).until(0.0).tolerance(tolerance).method(method).run().unwrap();
+        let error = (back.end().q - start.q).norm() + (back.end().u - start.u).norm();
+        println!("{method}: {error:.1e}");
+        assert!(error < 1e3 * tolerance);
+        assert_eq!((back.start_time(), back.end_time()), (3.0, 0.0));
+        let (a, b) = (there.at(1.3), back.at(1.3));
+        assert!((a.q - b.q).norm() < 1e3 * tolerance, "dense output both ways");
+    }
+}
+
+/// Chosen first steps are small enough to be accepted and not absurdly so.
+#[test]
+fn first_steps_suit_the_problem() {
+    for scale in [1e-3, 1.0, 1e3] {
+        let model = Oscillator { omega: 1.0 / scale };
+        let motion = model.simulate(at_rest_or_not([1.0], [0.0])).until(scale).tolerance(1e-10).run().unwrap();
+        let mut times = motion.steps().map(|s| s.t);
+        let first = (times.next().unwrap() - times.next().unwrap()).abs();
+        assert!(first < scale && first > 1e-4 * scale, "first step {first} for the time scale {scale}");
+        assert!(motion.counts().rejected <= 1, "{:?}", motion.counts());
+    }
+}
+
+/// An infinite acceleration that only long steps meet shortens the step and does no harm.
+#[test]
+fn a_trial_step_into_a_forbidden_region_is_repeated() {
+    // q̈ is not a number beyond q = 1, which the motion q = sin t approaches and does not pass.
+    let model = Closure(|_, q, _| if q > 1.0 + 1e-6 { f64::NAN } else { -q });
+    let motion = model.simulate(at_rest_or_not([0.0], [1.0])).until(4.0).first_step(3.0).run().unwrap();
+    assert!((motion.end().q[0] - 4f64.sin()).abs() < 1e-7);
+    assert!(motion.counts().rejected > 0);
+}
+
+#[test]
+fn stiffness_is_noticed_and_smooth_problems_are_not_called_stiff() {
+    let oscillator = Oscillator { omega: 1e4 };
+    let stiff = Closure(|t, _, u| -1e3 * (u + t.sin()));
+    for method in [Method::DormandPrince5, Method::Dop853] {
+        let motion =
+            stiff.simulate(at_rest_or_not([1.0], [0.0])).until(2.0).tolerance(1e-5).method(method).run().unwrap();
+        let summary = motion.summary();
+        let stiff_at = summary.stiff_at.unwrap_or_else(|| panic!("{method} sees no stiffness in\n{summary}"));
+        assert!(stiff_at < 0.5 && summary.to_string().contains("stiff from t = "));
+        let fast = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(0.5).method(method);
+        assert_eq!(fast.run().unwrap().counts().stiff_at, None, "{method} takes a fast oscillator for stiff");
+        let easy = Kepler.simulate(at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()])).until(50.0).method(method);
+        assert_eq!(easy.run().unwrap().counts().stiff_at, None, "{method}");
+    }
+}
+
+/// The stepper in a program of its own: the last step ends exactly at the limit, and errors leave it at the last good state.
+#[test]
+fn the_stepper_meets_its_limit_and_stands_where_it_failed() {
+    let mut blow_up = |_: f64, q: &V, _: &V| Ok::<V, Infallible>(V::new(2.0 * q[0].powi(3)));
+    // q = 1/(1 − t) blows up at t = 1.
+    let start = Phase { q: V::new(1.0), u: V::new(1.0) };
+    let options = StepOptions { tolerances: Tolerances::both(1e-10), fixed: None, first: None, most: f64::INFINITY };
+    let mut stepper = Stepper::<V, Dop853<V>>::new(&mut blow_up, 0.0, start, 2.0, options).unwrap();
+    let failure = loop {
+        if let Err(error) = stepper.step(&mut blow_up, 2.0) {
+            break error;
+        }
+    };
+    assert!(matches!(failure, StepError::StepTooSmall { .. } | StepError::NotFinite { .. }), "{failure:?}");
+    let now = stepper.now();
+    assert!((now.t - 1.0).abs() < 1e-5 && now.y.q[0] > 1e4, "{now:?}");
+}
+
+/// No step allocates: the whole run of a stepper, and a run without a record, however long, allocate a fixed number of times.
+#[test]
+fn steps_do_not_allocate() {
+    fn run<S: Scheme<SVector<f64, 2>>>(h: Option<f64>) -> u64 {
+        let model = DoublePendulum::UNIT;
+        let mut steps = 0;
+        let info = allocation_counter::measure(|| {
+            let mut system = |t: f64, q: &SVector<f64, 2>, u: &SVector<f64, 2>| {
+                model.q_ddot(&PlainState { t, q: *q, u: *u, inputs: SVector::zeros() })
+            };
+            let start = Phase { q: SVector::from([2.0, -0.5]), u: SVector::zeros() };
+            let tolerances = Tolerances::both(1e-9);
+            let options = StepOptions { tolerances, fixed: h, first: None, most: f64::INFINITY };
+            let mut stepper = Stepper::<_, S>::new(&mut system, 0.0, start, 10.0, options).unwrap();
+            while stepper.now().t < 10.0 {
+                let step = stepper.step(&mut system, 10.0).unwrap();
+                let dense = stepper.dense(&mut system, &step).unwrap();
+                assert!(dense.at(0.5).is_finite());
+            }
+            steps = stepper.accepted();
+        });
+        assert!(steps > 100);
+        info.count_total
+    }
+    assert_eq!(run::<Rk4<SVector<f64, 2>>>(Some(0.01)), 0);
+    assert_eq!(run::<DormandPrince5<SVector<f64, 2>>>(None), 0);
+    assert_eq!(run::<Dop853<SVector<f64, 2>>>(None), 0);
+
+    let start = at_rest_or_not([2.0, -0.5], [0.0, 0.0]);
+    let observed = |end: f64| {
+        let mut states = 0u64;
+        let simulation = DoublePendulum::UNIT.simulate(start).until(end);
+        let info = allocation_counter::measure(|| {
+            simulation.run_with(|_| states += 1).unwrap();
+        });
+        (states, info.count_total)
+    };
+    let ((few, short), (many, long)) = (observed(1.0), observed(50.0));
+    assert!(many > 20 * few);
+    assert_eq!(short, long, "allocations of a run without a record must not grow with its steps");
+}
+
+/// 1,000 s of a chaotic double pendulum.
+#[test]
+fn the_energy_of_the_double_pendulum_holds_for_a_thousand_seconds() {
+    let start = at_rest_or_not([2.0 * std::f64::consts::PI / 3.0, -std::f64::consts::PI / 18.0], [0.0, 0.0]);
+    let motion = DoublePendulum::UNIT.simulate(start).until(1000.0).tolerance(1e-12).run().unwrap();
+    let summary = motion.summary();
+    println!("{summary}");
+    assert!(summary.energy_drift < 1e-9, "{summary}");
+    assert!(summary.energy_drift > 0.0);
+}
