@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 use crate::integrate::{Direction, Knot, Method, Phase, Tolerances};
-use crate::model::{Model, ModelState};
+use crate::model::{Model, ModelState, Vector};
 
 /// An accepted state and the step that leaves it.
 pub(crate) struct Record<M: Model> {
@@ -28,6 +28,13 @@ impl<M: Model> Copy for Record<M> {}
 impl<M: Model> Record<M> {
     pub(crate) fn new(knot: &Knot<M::Vector>, held: M::Inputs, h: f64) -> Self {
         Self { state: M::State::new(knot.t, knot.y.q, knot.y.u, held), accelerations: knot.a, h }
+    }
+
+    /// A start where nothing could be evaluated.
+    pub(crate) fn unmoved(start: M::State) -> Self {
+        let mut unknown = M::Vector::zeros();
+        unknown.as_mut_slice().fill(f64::NAN);
+        Self { state: start, accelerations: unknown, h: 0.0 }
     }
 
     pub(crate) fn knot(&self) -> Knot<M::Vector> {

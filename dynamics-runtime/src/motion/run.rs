@@ -53,7 +53,11 @@ pub(crate) fn run<'m, M: Simulate, S: Scheme<M::Vector>>(
     let y = Phase { q: *plan.start.q(), u: *plan.start.u() };
     let mut stepper = match Stepper::<M::Vector, S>::new(&mut plan.plant, plan.start.t(), y, plan.end, plan.options) {
         Ok(stepper) => stepper,
-        Err(error) => return (Counts::default(), Err(halt::<M>(error))),
+        Err(error) => {
+            sink.stand(Record::unmoved(plan.start));
+            let counts = Counts { evaluations: plan.plant.evaluations, ..Counts::default() };
+            return (counts, Err(halt::<M>(error)));
+        }
     };
     let result = Flight { plan, stepper: &mut stepper }.fly(sink);
     let counts = Counts {

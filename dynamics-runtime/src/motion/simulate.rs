@@ -11,7 +11,7 @@ use super::error::{OptionError, SimulationError, SimulationErrorKind, suggest};
 use super::plant::{InputLaw, Plant, with_inputs};
 use super::progress::Progress;
 use super::query::Motion;
-use super::record::{Counts, Record, Trajectory};
+use super::record::{Record, Trajectory};
 use super::run::{Halt, Keep, Plan, Show, Sink, run};
 use super::watch::{Action, AdHoc, Flow, Rule, Watch};
 use crate::integrate::{Direction, Dop853, DormandPrince5, Method, Rk4, StepOptions, Tolerances};
@@ -223,7 +223,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         }
         let mut show = Show { observer: &mut observer, times, next, last: None };
         let (run, result) = self.prepare_and_run(&mut show)?;
-        let last = show.last.unwrap_or_else(|| unmoved(start));
+        let last = show.last.unwrap_or_else(|| Record::unmoved(start));
         match result {
             Ok(()) => Ok(with_inputs::<M>(run.law.as_ref(), last.state)),
             Err(halt) => Err(broken_off(halt, Trajectory { records: vec![last], ..run.trajectory })),
@@ -276,10 +276,6 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         #[cfg(feature = "std")]
         {
             counts.wall_time = Some(begun.elapsed());
-        }
-        if counts == Counts::default() {
-            // The start itself could not be evaluated.
-            sink.stand(unmoved(self.start));
         }
         let trajectory = Trajectory {
             method,
@@ -437,12 +433,6 @@ struct Ran<'m, M: Simulate> {
 
 fn number(option: &'static str, value: f64, good: bool, admissible: &'static str) -> Result<(), OptionError> {
     if good { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
-}
-
-fn unmoved<M: Simulate>(start: M::State) -> Record<M> {
-    let mut unknown = M::Vector::zeros();
-    unknown.as_mut_slice().fill(f64::NAN);
-    Record { state: start, accelerations: unknown, h: 0.0 }
 }
 
 fn broken_off<M: Simulate>(halt: Halt, trajectory: Trajectory<M>) -> SimulationError<M> {

@@ -1,0 +1,212 @@
+//! Runs that cannot reach their end say why, when and where, and hand out what was computed.
+
+mod common;
+
+use std::error::Error;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use common::*;
+use dynamics_runtime::motion::{
+    Method, MotionError, OptionError, Simulate, Simulation, SimulationError, SimulationErrorKind,
+};
+
+fn kind(simulation: Simulation<'_, Oscillator>) -> SimulationErrorKind {
+    simulation.run().unwrap_err().kind
+}
+
+#[test]
+fn options_without_sense_are_errors_that_say_what_has_sense() {
+    let model = Oscillator { omega: 1.0 };
+    let open = || model.simulate(at_rest_or_not([1.0], [0.0]));
+    let run = || open().until(1.0);
+    assert_eq!(kind(open()), OptionError::NoEnd.into());
+    assert_eq!(kind(run().method(Method::Rk4)), OptionError::NeedsFixedStep.into());
+    for (simulation, option) in [
+        (open().until(f64::NAN), "until"),
+        (open().until(f64::INFINITY), "until"),
+        (run().tolerance(0.0), "tolerances"),
+        (run().tolerance(-1e-6), "tolerances"),
+        (run().tolerance(f64::NAN), "tolerances"),
+        (run().tolerance(1e-17), "tolerances"),
+        (run().tolerances(1e-9, f64::INFINITY), "tolerances"),
+        (run().fixed_step(0.0), "fixed_step"),
+        (run().fixed_step(f64::NAN), "fixed_step"),
+        (run().first_step(-1.0), "first_step"),
+        (run().max_step(0.0), "max_step"),
+        (run().max_steps(0), "max_steps"),
+        (run().every(0.0), "every"),
+        (run().every(1e-12), "every"),
+    ] {
+        match kind(simulation) {
+            SimulationErrorKind::Option(OptionError::Number { option: found, .. }) => assert_eq!(found, option),
+            other => panic!("{option}: {other:?}"),
+        }
+    }
+    for (simulation, option) in [
+        (run().fixed_step(0.1).tolerance(1e-9), "tolerance"),
+        (run().fixed_step(0.1).max_step(0.1), "max_step"),
+        (run().fixed_step(0.1).first_step(0.1), "first_step"),
+    ] {
+        assert_eq!(kind(simulation), OptionError::FixedStepExcludes { option }.into());
+    }
+    for time in [-0.1, 1.1, f64::NAN] {
+        match kind(run().output_times([0.5, time])) {
+            SimulationErrorKind::Option(OptionError::OutputTime { start: 0.0, end: 1.0, .. }) => {}
+            other => panic!("output time {time}: {other:?}"),
+        }
+    }
+    let error = run().tolerance(0.0).run().unwrap_err();
+    assert!(
+        error.to_string().starts_with("`Oscillator` was not simulated: `.tolerances(0)` is not possible"),
+        "{error}"
+    );
+    assert!(error.motion(&model).is_none());
+}
+
+#[test]
+fn a_start_that_is_not_finite_is_named() {
+    let model = Oscillator { omega: 1.0 };
+    let run = |q: f64, u: f64, t: f64| kind(model.simulate(PlainState { t, ..at_rest_or_not([q], [u]) }).until(1.0));
+    let named = |name, rate| SimulationErrorKind::from(OptionError::StartNotFinite { name, rate });
+    assert_eq!(run(f64::NAN, 0.0, 0.0), named("x", false));
+    assert_eq!(run(0.0, f64::INFINITY, 0.0), named("x", true));
+    assert_eq!(run(0.0, 0.0, f64::NAN), named("t", false));
+}
+
+#[test]
+fn inputs_without_value_or_with_a_bad_one_are_named() {
+    let model = Driven { m: 1.0, k: 1.0, c: 0.0 };
+    let start = PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [f64::NAN].into() };
+    let error = model.simulate(start).until(1.0).run().unwrap_err();
+    assert_eq!(error.kind, OptionError::InputWithoutValue { input: "force" }.into());
+    let law = |t: f64, _: &PlainState<1, 1>| [if t < 0.5 { 1.0 } else { f64::NAN }];
+    let error = model.simulate(start).until(1.0).inputs(law).run().unwrap_err();
+    assert_eq!(error.kind, SimulationErrorKind::InputNotFinite { input: "force" });
+    assert!((error.time - 0.5).abs() < 1e-9, "{}", error.time);
+    // The closure went with the simulation; given again, the motion is whole.
+    let lost = error.motion(&model).unwrap();
+    assert!(lost.at(0.25).inputs[0].is_nan() && (lost.at(0.25).q[0] - (1.0 - 0.25f64.cos())).abs() < 1e-7);
+    assert!(lost.work().closure_error.is_nan());
+    let whole = error.motion_with_inputs(&model, law).unwrap();
+    assert_eq!(whole.at(0.25).inputs[0], 1.0);
+    assert!((whole.at(0.25).q[0] - (1.0 - 0.25f64.cos())).abs() < 1e-9);
+    assert!(whole.work().closure_error.abs() < 1e-9);
+}
+
+/// A bead that is shot up a cycloid reaches the cusp, where its inertia vanishes.
+#[test]
+fn a_singular_mass_matrix_is_located() {
+    let model = CycloidBead { radius: 1.0, g: 9.81 };
+    // 2 R² (1 + cos θ) vanishes at θ = π; E is enough to get there.
+    let error = model.simulate(at_rest_or_not([0.0], [4.0])).until(10.0).run().unwrap_err();
+    match error.kind {
+        SimulationErrorKind::SingularMassMatrix(singular) => assert_eq!(singular.name, "theta"),
+        SimulationErrorKind::StepSizeTooSmall { coordinate } => assert_eq!(coordinate, "theta"),
+        ref other => panic!("{other:?}"),
+    }
+    assert!((error.state.q[0] - std::f64::consts::PI).abs() < 1e-3, "{error}");
+    let motion = error.motion(&model).unwrap();
+    assert!(motion.counts().steps > 10 && motion.summary().energy_drift < 1e-6);
+    assert_eq!(motion.end_time(), error.time);
+    // At the start itself nothing is computed, and the start is still in hand.
+    let error = model.simulate(at_rest_or_not([std::f64::consts::PI], [1.0])).until(1.0).run().unwrap_err();
+    assert!(matches!(error.kind, SimulationErrorKind::SingularMassMatrix(_)));
+    let motion = error.motion(&model).unwrap();
+    assert_eq!((motion.steps().len(), motion.end_time()), (1, 0.0));
+}
+
+#[test]
+fn blow_up_and_not_a_number_are_told_apart() {
+    // q = 1/(1 − t): the step collapses at t = 1.
+    let blow_up = Closure(|_, q, _| 2.0 * q * q * q);
+    let error = blow_up.simulate(at_rest_or_not([1.0], [1.0])).until(2.0).run().unwrap_err();
+    assert!((error.time - 1.0).abs() < 1e-4, "{error}");
+    assert!(matches!(
+        error.kind,
+        SimulationErrorKind::StepSizeTooSmall { coordinate: "x" }
+            | SimulationErrorKind::AccelerationNotFinite { coordinate: "x" }
+    ));
+    assert!(error.to_string().contains("stopped at t = ") && error.to_string().contains("x = "), "{error}");
+    // √(1 − t) is not a number beyond t = 1.
+    let edge = Closure(|t, _, _| (1.0 - t).sqrt());
+    let error = edge.simulate(at_rest_or_not([0.0], [0.0])).until(2.0).run().unwrap_err();
+    assert_eq!(error.kind, SimulationErrorKind::AccelerationNotFinite { coordinate: "x" });
+    assert!((error.time - 1.0).abs() < 1e-9, "{error}");
+    // A fixed step has no way around.
+    let error = edge.simulate(at_rest_or_not([0.0], [0.0])).until(2.0).fixed_step(0.3).run().unwrap_err();
+    assert_eq!(error.kind, SimulationErrorKind::AccelerationNotFinite { coordinate: "x" });
+    assert_eq!(error.time, 0.3 * 3.0);
+}
+
+#[test]
+fn a_jump_that_no_step_resolves_passes_or_is_an_error_never_a_wrong_answer() {
+    let jump = Closure(|t, _, _| if t < 0.5 { 1.0 } else { -1.0 });
+    let motion = jump.simulate(at_rest_or_not([0.0], [0.0])).until(1.0).tolerance(1e-10).run().unwrap();
+    // ½·½² + ½·½ − ½·½² = ¼
+    assert!((motion.end().q[0] - 0.25).abs() < 1e-9, "{:?}", motion.end());
+}
+
+#[test]
+fn step_limits_and_cancelling_leave_the_motion_in_hand() {
+    let model = DoublePendulum::UNIT;
+    let start = at_rest_or_not([2.0, 0.0], [0.0, 0.0]);
+    let error = model.simulate(start).until(1e3).max_steps(100).run().unwrap_err();
+    assert!(matches!(error.kind, SimulationErrorKind::TooManySteps { limit: 100, stiff_at: None }));
+    let motion = error.motion(&model).unwrap();
+    assert_eq!(motion.counts().steps + motion.counts().rejected, 100);
+    let whole = model.simulate(start).until(error.time).run().unwrap();
+    let half = 0.5 * error.time;
+    assert!((motion.at(half).q - whole.at(half).q).norm() < 1e-7);
+
+    let (flag, calls) = (AtomicBool::new(false), AtomicU32::new(0));
+    let error = model
+        .simulate(start)
+        .until(1e9)
+        .cancel(&flag)
+        .event("watch", |s| {
+            if calls.fetch_add(1, Ordering::Relaxed) > 200 {
+                flag.store(true, Ordering::Relaxed);
+            }
+            s.q[0] + 100.0
+        })
+        .run()
+        .unwrap_err();
+    assert_eq!(error.kind, SimulationErrorKind::Cancelled);
+    assert!(error.time > 0.0 && error.motion(&model).unwrap().end_time() == error.time);
+}
+
+#[test]
+fn errors_travel() {
+    fn run() -> Result<(), Box<dyn Error + Send + Sync>> {
+        let model = Oscillator { omega: 1.0 };
+        model.simulate(at_rest_or_not([1.0], [0.0])).run()?;
+        Ok(())
+    }
+    let error = run().unwrap_err();
+    assert!(error.downcast_ref::<SimulationError<Oscillator>>().is_some());
+    assert!(size_of::<SimulationError<Oscillator>>() <= 128, "results stay small");
+}
+
+#[test]
+fn questions_without_answer_are_errors_or_not_a_number() {
+    let model = Pendulum { m: 2.0, l: 0.5, g: 9.81 };
+    let motion = model.simulate(at_rest_or_not([1.0], [0.0])).until(1.0).run().unwrap();
+    for t in [-0.1, 1.1, f64::NAN] {
+        assert!(motion.at(t).q[0].is_nan() && motion.energy_at(t).is_nan());
+        assert!(motion.accelerations_at(t)[0].is_nan() && motion.outputs_at(t)[0].is_nan());
+        match motion.try_at(t) {
+            Err(MotionError::OutOfRange { start: 0.0, end: 1.0, .. }) => {}
+            other => panic!("{other:?}"),
+        }
+        assert!(motion.output("tension", t).is_err());
+    }
+    assert_eq!(motion.at(1.0 + 4e-16).q, motion.end().q, "rounding does not lead out of the motion");
+    match motion.output("tenson", 0.5) {
+        Err(MotionError::UnknownOutput { suggestion: Some(near), .. }) => assert_eq!(near, "tension"),
+        other => panic!("{other:?}"),
+    }
+    let tension = motion.output("tension", 0.5).unwrap();
+    let state = motion.at(0.5);
+    assert_eq!(tension, 2.0 * (0.5 * state.u[0] * state.u[0] + 9.81 * state.q[0].cos()));
+    assert_eq!(motion.outputs_of(&state), [tension]);
+}
