@@ -149,6 +149,38 @@ mod tests {
     }
 
     #[test]
+    fn a_crowd_of_instants_stays_at_the_edge() {
+        let panel = Panel::new(Axis::new("t"), Axis::new("x")).line("x", [(0.0, 0.0), (100.0, 1.0)]);
+        let marked = |count: u32| Chart::from(panel.clone().instants("tick", (0..count).map(f64::from))).to_svg();
+        assert!(marked(20).contains(",0V380") && !marked(20).contains(",0V7"));
+        assert!(marked(90).contains(",0V7") && !marked(90).contains(",0V380"));
+    }
+
+    #[test]
+    fn dashes_are_for_curves_that_can_be_followed() {
+        let wave = |cycles: f64| (0..2000).map(move |k| (f64::from(k), (f64::from(k) * cycles * 0.00314).sin()));
+        let svg = |cycles: f64| {
+            let panel = Panel::new(Axis::new("t"), Axis::new("x")).line("a", wave(1.0)).line("b", wave(cycles));
+            Chart::from(panel).to_svg()
+        };
+        assert_eq!(svg(2.0).matches("stroke-dasharray").count(), 2, "curve and legend");
+        assert_eq!(svg(100.0).matches("stroke-dasharray").count(), 0);
+    }
+
+    #[test]
+    fn an_axis_has_more_than_one_label() {
+        for height in [80.0, 100.0, 160.0, 190.0] {
+            for hi in [1.0, 1.3, 1.9, 2.4, 3.3, 4.9, 7.0, 9.9] {
+                let axis = Axis::new("y").range(-0.45 * hi, 0.55 * hi);
+                let chart = Chart::from(Panel::new(Axis::new("x"), axis)).panel_height(height);
+                let svg = chart.to_svg();
+                let labels = svg.split("<g text-anchor=\"end\"").nth(1).unwrap().split("</g>").next().unwrap();
+                assert!(labels.matches("<text").count() > 1, "{height} {hi}");
+            }
+        }
+    }
+
+    #[test]
     fn values_that_cannot_be_shown_are_counted() {
         let svg = chart_of(vec![(1.0, -1.0), (2.0, 0.0), (3.0, 4.0), (4.0, f64::NAN)], Axis::log("x"), Axis::log("y"));
         assert!(svg.contains("2 points are not positive"), "{svg}");

@@ -378,10 +378,12 @@
     pen.strokeStyle = pen.fillStyle = palette.faint;
     pen.setLineDash([2, 3]);
     pen.beginPath();
+    // Many of them stay at the edge.
+    const foot = data.events.length > width / 16 ? edge.top + 3 : height - edge.bottom + 4;
     for (const [place] of data.events) {
       if (Math.abs(x(place) - mark) < 2) continue;
       mark = x(place);
-      pen.moveTo(mark, edge.top - 4); pen.lineTo(mark, height - edge.bottom + 4);
+      pen.moveTo(mark, edge.top - 4); pen.lineTo(mark, foot);
     }
     pen.stroke();
     pen.lineWidth = 1.6;
@@ -417,15 +419,22 @@
 
   // ---- numbers and times as people write them
 
+  const powerOfTen = (exponent) => "10" + String(exponent).replace("-", "⁻").replace(/\d/g, (digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]);
+
   function number(v, digits = 3) {
-    if (v === 0) return "0";
     const size = Math.abs(v);
-    const text = size >= 1e-3 && size < 1e5 ? String(Number(v.toPrecision(digits))) : v.toExponential(digits - 1).replace(/\.?0+e/, "e").replace("e+", "e");
-    return text.replace(/-/g, "−");
+    if (v === 0 || (size >= 1e-3 && size < 1e5)) return String(Number(v.toPrecision(digits))).replace("-", "−");
+    const [mantissa, exponent] = v.toExponential(digits - 1).split("e").map(Number);
+    const factor = mantissa === 1 ? "" : mantissa === -1 ? "−" : String(mantissa).replace("-", "−") + "×";
+    return factor + powerOfTen(exponent);
   }
 
-  const timeDigits = Math.max(0, Math.min(12, 3 - Math.floor(Math.log10(step * last || 1) + 1e-9)));
-  const time = (k) => (data.start + data.step * k).toFixed(timeDigits).replace(/-/g, "−");
+  // Times of very short and very long motions count in a power of ten.
+  const span = step * last, latest = Math.max(Math.abs(data.start), Math.abs(data.start + data.step * last));
+  const timePower = span > 0 && (latest < 1e-2 || latest >= 1e6) ? Math.floor(Math.log10(latest)) : 0;
+  const timeDigits = Math.max(0, Math.min(12, 3 + timePower - Math.floor(Math.log10(span || 1) + 1e-9)));
+  const timeUnit = [timePower && "×" + powerOfTen(timePower), data.time_unit].filter(Boolean).join(" ");
+  const time = (k) => ((data.start + data.step * k) / 10 ** timePower).toFixed(timeDigits).replace("-", "−");
 
   // ---- what the viewer does
 
@@ -434,7 +443,7 @@
   function seek(k) {
     frame = Math.max(0, Math.min(last, k));
     $("scrub").value = last ? frame / last : 0;
-    $("time").textContent = "t = " + time(frame) + " / " + time(last) + (data.time_unit && " " + data.time_unit);
+    $("time").textContent = "t = " + time(frame) + " / " + time(last) + (timeUnit && " " + timeUnit);
     refresh();
   }
 

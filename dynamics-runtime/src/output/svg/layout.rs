@@ -128,7 +128,7 @@ pub(super) fn plots(chart: &Chart) -> Vec<Plot<'_>> {
         .zip(sides)
         .map(|((panel, (x, _, axes_height)), y)| {
             let x = horizontal(&panel.x, x, width);
-            let curves = curves(panel);
+            let curves = curves(panel, &x, &y, [width, axes_height]);
             let legend = legend(panel, &curves, width);
             let instants =
                 panel.instants.iter().map(|(_, at)| at.iter().map(|at| x.coordinate(*at)).collect()).collect();
@@ -211,9 +211,13 @@ fn tight(panel: &Panel, padded: Range) -> Range {
 }
 
 fn vertical(axis: &Axis, range: Range, height: f64) -> Side {
-    let count = libm::floor(height / 42.0).max(2.0) as usize;
     let log = axis.scale == Scale::Log;
-    let ticks = if log { ticks::logarithmic(range, count) } else { ticks::linear(range, count) };
+    let ticks = |count| if log { ticks::logarithmic(range, count) } else { ticks::linear(range, count) };
+    let fewest = libm::floor(height / 42.0).max(2.0) as usize;
+    let most = libm::floor(height / 20.0) as usize;
+    // One label alone says nothing about the scale: rather some more than two round values would need.
+    let chosen = (fewest..=most).map(ticks).find(|ticks| ticks.major.len() > 1);
+    let ticks = chosen.unwrap_or_else(|| ticks(fewest));
     side(axis, range, ticks, height + 2.0 * ROW)
 }
 
@@ -256,7 +260,19 @@ fn side(axis: &Axis, range: Range, ticks: Ticks, room: f64) -> Side {
     }
 }
 
-fn curves(panel: &Panel) -> Vec<Curve<'_>> {
+/// Dashes on a curve that goes up and down this many times the width of its axes make it a blur.
+const DENSE: f64 = 6.0;
+
+fn curves<'a>(panel: &'a Panel, x: &Side, y: &Side, [width, height]: [f64; 2]) -> Vec<Curve<'a>> {
+    let climb = |series: &Series| -> f64 {
+        let part = |point: &[f64; 2]| y.range.part(y.coordinate(point[1])) * height;
+        let climbs = series.points.windows(2).map(|pair| (part(&pair[1]) - part(&pair[0])).abs());
+        climbs.filter(|climb| climb.is_finite()).sum()
+    };
+    let forward =
+        |series: &Series| series.points.windows(2).all(|pair| x.coordinate(pair[0][0]) <= x.coordinate(pair[1][0]));
+    let dense = |series: &Series| forward(series) && climb(series) > DENSE * width;
+
     panel
         .series
         .iter()
@@ -266,7 +282,7 @@ fn curves(panel: &Panel) -> Vec<Curve<'_>> {
             look: Look {
                 color: series.color.unwrap_or(Color::cycle(k)),
                 // Shifted after each round of colours: 32 series differ.
-                dashes: DASHES[(k + k / 8) % DASHES.len()],
+                dashes: if dense(series) { "" } else { DASHES[(k + k / 8) % DASHES.len()] },
                 sign: k,
                 mark: series.mark,
             },

@@ -14,6 +14,9 @@ use super::{FONT, MARGIN};
 /// Pixels beyond which a curve that leaves its axes is as good as at infinity.
 const FAR: f64 = 1e5;
 
+/// The mean distance in pixels below which upright lines hide what they should mark.
+const CROWDED: f64 = 24.0;
+
 /// The panel whose upper edge is at `top`.
 pub(super) fn plot(svg: &mut String, plot: &Plot<'_>, top: f64) {
     let axes_top = top + plot.above();
@@ -81,14 +84,19 @@ fn upright(kind: usize) -> String {
 
 /// The upright lines of one kind, those that can be told apart.
 fn instants(svg: &mut String, plot: &Plot<'_>, kind: usize, at: &[f64]) {
-    let mut path = String::new();
-    let mut last = f64::NEG_INFINITY;
+    let mut places: Vec<f64> = Vec::new();
     for at in at {
         let x = plot.x.range.part(*at) * plot.width;
-        if (0.0..=plot.width).contains(&x) && (x - last).abs() > 1.0 {
-            let _ = write!(path, "M{},0V{}", pixel(x), pixel(plot.axes_height));
-            last = x;
+        if (0.0..=plot.width).contains(&x) && places.last().is_none_or(|last| (x - last).abs() > 1.0) {
+            places.push(x);
         }
+    }
+    // Where lines would stand too close to see a curve behind them, they stay at the upper edge.
+    let crowded = places.len() as f64 > plot.width / CROWDED;
+    let foot = if crowded { 7.0 } else { plot.axes_height };
+    let mut path = String::new();
+    for x in places {
+        let _ = write!(path, "M{},0V{}", pixel(x), pixel(foot));
     }
     if !path.is_empty() {
         let _ = writeln!(svg, "<path d=\"{path}\"{}/>", upright(kind));
