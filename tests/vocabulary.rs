@@ -44,12 +44,15 @@ impl Everything {
 
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.m * vec2(q.x, q.y).dt().norm_squared() + 0.5 * self.m * (q.z[0].dt().powi(2) + q.z[1].dt().powi(2))
+        // The second point runs on a curve: f‴ of the user's function stands in the Jacobian of the accelerations.
+        let height = self.wave.at(q.z[0]);
+        0.5 * self.m * vec2(q.x, q.y).dt().norm_squared()
+            + 0.5 * self.m * (q.z[0].dt().powi(2) + height.dt().powi(2) + q.z[1].dt().powi(2))
     }
 
     #[potential]
     fn potential(&self, q: &Coordinates<Self>) -> Expr {
-        self.a * (q.x * q.y).sin() + 0.1 * q.z[0] * q.z[1]
+        self.a * (q.x * q.y).sin() + 0.1 * q.z[0] * q.z[1] + self.track.at(q.x)
     }
 
     /// A value with its first and second derivative.
@@ -278,33 +281,84 @@ macro_rules! compare {
     }};
 }
 
+/// Everything that is compiled against everything that runs on jets, at one state.
+fn agree(position: [f64; 4], rates: [f64; 4], t: f64) -> Result<(), TestCaseError> {
+    let model = model();
+    let ([x, y, z @ ..], [x_rate, y_rate, z_rate @ ..]) = (position, rates);
+    let builder = model.state().x(x).y(y).z(z).x_rate(x_rate).y_rate(y_rate).z_rate(z_rate);
+    let state = builder.at_time(t).build().expect("every number is finite");
+    let accelerations = model.accelerations(&state).expect("the masses are positive");
+    let q = Everything::coordinates_with(&state, &accelerations);
+    let mut compiled = vec![0.0; Everything::OUTPUTS.len()];
+    model.outputs(&state, &mut compiled).expect("the masses are positive");
+    compare!(model, q, compiled;
+        sin cos tan asin acos atan sinh cosh tanh exp ln sqrt cbrt recip abs signum sin_cos powi powf power_of_power
+        atan2 hypot min max clamp mul_add smooth operators branches loops time vectors whole_vectors matrices
+        angular_velocity);
+
+    let force = Everything::POWERS.iter().position(|p| p.name == "push").expect("a force has its power");
+    let mut powers = vec![0.0; Everything::POWERS.len()];
+    model.powers(&state, &mut powers);
+    prop_assert!((powers[force] - model.push(&q).power()).abs() < 1e-12, "power of the force");
+    prop_assert!((model.kinetic_energy(&state) - model.kinetic(&q).value()).abs() < 1e-13);
+    prop_assert!((model.potential_energy(&state) - model.potential(&q).value()).abs() < 1e-13);
+    Ok(())
+}
+
 proptest! {
     #[test]
     fn the_compiled_model_and_its_functions_agree(
         x in 0.3..0.9_f64,
         y in 0.3..0.9_f64,
         z in [-1.0..1.0_f64, -1.0..1.0_f64],
-        u in [-1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64],
+        rates in [-1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64],
         t in -2.0..2.0_f64,
     ) {
-        let model = model();
-        let start = model.state().x(x).y(y).z(z).x_rate(u[0]).y_rate(u[1]).z_rate([u[2], u[3]]).at_time(t).build();
-        let state = start.expect("every number is finite");
-        let accelerations = model.accelerations(&state).expect("the masses are positive");
-        let q = Everything::coordinates_with(&state, &accelerations);
-        let mut compiled = vec![0.0; Everything::OUTPUTS.len()];
-        model.outputs(&state, &mut compiled).expect("the masses are positive");
-        compare!(model, q, compiled;
-            sin cos tan asin acos atan sinh cosh tanh exp ln sqrt cbrt recip abs signum sin_cos powi powf power_of_power
-            atan2 hypot min max clamp mul_add smooth operators branches loops time vectors whole_vectors matrices
-            angular_velocity);
+        agree([x, y, z[0], z[1]], rates, t)?;
+    }
+}
 
-        let force = Everything::POWERS.iter().position(|p| p.name == "push").expect("a force has its power");
-        let mut powers = vec![0.0; Everything::POWERS.len()];
-        model.powers(&state, &mut powers);
-        prop_assert!((powers[force] - model.push(&q).power()).abs() < 1e-12, "power of the force");
-        prop_assert!((model.kinetic_energy(&state) - model.kinetic(&q).value()).abs() < 1e-13);
-        prop_assert!((model.potential_energy(&state) - model.potential(&q).value()).abs() < 1e-13);
+/// The Jacobians of the accelerations against difference quotients.
+#[test]
+fn jacobians_of_the_accelerations() {
+    let model = model();
+    let builder = model.state().x(0.45).y(0.7).z([0.3, -0.8]).x_rate(0.4).y_rate(-0.6).z_rate([1.1, 0.5]);
+    let state = builder.build().expect("every number is finite");
+    let accelerations = |q, u| model.accelerations(&ModelState::new(0.0, q, u, state.inputs)).expect("positive masses");
+    let jacobian = model.state_jacobian(&state).expect("the masses are positive");
+    assert_eq!(jacobian.accelerations, accelerations(state.q, state.u));
+    for j in 0..4 {
+        let difference = |h: f64, velocity: bool| {
+            let shifted = |h: f64| {
+                let (mut q, mut u) = (state.q, state.u);
+                if velocity {
+                    u[j] += h
+                } else {
+                    q[j] += h
+                }
+                accelerations(q, u)
+            };
+            (shifted(h) - shifted(-h)) / (2.0 * h)
+        };
+        for (velocity, exact) in [(false, &jacobian.by_q), (true, &jacobian.by_u)] {
+            let quotient = (4.0 * difference(1e-3, velocity) - difference(2e-3, velocity)) / 3.0;
+            for i in 0..4 {
+                let error = (quotient[i] - exact[(i, j)]).abs();
+                assert!(error < 1e-8, "({i}, {j}), velocity {velocity}: {} and {}", quotient[i], exact[(i, j)]);
+            }
+        }
+    }
+    assert!(jacobian.by_q[(2, 2)].abs() > 0.1 && jacobian.by_u[(2, 2)].abs() > 0.1, "the curve is felt");
+}
+
+/// At the corners of abs, signum, min, max and clamp, and where a condition just holds or just fails, both take the same branch.
+#[test]
+fn the_compiled_model_and_its_functions_agree_at_corners() {
+    for x in [0.35, 0.4, 0.5, 0.6, 0.8] {
+        for y in [0.35, 0.4, 0.5, 0.8] {
+            agree([x, y, 0.0, -0.0], [0.7, -0.3, 0.2, 0.9], 0.0)
+                .unwrap_or_else(|error| panic!("x = {x}, y = {y}: {error}"));
+        }
     }
 }
 
