@@ -15,7 +15,7 @@ mod unused;
 use crate::mechanics::{Equations, Model};
 
 pub use finding::Finding;
-pub use symmetry::conserved;
+pub use symmetry::{conserved, power_unit};
 
 /// Checks of what is declared, before anything is derived.
 #[must_use]

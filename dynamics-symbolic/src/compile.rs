@@ -88,6 +88,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     }
     let mut equations = derive(&mut model).map_err(|e| findings(&mut model, &e))?;
     equations.conserved = check::conserved(&mut model, &equations);
+    equations.powers.iter_mut().for_each(|p| p.unit = check::power_unit(&model));
     let found = check::derived(&mut model, &equations);
     if !found.is_empty() {
         return Err(found);

@@ -96,6 +96,12 @@ pub(super) fn system(model: &Model) -> Option<System> {
     Some(own.unwrap_or(System::Si))
 }
 
+/// The unit of powers, empty where the model declares no units.
+#[must_use]
+pub fn power_unit(model: &Model) -> String {
+    system(model).map_or(String::new(), |s| Dimension::POWER.text(s))
+}
+
 /// Energy·time over the coordinate's unit, where units are known and the combination has one.
 fn momentum_unit(model: &Model, c: &[i64]) -> String {
     let Some(system) = system(model) else { return String::new() };

@@ -56,7 +56,8 @@ impl Page {
         nodes.extend(e.energies.iter().flat_map(|(t, v)| [t, v]));
         let mut expanded = expand(model, &nodes);
         let terms = |all: &[Option<Expanded>]| all.iter().map(|x| x.as_ref().map(Expanded::len)).sum::<Option<usize>>();
-        let rows = terms(&expanded[..motion]).is_some_and(|terms| terms <= ROWS);
+        let short = expanded[..motion].iter().flatten().all(|x| x.len() <= ELEMENT);
+        let rows = short && terms(&expanded[..motion]).is_some_and(|terms| terms <= ROWS);
         if !rows {
             // What is long is shorter as a formula with definitions.
             expanded.iter_mut().for_each(|x| *x = x.take().filter(|x| x.len() <= ELEMENT));

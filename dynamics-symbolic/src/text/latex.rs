@@ -11,7 +11,7 @@ pub struct Latex;
 
 impl Target for Latex {
     fn times(&self) -> &'static str {
-        " \\, "
+        " "
     }
     fn symbol(&self, model: &Model, symbol: Symbol) -> Text {
         let q = |i: u32, accent: &str| name(&model.coordinates[i as usize].name, accent);
@@ -72,7 +72,7 @@ impl Target for Latex {
         let side = |factors: &[Text]| match factors {
             [] => "1".to_owned(),
             [one] => one.text.clone(),
-            many => many.iter().map(|f| self.fit(f, Level::Product)).collect::<Vec<_>>().join(self.times()),
+            many => juxtaposed(many.iter().map(|f| self.fit(f, Level::Product))),
         };
         if below.is_empty() {
             return Text::new(side(above), Level::Product);
@@ -131,6 +131,24 @@ impl Target for Latex {
     fn assign(&self, name: &Text, value: &Text) -> String {
         format!("{} &= {}", name.text, value.text)
     }
+}
+
+/// Factors side by side, with a space that is seen only next to words: m l cos θ, but cart g.
+fn juxtaposed(factors: impl Iterator<Item = String>) -> String {
+    let word = |f: &str| ["\\mathrm", "\\text", "\\operatorname"].iter().any(|w| f.contains(w));
+    let mut out = String::new();
+    let mut before = None;
+    for factor in factors {
+        let own = word(&factor);
+        match before {
+            None => {}
+            Some(false) if !own => out.push(' '),
+            Some(_) => out.push_str(" \\, "),
+        }
+        out.push_str(&factor);
+        before = Some(own);
+    }
+    out
 }
 
 fn parentheses(inner: &str) -> String {
