@@ -7,6 +7,7 @@ mod arena;
 mod build;
 mod eval;
 mod fingerprint;
+mod functions;
 mod id;
 mod node;
 mod number;

@@ -119,39 +119,44 @@ impl Graph {
         self.cone(roots).iter().filter(|id| works(id)).count()
     }
 
-    /// The node with this value, if there is one.
-    pub(super) fn find(&self, fingerprint: Fingerprint) -> Option<NodeId> {
-        self.by_value.get(&fingerprint)
+    fn dependence_of(&self, node: &Node) -> Dependence {
+        let own = match node {
+            Node::Symbol(s) => Dependence::of(*s),
+            Node::Smooth { .. } => Dependence::PARAMETERS,
+            _ => Dependence::NONE,
+        };
+        node.children().fold(own, |d, c| d.with(self.dependence(c)))
     }
 
-    /// Whether no sum has to be formed to evaluate a node, arguments of functions aside: then nothing can cancel.
-    pub(super) fn is_monomial(&self, id: NodeId) -> bool {
-        self.monomials[id.index()]
-    }
-
-    fn makes_monomial(&self, node: &Node) -> bool {
+    /// Whether no sum has to be formed to evaluate an operation, arguments of functions aside: then nothing can cancel.
+    fn is_monomial(&self, node: &Node) -> bool {
         match node {
             Node::Add(..) | Node::Sub(..) => false,
-            Node::Mul(a, b) | Node::Div(a, b) => self.is_monomial(*a) && self.is_monomial(*b),
-            Node::Neg(a) => self.is_monomial(*a),
+            Node::Mul(a, b) | Node::Div(a, b) => self.monomials[a.index()] && self.monomials[b.index()],
+            Node::Neg(a) => self.monomials[a.index()],
             _ => true,
         }
     }
 
-    /// The node with this value; `node` where there is none yet.
-    ///
-    /// The first-built representative wins, with one exception: what contains sums is replaced, for later uses, by a form that cannot cancel
-    /// (1 − cos² must never stand for sin²), and anything by a number.
-    pub(super) fn intern(&mut self, node: Node, fingerprint: Fingerprint) -> NodeId {
-        let safe = self.makes_monomial(&node);
+    /// The node that already stands for the value of `node`, if it serves as well. It does not
+    /// - where it contains sums and `node` does not: 1 − cos² must never stand for sin²;
+    /// - where it is made of more kinds of symbols: q̈ − q̈ + q must never stand for q;
+    /// - where `node` is a number and it is not.
+    pub(super) fn known(&self, node: &Node, fingerprint: Fingerprint) -> Option<NodeId> {
+        let known = self.by_value.get(&fingerprint)?;
         let is_number = |node: &Node| matches!(node, Node::Number(_));
-        let good = |known: &NodeId| {
-            (self.is_monomial(*known) || !safe) && (is_number(&self.node(*known)) || !is_number(&node))
-        };
-        if let Some(known) = self.find(fingerprint).filter(good) {
+        let serves = (self.monomials[known.index()] || !self.is_monomial(node))
+            && self.dependence(known).within(self.dependence_of(node))
+            && (is_number(&self.node(known)) || !is_number(node));
+        serves.then_some(known)
+    }
+
+    /// The node with this value; `node` where there is none yet that serves as well.
+    pub(super) fn intern(&mut self, node: Node, fingerprint: Fingerprint) -> NodeId {
+        if let Some(known) = self.known(&node, fingerprint) {
             return known;
         }
-        if let Some(opposite) = self.find(fingerprint.neg()).filter(good)
+        if let Some(opposite) = self.known(&node, fingerprint.neg())
             && !matches!(node, Node::Neg(_) | Node::Number(_))
         {
             let opposite = match self.node(opposite) {
@@ -165,13 +170,8 @@ impl Graph {
 
     fn push(&mut self, node: Node, fingerprint: Fingerprint) -> NodeId {
         let id = NodeId(u32::try_from(self.nodes.len()).expect("a graph of 2³² nodes does not fit into memory"));
-        let own = match node {
-            Node::Symbol(s) => Dependence::of(s),
-            Node::Smooth { .. } => Dependence::PARAMETERS,
-            _ => Dependence::NONE,
-        };
-        let dependence = node.children().fold(own, |d, c| d.with(self.dependence(c)));
-        self.monomials.push(self.makes_monomial(&node));
+        let dependence = self.dependence_of(&node);
+        self.monomials.push(self.is_monomial(&node));
         self.nodes.push(node);
         self.fingerprints.push(fingerprint);
         self.dependences.push(dependence);

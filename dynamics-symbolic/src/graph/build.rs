@@ -1,12 +1,20 @@
 //! Smart constructors: folding, signs outermost, parameter-only factors outermost.
 
-use super::fingerprint::{Circle, Fingerprint};
-use super::{Binary, Comparison, Dependence, FunctionId, Graph, Node, NodeId, Number, Symbol, Unary};
+use super::fingerprint::Fingerprint;
+use super::{Dependence, Graph, Node, NodeId, Number, Symbol, Unary};
 
 impl Graph {
     /// A number.
     pub fn number(&mut self, number: Number) -> NodeId {
         self.intern(Node::Number(number), Fingerprint::number(number))
+    }
+    /// A folded number whose exact value is known by its fingerprint, however it was rounded: sums of the same literals in another order stay
+    /// the same node.
+    pub(super) fn folded(&mut self, number: Number, value: Fingerprint) -> NodeId {
+        match number {
+            Number::Rational(..) => self.number(number),
+            Number::Float(_) => self.intern(Node::Number(number), value),
+        }
     }
     /// An integer.
     pub fn integer(&mut self, n: i64) -> NodeId {
@@ -89,7 +97,8 @@ impl Graph {
         match (self.node(a), self.node(b)) {
             (Node::Number(x), Node::Number(y)) => {
                 if let Some(sum) = x.plus(y) {
-                    return self.number(sum);
+                    let value = self.fingerprint(a).add(self.fingerprint(b));
+                    return self.folded(sum, value);
                 }
             }
             (_, Node::Neg(y)) => return self.sub(a, y),
@@ -97,7 +106,7 @@ impl Graph {
             _ => {}
         }
         let value = self.fingerprint(a).add(self.fingerprint(b));
-        if let Some(known) = self.find(value) {
+        if let Some(known) = self.known(&Node::Add(a, b), value) {
             return known;
         }
         let [(p, x), (r, y)] = self.split(a, b);
@@ -123,7 +132,8 @@ impl Graph {
         match (self.node(a), self.node(b)) {
             (Node::Number(x), Node::Number(y)) => {
                 if let Some(difference) = x.plus(y.opposite()) {
-                    return self.number(difference);
+                    let value = self.fingerprint(a).sub(self.fingerprint(b));
+                    return self.folded(difference, value);
                 }
             }
             (_, Node::Neg(y)) => return self.add(a, y),
@@ -134,7 +144,7 @@ impl Graph {
             _ => {}
         }
         let value = self.fingerprint(a).sub(self.fingerprint(b));
-        if let Some(known) = self.find(value) {
+        if let Some(known) = self.known(&Node::Sub(a, b), value) {
             return known;
         }
         let [(p, x), (r, y)] = self.split(a, b);
@@ -152,7 +162,10 @@ impl Graph {
     /// −a.
     pub fn neg(&mut self, a: NodeId) -> NodeId {
         match self.node(a) {
-            Node::Number(x) => self.number(x.opposite()),
+            Node::Number(x) => {
+                let value = self.fingerprint(a).neg();
+                self.folded(x.opposite(), value)
+            }
             Node::Neg(x) => x,
             Node::Sub(x, y) => self.sub(y, x),
             _ => {
@@ -175,7 +188,7 @@ impl Graph {
                 // A product beyond f64 is left as it stands.
                 let value = self.fingerprint(a).mul(self.fingerprint(b));
                 return match x.times(y) {
-                    Some(product) => self.number(product),
+                    Some(product) => self.folded(product, value),
                     None => self.intern(Node::Mul(a, b), value),
                 };
             }
@@ -189,7 +202,7 @@ impl Graph {
                 return self.neg(product);
             }
             (Node::Number(x), _) if x.is_negative() => {
-                let opposite = self.number(x.opposite());
+                let opposite = self.neg(a);
                 let product = self.mul(opposite, b);
                 return self.neg(product);
             }
@@ -198,9 +211,7 @@ impl Graph {
             _ => {}
         }
         let value = self.fingerprint(a).mul(self.fingerprint(b));
-        if let Some(known) = self.find(value)
-            && (self.is_monomial(known) || !(self.is_monomial(a) && self.is_monomial(b)))
-        {
+        if let Some(known) = self.known(&Node::Mul(a, b), value) {
             return known;
         }
         let [(p, x), (r, y)] = self.split(a, b);
@@ -258,207 +269,29 @@ impl Graph {
         if self.is_zero(a) || self.is_one(b) {
             return Some(a);
         }
-        if let Some(n) = self.as_number(b)
-            && let Some(r) = n.recip()
-            && matches!(r, Number::Rational(..))
-            && (self.as_number(a).is_some() || r.value().abs().log2().fract() == 0.0)
+        let value = self.fingerprint(a).div(self.fingerprint(b));
+        if let (Some(x), Some(y)) = (self.as_number(a), self.as_number(b))
+            && let Some(quotient) = x.over(y)
         {
-            let r = self.number(r);
-            return Some(self.mul(a, r));
+            return Some(self.folded(quotient, value));
         }
         match (self.node(a), self.node(b)) {
             (Node::Neg(x), _) => return self.div(x, b).map(|q| self.neg(q)),
             (_, Node::Neg(y)) => return self.div(a, y).map(|q| self.neg(q)),
             _ => {}
         }
-        let value = self.fingerprint(a).div(self.fingerprint(b));
-        if let Some(known) = self.find(value)
-            && (self.is_monomial(known) || !(self.is_monomial(a) && self.is_monomial(b)))
-        {
+        if let Some(known) = self.known(&Node::Div(a, b), value) {
             return Some(known);
         }
-        // A division by parameters alone is a multiplication by a hoisted reciprocal.
-        if self.is_constant(b) && !self.is_constant(a) {
+        // A division by parameters alone is a multiplication by a hoisted reciprocal, one by a number a multiplication.
+        let literal = self.as_number(b).is_some_and(|n| n.recip().is_some());
+        if literal || self.is_constant(b) && !self.is_constant(a) {
             let one = self.one();
-            let reciprocal = self.intern(Node::Div(one, b), Fingerprint::ONE.div(self.fingerprint(b)));
-            return Some(self.mul(reciprocal, a));
+            if a != one {
+                let reciprocal = self.div(one, b)?;
+                return Some(self.mul(reciprocal, a));
+            }
         }
         Some(self.intern(Node::Div(a, b), value))
-    }
-
-    /// aⁿ by repeated squaring; `None` for a negative power of zero.
-    pub fn powi(&mut self, a: NodeId, n: i32) -> Option<NodeId> {
-        let mut result = self.one();
-        let mut base = a;
-        let mut left = n.unsigned_abs();
-        while left > 0 {
-            if left & 1 == 1 {
-                result = self.mul(result, base);
-            }
-            left >>= 1;
-            if left > 0 {
-                base = self.mul(base, base);
-            }
-        }
-        if n < 0 {
-            let one = self.one();
-            self.div(one, result)
-        } else {
-            Some(result)
-        }
-    }
-
-    /// Point of the circle of an angle: additive where the angle is a sum or an integer multiple. Without recursion, as sums can be deep.
-    fn circle(&mut self, angle: NodeId) -> Circle {
-        let mut stack = vec![angle];
-        while let Some(&id) = stack.last() {
-            let missing = |g: &Self, x: NodeId| g.circles.get(&x).is_none();
-            let parts: Vec<NodeId> = match self.node(id) {
-                _ if self.is_zero(id) => Vec::new(),
-                Node::Add(a, b) | Node::Sub(a, b) => vec![a, b],
-                Node::Neg(a) => vec![a],
-                Node::Mul(n, a) if self.multiple(n).is_some() => vec![a],
-                _ => Vec::new(),
-            };
-            let left: Vec<NodeId> = parts.into_iter().filter(|x| missing(self, *x)).collect();
-            if left.is_empty() {
-                stack.pop();
-                let point = self.circle_of_known(id);
-                self.circles.insert(id, point);
-            } else {
-                stack.extend(left);
-            }
-        }
-        self.circles.get(&angle).expect("the loop ends with the angle's own point")
-    }
-
-    /// The integer that a node is, if it is small enough to multiply an angle by.
-    fn multiple(&self, n: NodeId) -> Option<i64> {
-        match self.as_number(n) {
-            Some(Number::Rational(n, 1)) => i32::try_from(n).ok().map(i64::from),
-            _ => None,
-        }
-    }
-
-    /// The point of an angle whose parts have theirs.
-    fn circle_of_known(&self, angle: NodeId) -> Circle {
-        let known = |x: NodeId| self.circles.get(&x).expect("parts come first");
-        match self.node(angle) {
-            _ if self.is_zero(angle) => Circle::ZERO_ANGLE,
-            Node::Add(a, b) => known(a).add(known(b)),
-            Node::Sub(a, b) => known(a).add(known(b).neg()),
-            Node::Neg(a) => known(a).neg(),
-            Node::Mul(n, a) => match self.multiple(n) {
-                Some(n) => known(a).times(n),
-                None => Circle::opaque(self.fingerprint(angle)),
-            },
-            _ => Circle::opaque(self.fingerprint(angle)),
-        }
-    }
-
-    /// f(a) for a function of one argument.
-    pub fn unary(&mut self, f: Unary, a: NodeId) -> NodeId {
-        use Unary::{Abs, Asin, Atan, Cbrt, Cos, Cosh, Exp, Sin, Sinh, Tan, Tanh};
-        if self.is_zero(a) {
-            match f {
-                Cos | Cosh | Exp => return self.one(),
-                Sin | Tan | Asin | Atan | Sinh | Tanh | Unary::Sqrt | Cbrt | Abs => return a,
-                _ => {}
-            }
-        }
-        if let Some(n) = self.as_number(a)
-            && let Some(folded) = fold(f, n)
-        {
-            return self.number(folded);
-        }
-        if let Node::Neg(x) = self.node(a) {
-            match f {
-                Sin | Tan | Asin | Atan | Sinh | Tanh | Cbrt => {
-                    let value = self.unary(f, x);
-                    return self.neg(value);
-                }
-                Cos | Cosh | Abs => return self.unary(f, x),
-                _ => {}
-            }
-        }
-        let value = match f {
-            Sin => self.circle(a).sin,
-            Cos => self.circle(a).cos,
-            Tan => {
-                let point = self.circle(a);
-                point.sin.div(point.cos)
-            }
-            _ => Fingerprint::opaque(0x100 + f as u64, &[self.fingerprint(a)]),
-        };
-        self.intern(Node::Unary(f, a), value)
-    }
-
-    /// f(a, b) for a function of two arguments.
-    pub fn binary(&mut self, f: Binary, a: NodeId, b: NodeId) -> NodeId {
-        let value = Fingerprint::opaque(0x200 + f as u64, &[self.fingerprint(a), self.fingerprint(b)]);
-        self.intern(Node::Binary(f, a, b), value)
-    }
-
-    /// `if left ∘ right { then } else { otherwise }`.
-    pub fn select(
-        &mut self,
-        comparison: Comparison,
-        left: NodeId,
-        right: NodeId,
-        then: NodeId,
-        otherwise: NodeId,
-    ) -> NodeId {
-        if then == otherwise {
-            return then;
-        }
-        if let (Some(l), Some(r)) = (self.as_number(left), self.as_number(right)) {
-            let (l, r) = (l.value(), r.value());
-            let holds = match comparison {
-                Comparison::Less => l < r,
-                Comparison::LessEqual => l <= r,
-                Comparison::Equal => l == r,
-            };
-            return if holds { then } else { otherwise };
-        }
-        let arguments = [left, right, then, otherwise].map(|x| self.fingerprint(x));
-        let value = Fingerprint::opaque(0x300 + comparison as u64, &arguments);
-        self.intern(Node::Select { comparison, left, right, then, otherwise }, value)
-    }
-
-    /// Derivative of given order of a smooth parameter function at `argument`.
-    pub fn smooth(&mut self, function: FunctionId, order: u8, argument: NodeId) -> NodeId {
-        let kind = 0x400 + (u64::from(function.0) << 16) + u64::from(order);
-        let value = Fingerprint::opaque(kind, &[self.fingerprint(argument)]);
-        self.intern(Node::Smooth { function, order, argument }, value)
-    }
-}
-
-/// f of a literal, where the result is finite.
-fn fold(f: Unary, n: Number) -> Option<Number> {
-    let x = n.value();
-    let y = evaluate(f, x);
-    let exact =
-        y.fract() == 0.0 && y.abs() < 1e15 && matches!(f, Unary::Sqrt | Unary::Cbrt | Unary::Abs | Unary::Signum);
-    y.is_finite().then(|| if exact { Number::integer(y as i64) } else { Number::Float(y) })
-}
-
-/// f(x) in `f64`.
-pub(super) fn evaluate(f: Unary, x: f64) -> f64 {
-    match f {
-        Unary::Sin => x.sin(),
-        Unary::Cos => x.cos(),
-        Unary::Tan => x.tan(),
-        Unary::Asin => x.asin(),
-        Unary::Acos => x.acos(),
-        Unary::Atan => x.atan(),
-        Unary::Sinh => x.sinh(),
-        Unary::Cosh => x.cosh(),
-        Unary::Tanh => x.tanh(),
-        Unary::Exp => x.exp(),
-        Unary::Ln => x.ln(),
-        Unary::Sqrt => x.sqrt(),
-        Unary::Cbrt => x.cbrt(),
-        Unary::Abs => x.abs(),
-        Unary::Signum => x.signum(),
     }
 }

@@ -1,6 +1,6 @@
 //! Numeric interpreter: the oracle of tests and the tool of numeric checks.
 
-use super::{Binary, Comparison, FunctionId, Graph, Node, NodeId, Symbol, build};
+use super::{Comparison, FunctionId, Graph, Node, NodeId, Symbol, functions};
 
 /// Values of what a graph does not know.
 pub trait Bindings {
@@ -26,26 +26,8 @@ impl Graph {
                 Node::Mul(a, b) => at(a) * at(b),
                 Node::Div(a, b) => at(a) / at(b),
                 Node::Neg(a) => -at(a),
-                Node::Unary(f, a) => build::evaluate(f, at(a)),
-                Node::Binary(f, a, b) => match f {
-                    Binary::Atan2 => at(a).atan2(at(b)),
-                    Binary::Powf => at(a).powf(at(b)),
-                    Binary::Hypot => at(a).hypot(at(b)),
-                    Binary::Min => {
-                        if at(b) < at(a) {
-                            at(b)
-                        } else {
-                            at(a)
-                        }
-                    }
-                    Binary::Max => {
-                        if at(b) > at(a) {
-                            at(b)
-                        } else {
-                            at(a)
-                        }
-                    }
-                },
+                Node::Unary(f, a) => functions::evaluate(f, at(a)),
+                Node::Binary(f, a, b) => functions::evaluate_binary(f, at(a), at(b)),
                 Node::Select { comparison, left, right, then, otherwise } => {
                     let holds = match comparison {
                         Comparison::Less => at(left) < at(right),

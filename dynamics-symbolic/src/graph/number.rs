@@ -118,7 +118,7 @@ impl Number {
     pub fn plus(self, other: Self) -> Option<Self> {
         match (self, other) {
             (Self::Rational(a, b), Self::Rational(c, d)) => Some(Self::ratio(a * d + c * b, b * d)),
-            _ => Self::finite(self.value() + other.value()),
+            _ => Self::float(self.value() + other.value()),
         }
     }
 
@@ -127,7 +127,7 @@ impl Number {
     pub fn times(self, other: Self) -> Option<Self> {
         match (self, other) {
             (Self::Rational(a, b), Self::Rational(c, d)) => Some(Self::ratio(a * c, b * d)),
-            _ => Self::finite(self.value() * other.value()),
+            _ => Self::float(self.value() * other.value()),
         }
     }
 
@@ -138,6 +138,20 @@ impl Number {
             Self::Rational(a, b) => Self::Rational(-a, b),
             Self::Float(x) => Self::Float(-x),
         }
+    }
+
+    /// Quotient; `None` where it is not finite.
+    #[must_use]
+    pub fn over(self, other: Self) -> Option<Self> {
+        match (self, other) {
+            (_, Self::Rational(0, _)) => None,
+            (Self::Rational(a, b), Self::Rational(c, d)) => Some(Self::ratio(a * d, b * c)),
+            _ => Self::float(self.value() / other.value()),
+        }
+    }
+
+    fn float(x: f64) -> Option<Self> {
+        x.is_finite().then_some(Self::Float(x))
     }
 
     /// A float as a number, an integer where it is one; `None` where it is not finite.
@@ -156,7 +170,7 @@ impl Number {
         match self {
             Self::Rational(0, _) => None,
             Self::Rational(a, b) => Some(Self::ratio(b, a)),
-            Self::Float(x) => Self::finite(1.0 / x),
+            Self::Float(x) => Self::float(1.0 / x),
         }
     }
 
