@@ -2,6 +2,7 @@
 //! model's own functions on time jets. Each output carries a value with its first and second time derivative.
 
 use dynamics::prelude::*;
+use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 
 /// A user's own smooth function.
@@ -32,6 +33,14 @@ pub struct Everything {
     pub axis: Vec3<f64>,
     /// A matrix.
     pub tensor: Mat3<f64>,
+    /// A vector of the plane.
+    pub offset: Vec2<f64>,
+    /// A vector of nalgebra's.
+    pub arm: Vector3<f64>,
+    /// A matrix of nalgebra's.
+    pub frame: Matrix3<f64>,
+    /// Numbers by rows.
+    pub table: [[f64; 2]; 3],
     /// A user's own smooth function.
     pub wave: Wave,
     /// A spline.
@@ -243,6 +252,19 @@ impl Everything {
         vec3(spin[(2, 1)], spin[(0, 2)], spin[(1, 0)])
     }
 
+    #[output]
+    fn parameters(&self, q: &Coordinates<Self>) -> Vec3 {
+        let arm = Vec3::from(self.arm) + self.arm.x * Vec3::X;
+        let frame = Mat3::from(self.frame) / self.frame[(0, 1)];
+        let mut sum = self.offset.dot(vec2(q.x, q.y)) + (self.offset * q.x).perp().y;
+        for row in &self.table {
+            let [first, second] = *row;
+            sum += first * q.x / (second + q.y);
+        }
+        let constant = self.a.sqrt() + self.b[1].abs() + self.axis.norm() + self.tensor[(0, 1)].powi(3);
+        self.three(sum * constant + (frame * arm).dot(self.place(q)) + self.table[2][1].sin() * self.a.dt())
+    }
+
     #[force]
     fn push(&self, q: &Coordinates<Self>) -> Force {
         let mut sum = Force::at(self.place(q), vec3(self.a, q.x, 0.2)) - 0.5 * Force::along(q.x * q.y, q.z[0]);
@@ -259,6 +281,10 @@ fn model() -> Everything {
         b: [0.2, -0.5, 0.9],
         axis: Vec3::new(0.1, 0.8, -0.4),
         tensor: Mat3::from([[2.0, 0.1, 0.2], [0.1, 3.0, -0.3], [0.2, -0.3, 1.5]]),
+        offset: Vec2::new(0.4, -0.9),
+        arm: Vector3::new(-0.3, 0.2, 1.1),
+        frame: Matrix3::new(1.0, 0.5, -0.2, 0.3, 2.0, 0.1, 0.6, -0.7, 1.4),
+        table: [[0.1, 0.9], [-0.4, 1.2], [0.8, 0.5]],
         wave: Wave { wave_number: 2.0 },
         track: CubicSpline::not_a_knot(&knots, &[0.3, 0.1, -0.2, 0.5, 0.4]).expect("the knots increase"),
     }
@@ -294,7 +320,7 @@ fn agree(position: [f64; 4], rates: [f64; 4], t: f64) -> Result<(), TestCaseErro
     compare!(model, q, compiled;
         sin cos tan asin acos atan sinh cosh tanh exp ln sqrt cbrt recip abs signum sin_cos powi powf power_of_power
         atan2 hypot min max clamp mul_add smooth operators branches loops time vectors whole_vectors matrices
-        angular_velocity);
+        angular_velocity parameters);
 
     let force = Everything::POWERS.iter().position(|p| p.name == "push").expect("a force has its power");
     let mut powers = vec![0.0; Everything::POWERS.len()];
