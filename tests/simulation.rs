@@ -1,0 +1,188 @@
+//! Derived models in motion: what the macro emits, driven by everything that a simulation offers.
+
+#![allow(missing_docs, clippy::excessive_precision, reason = "test models; reference values keep their digits")]
+
+use dynamics::prelude::*;
+
+/// Two bobs on massless rods, swinging in a vertical plane.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta1: rad, theta2: rad)]
+#[units(m1: kg, m2: kg, l1: m, l2: m, g: m / s^2)]
+pub struct DoublePendulum {
+    pub m1: f64,
+    pub m2: f64,
+    pub l1: f64,
+    pub l2: f64,
+    pub g: f64,
+}
+
+#[dynamics]
+impl DoublePendulum {
+    fn bob1(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.l1 * vec2(q.theta1.sin(), -q.theta1.cos())
+    }
+    fn bob2(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.bob1(q) + self.l2 * vec2(q.theta2.sin(), -q.theta2.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m1 * self.bob1(q).dt().norm_squared() + 0.5 * self.m2 * self.bob2(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.g * (self.m1 * self.bob1(q).y + self.m2 * self.bob2(q).y)
+    }
+}
+
+/// The contract's own lines, and the reference of Levien and Tan's double pendulum at t = 10 (30 digits proven).
+#[test]
+fn a_derived_double_pendulum_meets_its_reference() {
+    let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.8 };
+    let pi = std::f64::consts::PI;
+    let start = model.state().theta1(2.0 * pi / 3.0).theta2(-pi / 18.0).build().unwrap();
+    let motion = model.simulate(start).until(10.0).tolerance(1e-14).run().unwrap();
+    let end = motion.at(10.0);
+    assert!((end.theta1() + 0.792596116598799467).abs() < 1e-9);
+    assert!((end.theta2() + 2.46949450975492676).abs() < 1e-9);
+    assert!((end.theta1_rate() + 1.97580988134385349).abs() < 1e-9);
+    assert!((end.theta2_rate() + 2.38063119314817533).abs() < 1e-9);
+    assert!(motion.summary().energy_drift < 1e-12, "{}", motion.summary());
+    let long = model.simulate(start).until(1000.0).tolerance(1e-12).run().unwrap();
+    assert!(long.summary().energy_drift < 1e-9, "{}", long.summary());
+    let place = model.bob2(&motion.coordinates_at(3.0)).value();
+    let q = motion.at(3.0).q;
+    assert!((place.x - q[0].sin() - q[1].sin()).abs() < 1e-15);
+}
+
+/// A cart with a pendulum: motor force, viscous damping, a tether along a distance, one output and one event.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, theta: rad)]
+#[inputs(motor: N)]
+#[units(cart: kg, bob: kg, l: m, g: m / s^2, c: N * s / m, k: N / m)]
+pub struct CartPole {
+    pub cart: f64,
+    pub bob: f64,
+    pub l: f64,
+    pub g: f64,
+    pub c: f64,
+    pub k: f64,
+}
+
+#[dynamics]
+impl CartPole {
+    fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, 0.0) + self.l * vec2(q.theta.sin(), -q.theta.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.cart * q.x.dt().powi(2) + 0.5 * self.bob * self.bob(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.bob * self.g * self.bob(q).y
+    }
+    #[dissipation]
+    fn friction(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.c * q.x.dt().powi(2)
+    }
+    #[force]
+    fn drive(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, q.motor)
+    }
+    #[force]
+    fn tether(&self, q: &Coordinates<Self>) -> Force {
+        Force::at(self.bob(q), -self.k * self.bob(q))
+    }
+    #[output]
+    fn height(&self, q: &Coordinates<Self>) -> Expr {
+        self.bob(q).y
+    }
+    #[event]
+    fn upright(&self, q: &Coordinates<Self>) -> Expr {
+        q.theta.cos()
+    }
+}
+
+fn cart_pole() -> CartPole {
+    CartPole { cart: 1.0, bob: 0.3, l: 0.5, g: 9.81, c: 0.2, k: 1.5 }
+}
+
+#[test]
+fn the_work_of_every_named_force_closes_the_account() {
+    let model = cart_pole();
+    let start = model.state().theta(0.4).x_rate(1.0).build().unwrap();
+    for method in [Method::Dop853, Method::DormandPrince5] {
+        let motion = model
+            .simulate(start)
+            .until(8.0)
+            .tolerance(1e-11)
+            .method(method)
+            .inputs(|t, s| [2.0 * (3.0 * t).sin() - 0.1 * s.theta_rate()])
+            .run()
+            .unwrap();
+        let account = motion.work();
+        println!("{account}");
+        let names: Vec<&str> = account.forces.iter().map(|row| row.name.as_str()).collect();
+        for name in ["friction", "drive", "tether"] {
+            assert!(names.contains(&name), "{names:?}");
+        }
+        let largest = account.forces.iter().map(|row| row.work.abs()).fold(0.0, f64::max);
+        assert!(largest > 0.1, "forces do work");
+        assert!(account.closure_error.abs() < 1e-9 * account.scale, "{method}\n{account}");
+        let t = 4.321;
+        assert_eq!(motion.output("height", t).unwrap(), -0.5 * motion.at(t).theta().cos());
+        assert_eq!(motion.at(t).motor(), 2.0 * (3.0 * t).sin() - 0.1 * motion.at(t).theta_rate());
+    }
+}
+
+#[test]
+fn declared_events_are_found_and_act() {
+    let model = cart_pole();
+    let start = model.state().theta(0.3).theta_rate(15.0).motor(0.0).build().unwrap();
+    let listed = model.simulate(start).until(2.0).run().unwrap();
+    assert!(listed.events().len() >= 3);
+    for event in listed.events() {
+        assert!(event.name == "upright" && event.before.theta().cos().abs() < 1e-12);
+    }
+    let stopped = model.simulate(start).until(2.0).stop_at("upright", Direction::Rising).run().unwrap();
+    assert!(stopped.end().theta().cos().abs() < 1e-14);
+    let braked =
+        model.simulate(start).until(2.0).on_event("upright", Direction::Falling, |s| s.u[1] *= 0.5).run().unwrap();
+    let account = braked.work();
+    assert!(account.resets[0].work < 0.0 && account.closure_error.abs() < 1e-8 * account.scale, "{account}");
+}
+
+/// A mass on a spring whose anchor is moved: the Lagrangian contains time.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+pub struct Driven {
+    pub m: f64,
+    pub k: f64,
+    pub a: f64,
+}
+
+#[dynamics]
+impl Driven {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.k * (q.x - self.a * (2.0 * q.t).sin()).powi(2)
+    }
+}
+
+#[test]
+fn explicit_time_does_work_of_its_own() {
+    let model = Driven { m: 1.0, k: 9.0, a: 0.3 };
+    let motion = model.simulate(model.state().x(0.1).build().unwrap()).until(5.0).tolerance(1e-12).run().unwrap();
+    // ẍ = 9 (a sin 2t − x): x = 0.1 cos 3t + (9a/5)(sin 2t − ⅔ sin 3t)
+    let exact = |t: f64| 0.1 * (3.0 * t).cos() + 9.0 * 0.3 / 5.0 * ((2.0 * t).sin() - (3.0 * t).sin() * 2.0 / 3.0);
+    for t in [0.5, 2.0, 5.0] {
+        assert!((motion.at(t).x() - exact(t)).abs() < 1e-10);
+    }
+    let account = motion.work();
+    assert!(account.forces[0].name == "explicit time" && account.forces[0].work.abs() > 0.01, "{account}");
+    assert!(account.closure_error.abs() < 1e-10 * account.scale, "{account}");
+}
