@@ -386,6 +386,9 @@ pub(super) fn differences(values: impl Iterator<Item = Option<i64>>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
+    use super::super::super::json_check;
     use super::*;
 
     #[test]
@@ -444,6 +447,35 @@ mod tests {
             let grid = bounds.grid();
             assert!(grid.quantum > 0.0 && grid.quantum.is_finite());
             assert!(grid.half.iter().all(|half| (0..=10_001).contains(half)), "{grid:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_picture_can_be_read_back(
+            pictures in prop::collection::vec(prop::collection::vec(prop::array::uniform5(prop::num::f64::ANY), 0..4), 0..6),
+        ) {
+            let mut reel = Reel::new(Color::Ink);
+            for picture in &pictures {
+                let figures = picture.iter().fold(Drawing::new(), |drawing, [a, b, c, d, e]| {
+                    drawing
+                        .width(*e)
+                        .spring([*a, *b], [*c, *d, *e])
+                        .disc([*a, *b], *c)
+                        .tail("tail", [*d, *e], *a)
+                        .arc([*a, *b], *c, *d, *e)
+                });
+                reel.push(&figures);
+            }
+            let grid = reel.bounds.grid();
+            prop_assert!(grid.quantum > 0.0 && grid.half[0].max(grid.half[1]) >= 9_999);
+            let json = json_check::read(&reel.to_json(&grid));
+            let instants: usize = reel.scenes.iter().map(|scene| scene.instants).sum();
+            prop_assert_eq!(instants, pictures.len());
+            for (scene, read) in reel.scenes.iter().zip(json["scenes"].list()) {
+                let numbers: usize = scene.figures.len() / 4 * (4 + 3 + 2 + 5);
+                prop_assert_eq!(read["places"].list().len(), numbers);
+            }
         }
     }
 

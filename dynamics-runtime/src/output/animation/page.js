@@ -358,6 +358,9 @@
     for (const curve of strip) for (const v of curve.values) { if (v < lo) lo = v; if (v > hi) hi = v; }
     if (!(lo <= hi)) { lo = -1; hi = 1; }
     if (lo === hi) { const half = Math.abs(lo) / 2 || 1; lo -= half; hi += half; }
+    pen.font = "11px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
+    const labels = [number(lo, 3), number(hi, 3)];
+    edge.left = Math.max(40, ...labels.map((label) => pen.measureText(label).width + 12));
     const x = (k) => edge.left + (width - edge.left - edge.right) * (last ? k / last : 0);
     const y = (v) => height - edge.bottom - (height - edge.top - edge.bottom) * (v - lo) / (hi - lo);
     pen.strokeStyle = palette.rule;
@@ -367,11 +370,10 @@
       pen.beginPath(); pen.moveTo(edge.left, y(0)); pen.lineTo(width - edge.right, y(0)); pen.stroke();
     }
     pen.fillStyle = palette.quiet;
-    pen.font = "11px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
     pen.textAlign = "right";
     pen.textBaseline = "middle";
-    pen.fillText(number(hi, 3), edge.left - 6, y(hi) + 3);
-    pen.fillText(number(lo, 3), edge.left - 6, y(lo) - 3);
+    pen.fillText(labels[1], edge.left - 6, y(hi) + 3);
+    pen.fillText(labels[0], edge.left - 6, y(lo) - 3);
     if (lo < 0 && hi > 0 && Math.min(y(0) - y(hi), y(lo) - y(0)) > 18) pen.fillText("0", edge.left - 6, y(0));
     // Events: a small sign at the upper edge and a faint line, those that can be told apart.
     let mark = -Infinity;
@@ -443,6 +445,7 @@
   function seek(k) {
     frame = Math.max(0, Math.min(last, k));
     $("scrub").value = last ? frame / last : 0;
+    if (!playing) $("scrub").setAttribute("aria-valuetext", time(frame) + " " + timeUnit);
     $("time").textContent = "t = " + time(frame) + " / " + time(last) + (timeUnit && " " + timeUnit);
     refresh();
   }
