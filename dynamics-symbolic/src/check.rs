@@ -4,6 +4,7 @@ mod contents;
 mod definite;
 mod effect;
 mod finding;
+pub mod hazards;
 mod inertia;
 mod modular;
 mod quadratic;
@@ -32,11 +33,11 @@ pub fn declared(model: &Model) -> Vec<Finding> {
     found
 }
 
-/// Directions of motion without inertia: for models whose mass matrix turned out to be singular in every state.
+/// Directions of motion without inertia: for models whose mass matrix met a pivot that is zero in every state, that of coordinate `pivot`.
 #[must_use]
-pub fn singular(model: &mut Model) -> Vec<Finding> {
+pub fn singular(model: &mut Model, pivot: usize) -> Vec<Finding> {
     let mut found = Vec::new();
-    inertia::inertia(model, &mut found);
+    inertia::inertia(model, pivot, &mut found);
     found
 }
 

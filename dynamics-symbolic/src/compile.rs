@@ -109,15 +109,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
 
 fn findings(model: &mut Model, reason: &Underivable) -> Vec<Finding> {
     match reason {
-        Underivable::Singular(i) => {
-            let found = check::singular(model);
-            if !found.is_empty() {
-                return found;
-            }
-            // Regular, but no order of elimination without a vanishing pivot was found.
-            let coordinate = &model.coordinates[*i];
-            vec![Finding::NoInertia { direction: coordinate.name.clone(), origins: vec![coordinate.origin] }]
-        }
+        Underivable::Singular(i) => check::singular(model, *i),
         Underivable::ZeroDenominator => vec![Finding::ZeroDenominator],
     }
 }

@@ -229,6 +229,23 @@ fn negative_inertia_is_found_with_and_without_nominal_values() {
     assert!(matches!(findings(b.model)[..], [Finding::NegativeInertia { nominal: true, .. }]));
 }
 
+/// L = ẋẏ is regular and indefinite: x − y moves with negative energy, and no elimination without exchange gets through.
+#[test]
+fn an_indefinite_lagrangian_is_not_called_singular() {
+    let mut b = Builder::new("Saddle");
+    let (x, y) = (b.coordinate("x"), b.coordinate("y"));
+    let (u, v) = (b.dt(x), b.dt(y));
+    let l = b.mul(u, v);
+    b.energy("saddle", EnergyRole::Lagrangian, l);
+    let [Finding::NegativeInertia { direction, .. }] = &findings(b.model)[..] else { panic!("one finding") };
+    assert_eq!(direction, "a combination of x, y");
+}
+
+#[test]
+fn nothing_at_all_does_not_panic() {
+    assert_eq!(findings(Model::default()), []);
+}
+
 #[test]
 fn energy_and_ignorable_momenta_are_conserved() {
     assert_eq!(names(double_pendulum()), ["energy"]);

@@ -5,10 +5,10 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::reader::{Names, evaluate};
-use common::{Values, arm, chain, double_pendulum, relative_chain, zoo};
+use common::{Builder, Values, arm, chain, double_pendulum, relative_chain, zoo};
 use dynamics_symbolic::compile::{Compiled, compile};
-use dynamics_symbolic::graph::{Bindings, NodeId, Symbol};
-use dynamics_symbolic::mechanics::Model;
+use dynamics_symbolic::graph::{Bindings, NodeId, Origin, Symbol, Unary};
+use dynamics_symbolic::mechanics::{EnergyRole, Event, Model};
 
 fn compiled(model: Model) -> Compiled {
     compile(model).unwrap_or_else(|found| panic!("{found:?}"))
@@ -222,4 +222,48 @@ fn values_cover_all_symbols() {
     let c = compiled(zoo());
     let v = values(&c.model);
     assert!(v.symbol(Symbol::Input(0)).is_finite() && v.symbol(Symbol::Acceleration(3)).is_finite());
+}
+
+/// Friction switches where the velocity changes sign, attraction divides by the distance: the report says both, and an event silences the first.
+#[test]
+fn the_report_warns_of_switches_and_singularities() {
+    let mut b = Builder::new("Comet");
+    let (x, m, k) = (b.coordinate("x"), b.parameter("m"), b.parameter("k"));
+    let t = b.kinetic(m, &[x]);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    let attraction = b.g().div(k, x).expect("not zero");
+    let v = b.neg(attraction);
+    b.energy("attraction", EnergyRole::Potential, v);
+    let u = b.dt(x);
+    let lost = b.g().unary(Unary::Abs, u);
+    let lost = b.mul(k, lost);
+    b.energy("friction", EnergyRole::Dissipation, lost);
+    let report = compiled(b.model.clone()).report;
+    assert!(report.contains("not smooth where    x' = 0; an event there keeps the order of the method\n"), "{report}");
+    assert!(report.contains("divides by          x"), "{report}");
+    assert!(!report.contains("roots and logs"), "{report}");
+    b.model.events.push(Event { name: "stops".into(), node: u, origin: Origin(9) });
+    let report = compiled(b.model).report;
+    assert!(!report.contains("not smooth"), "{report}");
+}
+
+/// Deep graphs do not exhaust the stack of a thread.
+#[test]
+fn deep_expressions_are_written() {
+    let mut b = Builder::new("Deep");
+    let (x, m) = (b.coordinate("x"), b.parameter("m"));
+    let t = b.kinetic(m, &[x]);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    let mut v = x;
+    for i in 0..3000 {
+        v = b.g().unary([Unary::Atan, Unary::Tanh][i % 2], v);
+        v = b.add(v, m);
+    }
+    b.energy("tower", EnergyRole::Potential, v);
+    let run =
+        || compile(b.model.clone()).map(|c| (c.listing.len(), c.equations_text.len(), c.latex.len(), c.report.len()));
+    let small = std::thread::Builder::new().stack_size(512 * 1024);
+    let result = std::thread::scope(|s| small.spawn_scoped(s, run).expect("a thread").join().expect("no panic"));
+    let (listing, equations, latex, report) = result.unwrap_or_else(|found| panic!("{found:?}"));
+    assert!(listing > 500 && report > 500 && (1000..30_000).contains(&equations) && (1000..30_000).contains(&latex));
 }

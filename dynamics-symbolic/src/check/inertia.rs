@@ -11,7 +11,9 @@ use super::Finding;
 use super::modular::{combination, integers, null_space};
 
 /// Directions without inertia; called where the factorization of M met a pivot that is identically zero.
-pub(super) fn inertia(model: &mut Model, found: &mut Vec<Finding>) {
+///
+/// A zero pivot of a regular M means that M is indefinite (L = ẋẏ): then some direction has negative inertia.
+pub(super) fn inertia(model: &mut Model, pivot: usize, found: &mut Vec<Finding>) {
     let n = model.coordinates.len();
     let mass = mass_matrix(model);
     let flat: Vec<NodeId> = mass.iter().flatten().copied().collect();
@@ -25,17 +27,24 @@ pub(super) fn inertia(model: &mut Model, found: &mut Vec<Finding>) {
         let origins = involved(model, |i| direction[i] != 0);
         found.push(Finding::NoInertia { direction: combination(direction, &names), origins });
     }
-    if constant.len() < here.len() {
+    if here.is_empty() {
+        let takes_part = |i: usize| i == pivot || !model.graph.is_zero(mass[pivot][i]);
+        let direction = format!("a combination of {}", named(model, takes_part));
+        found.push(Finding::NegativeInertia { direction, nominal: false, origins: involved(model, takes_part) });
+    } else if constant.len() < here.len() {
         // What the named directions do not explain.
         let varying = |i: usize| {
             let named = constant.iter().any(|c| c[i] != 0);
             !named && here.iter().any(|v| v[i] != Fingerprint::ZERO)
         };
-        let names: Vec<&str> =
-            model.coordinates.iter().enumerate().filter(|(i, _)| varying(*i)).map(|(_, c)| c.name.as_str()).collect();
-        let direction = format!("a combination of {} that depends on state or parameters", names.join(", "));
+        let direction = format!("a combination of {} that depends on state or parameters", named(model, varying));
         found.push(Finding::NoInertia { direction, origins: involved(model, varying) });
     }
+}
+
+fn named(model: &Model, takes_part: impl Fn(usize) -> bool) -> String {
+    let names = model.coordinates.iter().enumerate().filter(|(i, _)| takes_part(*i)).map(|(_, c)| c.name.as_str());
+    names.collect::<Vec<_>>().join(", ")
 }
 
 fn involved(model: &Model, takes_part: impl Fn(usize) -> bool) -> Vec<Origin> {

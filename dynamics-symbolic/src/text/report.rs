@@ -1,9 +1,13 @@
 //! The report: degrees of freedom, conserved quantities, structure, what was simplified, and what the model costs; for a terminal.
 
+use crate::check::hazards::Hazards;
 use crate::check::structure::{Linearity, Pattern, Structure};
 use crate::graph::{Dependence, Graph, Node, NodeId};
 use crate::mechanics::{Derivation, Equations, Model, Named};
 use crate::schedule::Program;
+
+use super::formula::Formulas;
+use super::plain::Plain;
 
 /// Width of a line, and of the column of headings.
 const WIDTH: usize = 96;
@@ -17,6 +21,7 @@ pub fn report(model: &Model, equations: &Equations, programs: &[&Program], withh
     declared(&mut out, model);
     derived(&mut out, model, equations, &structure);
     conserved(&mut out, equations);
+    watch(&mut out, model, equations);
     simplified(&mut out, model, equations, programs);
     cost(&mut out, programs);
     if let Some((function, operations)) = withheld {
@@ -194,6 +199,32 @@ fn conserved(out: &mut String, equations: &Equations) {
         let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
         entry(out, if i == 0 { "conserved" } else { "" }, &format!("{name}{unit}"));
     }
+}
+
+/// Where the model is not smooth, or not defined.
+fn watch(out: &mut String, model: &Model, equations: &Equations) {
+    let hazards = Hazards::of(model, equations);
+    let sides = hazards.switches.iter().flat_map(|s| [Some(s.left), s.right]).flatten();
+    let roots: Vec<NodeId> = sides.chain(hazards.denominators.iter().chain(&hazards.domains).copied()).collect();
+    let formulas = Formulas::new(model, &roots);
+    let text = |id: NodeId| formulas.text(&Plain::READABLE, model, id).text;
+    let mut line = |heading: &str, parts: Vec<String>, end: &str| {
+        // What is too long to read is not worth its place.
+        let short: Vec<String> = parts.iter().filter(|p| p.len() <= 60).take(4).cloned().collect();
+        if short.is_empty() {
+            return;
+        }
+        let more =
+            if short.len() < parts.len() { format!(" and {} more", parts.len() - short.len()) } else { String::new() };
+        entry(out, heading, &format!("{}{more}{end}", short.join(", ")));
+    };
+    let switches = hazards.switches.iter().map(|s| {
+        let right = s.right.map_or_else(|| "0".to_owned(), text);
+        format!("{} = {right}", text(s.left))
+    });
+    line("not smooth where", switches.collect(), "; an event there keeps the order of the method");
+    line("divides by", hazards.denominators.iter().map(|d| text(*d)).collect(), "");
+    line("roots and logs of", hazards.domains.iter().map(|d| text(*d)).collect(), "");
 }
 
 /// What sharing and hoisting saved.
