@@ -351,3 +351,19 @@ pub fn zoo() -> Model {
     b.model.events.push(Event { name: "level".into(), node: level, origin: Origin(600) });
     b.model
 }
+
+/// A bob on a massless rod in space: θ from the downward vertical, φ about it; parameters m, l, g.
+pub fn spherical_pendulum() -> Model {
+    let mut b = Builder::new("SphericalPendulum");
+    let (theta, phi) = (b.coordinate("theta"), b.coordinate("phi"));
+    let [m, l, g] = ["m", "l", "g"].map(|n| b.parameter(n));
+    let (st, ct, sp, cp) = (b.sin(theta), b.cos(theta), b.sin(phi), b.cos(phi));
+    let (out, down) = (b.mul(l, st), b.mul(l, ct));
+    let place = [b.mul(out, cp), b.mul(out, sp), b.neg(down)];
+    let kinetic = b.kinetic(m, &place);
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    let h = b.mul(m, place[2]);
+    let gravity = b.mul(g, h);
+    b.energy("gravity", EnergyRole::Potential, gravity);
+    b.model
+}
