@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 use common::*;
 use dynamics_runtime::model::ModelState;
 use dynamics_runtime::motion::{Direction, Flow, Method, OptionError, Simulate, SimulationErrorKind};
+use proptest::prelude::*;
 
 const G: f64 = 9.81;
 
@@ -255,4 +256,78 @@ fn bad_events_are_errors() {
         kind(open().on_event("impact", Direction::Any, |s| s.t += 1.0)),
         SimulationErrorKind::BadReset { event: "impact".into(), name: "t" }
     );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, ..ProptestConfig::default() })]
+
+    /// Whatever the ball, the tolerance and the step, every impact is found at its time, and the ball is never below the floor.
+    #[test]
+    fn any_bouncing_ball(
+        height in 0.01..100.0f64,
+        restitution in 0.3..0.95f64,
+        offset in -5.0..5.0f64,
+        tolerance in -12.0..-2.0f64,
+        first_step in -8.0..1.0f64,
+        floor in -1e3..1e3f64,
+    ) {
+        let ball = Ball { g: G };
+        let fall = (2.0 * height / G).sqrt();
+        // Up to when flights are a thousandth of the first.
+        let count = (1e-3f64.ln() / restitution.ln()) as usize;
+        let mut expected = vec![offset + fall];
+        for k in 1..count {
+            expected.push(expected[k - 1] + 2.0 * fall * restitution.powi(k as i32));
+        }
+        let end = expected[count - 1] + 0.4 * fall * restitution.powi(count as i32);
+        let start = PlainState { t: offset, ..at_rest_or_not([floor + height], [0.0]) };
+        let motion = ball
+            .simulate(start)
+            .until(end)
+            .tolerance(10f64.powf(tolerance))
+            .first_step(10f64.powf(first_step))
+            .event("floor", move |s| s.q[0] - floor)
+            .on_event("floor", Direction::Falling, |s| s.u[0] *= -restitution)
+            .run();
+        let motion = match motion {
+            Ok(motion) => motion,
+            Err(error) => return Err(TestCaseError::fail(error.to_string())),
+        };
+        let found: Vec<f64> = motion.events().iter().filter(|e| e.name == "floor").map(|e| e.time()).collect();
+        prop_assert_eq!(found.len(), expected.len());
+        // Rounding of the floor's height moves the impacts.
+        let resolution = 1e-11 * fall + 1e-13 * (floor.abs() + height) / (G * fall * restitution.powi(count as i32));
+        for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            prop_assert!((found - expected).abs() < 100.0 * resolution, "impact {k} at {found} for {expected}");
+        }
+        let span = end - offset;
+        let lowest = motion.sample((0..=500).map(|k| offset + span * f64::from(k) / 500.0)).map(|s| s.q[0] - floor);
+        prop_assert!(lowest.fold(f64::MAX, f64::min) > -1e-12 * (floor.abs() + height));
+        prop_assert!(motion.summary().energy_drift < 1e-12);
+    }
+
+    /// Crossings of an oscillator with drifting thresholds: as many as there are, each on the threshold, in both directions of time.
+    #[test]
+    fn any_threshold(threshold in -0.95..0.95f64, omega in 0.5..50.0f64, end in prop_oneof![-20.0..-1.0f64, 1.0..20.0f64]) {
+        let oscillator = Oscillator { omega };
+        let motion = oscillator
+            .simulate(at_rest_or_not([1.0], [0.0]))
+            .until(end)
+            .tolerance(1e-11)
+            .event("threshold", move |s| s.q[0] - threshold)
+            .run()
+            .unwrap();
+        let angle = threshold.acos();
+        let mut expected: Vec<f64> = (0..)
+            .flat_map(|k| [2.0 * PI * f64::from(k) + angle, 2.0 * PI * f64::from(k + 1) - angle])
+            .map(|phase| phase / omega)
+            .take_while(|t| *t < end.abs())
+            .collect();
+        expected.sort_by(f64::total_cmp);
+        let found: Vec<f64> = motion.events().iter().filter(|e| e.name == "threshold").map(|e| e.time().abs()).collect();
+        prop_assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(&expected) {
+            prop_assert!((found - expected).abs() < 1e-6 / omega, "{found} for {expected}");
+        }
+    }
 }

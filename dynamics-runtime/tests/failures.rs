@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use common::*;
 use dynamics_runtime::motion::{
-    Method, MotionError, OptionError, Simulate, Simulation, SimulationError, SimulationErrorKind,
+    Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError, SimulationErrorKind,
 };
 
 fn kind(simulation: Simulation<'_, Oscillator>) -> SimulationErrorKind {
@@ -31,7 +31,9 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
         (run().tolerances(1e-9, f64::INFINITY), "tolerances"),
         (run().fixed_step(0.0), "fixed_step"),
         (run().fixed_step(f64::NAN), "fixed_step"),
+        (run().fixed_step(1e-17), "fixed_step"),
         (run().first_step(-1.0), "first_step"),
+        (run().first_step(1e-300), "first_step"),
         (run().max_step(0.0), "max_step"),
         (run().max_steps(0), "max_steps"),
         (run().every(0.0), "every"),
@@ -138,6 +140,15 @@ fn blow_up_and_not_a_number_are_told_apart() {
     assert_eq!(error.time, 0.3 * 3.0);
 }
 
+/// At t = 10¹² a second has 8,192 parts; a motion of a millisecond is not resolved.
+#[test]
+fn times_too_large_for_their_motion_are_an_error() {
+    let model = Oscillator { omega: 1e6 };
+    let start = PlainState { t: 1e12, ..at_rest_or_not([1.0], [0.0]) };
+    let error = model.simulate(start).until(1e12 + 1.0).run().unwrap_err();
+    assert!(matches!(error.kind, SimulationErrorKind::StepSizeTooSmall { coordinate: "x" }), "{error}");
+}
+
 #[test]
 fn a_jump_that_no_step_resolves_passes_or_is_an_error_never_a_wrong_answer() {
     let jump = Closure(|t, _, _| if t < 0.5 { 1.0 } else { -1.0 });
@@ -185,6 +196,8 @@ fn errors_travel() {
     let error = run().unwrap_err();
     assert!(error.downcast_ref::<SimulationError<Oscillator>>().is_some());
     assert!(size_of::<SimulationError<Oscillator>>() <= 128, "results stay small");
+    fn crosses_threads<T: Send + Sync>() {}
+    crosses_threads::<Motion<'_, Oscillator>>();
 }
 
 #[test]

@@ -179,6 +179,15 @@ fn feedback_through_inputs_is_the_model_with_the_force_built_in() {
     }
 }
 
+/// The bar goes to the error stream and changes nothing.
+#[cfg(feature = "progress")]
+#[test]
+fn a_progress_bar_changes_nothing() {
+    let model = DoublePendulum::UNIT;
+    let run = || model.simulate(at_rest_or_not([2.0, -0.5], [0.0, 0.3])).until(300.0).tolerance(1e-13);
+    assert_eq!(run().progress().run().unwrap().end(), run().run().unwrap().end());
+}
+
 #[test]
 fn summaries_read_well() {
     let model = Kepler;

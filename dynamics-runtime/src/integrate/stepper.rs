@@ -42,7 +42,7 @@ pub enum StepError<E> {
     },
     /// The tolerance asks for steps below the resolution of time.
     StepTooSmall {
-        /// Index of the coordinate whose error is the largest.
+        /// Index of the coordinate whose error is the largest; 0 where no step was tried because none is resolved.
         coordinate: usize,
         /// Size of the last attempt.
         h: f64,
@@ -156,6 +156,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let start = self.now;
         for attempt in 0.. {
             let (end_t, h) = self.next_time(limit);
+            if end_t == start.t {
+                // Time does not resolve the step: at a large t, or where the first or fixed step is absurdly small.
+                return Err(StepError::StepTooSmall { coordinate: 0, h: self.h });
+            }
             let failure = match self.try_step(system, end_t, h) {
                 Ok((end, error)) => match self.judge(error) {
                     true => return Ok(self.commit(start, end, h)),

@@ -7,7 +7,7 @@ use crate::integrate::System;
 use crate::model::{Dynamics, Model, ModelState, Vector};
 
 /// Input values as a function of time and state.
-pub(crate) type InputLaw<'m, M> = Box<dyn Fn(f64, &<M as Model>::State) -> <M as Model>::Inputs + 'm>;
+pub(crate) type InputLaw<'m, M> = Box<dyn Fn(f64, &<M as Model>::State) -> <M as Model>::Inputs + Send + Sync + 'm>;
 
 /// Why accelerations do not exist at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]

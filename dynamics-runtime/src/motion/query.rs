@@ -305,7 +305,7 @@ impl<M: Simulate> SimulationError<M> {
     pub fn motion_with_inputs<'m, R: Into<M::Inputs>>(
         &self,
         model: &'m M,
-        law: impl Fn(f64, &M::State) -> R + 'm,
+        law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm,
     ) -> Option<Motion<'m, M>> {
         let mut motion = self.motion(model)?;
         motion.law = Some(alloc::boxed::Box::new(move |t, state| law(t, state).into()));
