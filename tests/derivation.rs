@@ -1,6 +1,7 @@
 //! Every derived quantity by two routes: what the macro emitted against the model's own functions run on time jets and differentiated
 //! numerically, and against equations derived by hand.
 
+use dynamics::model::Vector;
 use dynamics::prelude::*;
 use nalgebra::{DMatrix, DVector};
 
@@ -114,7 +115,9 @@ where
         // dE/dt along the motion is the sum of the powers.
         let energy_of = |s: &M::State| model.energy_function(s);
         let rate: f64 = (0..n)
-            .map(|i| slope(&energy_of, &state, Slot::Q(i)) * state.u()[i] + slope(&energy_of, &state, Slot::U(i)) * a[i])
+            .map(|i| {
+                slope(&energy_of, &state, Slot::Q(i)) * state.u()[i] + slope(&energy_of, &state, Slot::U(i)) * a[i]
+            })
             .sum::<f64>()
             + slope(&energy_of, &state, Slot::Time);
         let mut powers = vec![0.0; M::POWERS.len()];
@@ -174,11 +177,11 @@ mod pendulum {
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(theta: rad)]
     #[units(m: kg, l: m, g: m / s^2, c: N * m * s)]
-    pub struct Pendulum {
-        pub m: f64,
-        pub l: f64,
-        pub g: f64,
-        pub c: f64,
+    pub(super) struct Pendulum {
+        pub(super) m: f64,
+        pub(super) l: f64,
+        pub(super) g: f64,
+        pub(super) c: f64,
     }
 
     #[dynamics]
@@ -236,11 +239,11 @@ mod cart_pole {
     #[coordinates(x: m, theta: rad)]
     #[inputs(push: N)]
     #[units(cart: kg, bob: kg, l: m, g: m / s^2)]
-    pub struct CartPole {
-        pub cart: f64,
-        pub bob: f64,
-        pub l: f64,
-        pub g: f64,
+    pub(super) struct CartPole {
+        pub(super) cart: f64,
+        pub(super) bob: f64,
+        pub(super) l: f64,
+        pub(super) g: f64,
     }
 
     #[dynamics]
@@ -294,12 +297,12 @@ mod double_pendulum {
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(theta1: rad, theta2: rad)]
     #[units(m1: kg, m2: kg, l1: m, l2: m, g: m / s^2)]
-    pub struct DoublePendulum {
-        pub m1: f64,
-        pub m2: f64,
-        pub l1: f64,
-        pub l2: f64,
-        pub g: f64,
+    pub(super) struct DoublePendulum {
+        pub(super) m1: f64,
+        pub(super) m2: f64,
+        pub(super) l1: f64,
+        pub(super) l2: f64,
+        pub(super) g: f64,
     }
 
     #[dynamics]
@@ -328,12 +331,7 @@ mod double_pendulum {
         for _ in 0..100 {
             let s = random_state::<DoublePendulum>(&mut random, 0.0);
             let (sin, cos) = (s.theta1() - s.theta2()).sin_cos();
-            let m = nalgebra::Matrix2::new(
-                (m1 + m2) * l1 * l1,
-                m2 * l1 * l2 * cos,
-                m2 * l1 * l2 * cos,
-                m2 * l2 * l2,
-            );
+            let m = nalgebra::Matrix2::new((m1 + m2) * l1 * l1, m2 * l1 * l2 * cos, m2 * l1 * l2 * cos, m2 * l2 * l2);
             let q = nalgebra::Vector2::new(
                 -m2 * l1 * l2 * sin * s.theta2_rate().powi(2) - (m1 + m2) * g * l1 * s.theta1().sin(),
                 m2 * l1 * l2 * sin * s.theta1_rate().powi(2) - m2 * g * l2 * s.theta2().sin(),
@@ -371,7 +369,7 @@ mod everything {
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(s, phi: [_; 2], z)]
     #[inputs(w: [_; 2])]
-    pub struct Everything {
+    pub(super) struct Everything {
         m: [f64; 3],
         axis: Vec3<f64>,
         inertia: Mat3<f64>,
@@ -380,12 +378,10 @@ mod everything {
         c: f64,
     }
 
-    const OMEGA: f64 = 1.7;
-
     #[dynamics]
     impl Everything {
         const LINKS: usize = 2;
-        const OMEGA: f64 = OMEGA;
+        const OMEGA: f64 = 1.7;
 
         fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec3 {
             let mut p = vec3(q.s, self.track.at(q.s), 0.0);

@@ -75,7 +75,7 @@ mod double_pendulum {
         for (t, reference) in REFERENCE.iter().filter(|(t, _)| *t <= 20.0) {
             let error = distance(&flat!(motion.at(*t)), reference);
             // Rounding alone is amplified by the condition number e^{0.9 t}.
-            let bound = 2e-12 * (0.9 * t).exp();
+            let bound = 2e-12 * (0.95 * t).exp();
             assert!(error < bound, "t = {t}: error {error:e}, bound {bound:e}");
         }
     }
@@ -136,7 +136,7 @@ mod kepler {
             for (t, reference) in REFERENCE.iter().filter(|(t, _)| *t <= 20.0) {
                 let error = distance(&flat!(motion.at(*t)), reference);
                 // A local error is amplified at every perihelion: the phase error grows with time.
-                assert!(error < 3e3 * tolerance, "tolerance {tolerance:e}, t = {t}: error {error:e}");
+                assert!(error < 300.0 * tolerance, "tolerance {tolerance:e}, t = {t}: error {error:e}");
             }
         }
     }
@@ -191,8 +191,8 @@ mod arenstorf {
         let motion = model.simulate(start).until(PERIOD).tolerance(1e-13).run().unwrap();
         for (t, reference) in REFERENCE {
             let error = distance(&flat!(motion.at(t.min(PERIOD))), reference);
-            // A close encounter amplifies errors by about 10⁸ over the period.
-            assert!(error < 1e-13 * 1e8, "t = {t}: error {error:e}");
+            // The close encounters at both ends of the period amplify a local error of 1e-13 by about 10⁵.
+            assert!(error < 2e-8, "t = {t}: error {error:e}");
         }
     }
 
@@ -243,7 +243,7 @@ mod henon_heiles {
         let motion = model.simulate(start).until(1000.0).tolerance(1e-13).run().unwrap();
         for (t, reference) in REFERENCE {
             let error = distance(&flat!(motion.at(*t)), reference);
-            assert!(error < 1e-11 * t.max(10.0), "t = {t}: error {error:e}");
+            assert!(error < 2e-12 * t.max(1.0), "t = {t}: error {error:e}");
         }
         assert!((motion.energy_at(0.0) - 0.13).abs() < 1e-15);
         assert!(motion.summary().energy_drift.abs() < 1e-10);
