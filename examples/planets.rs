@@ -1,0 +1,114 @@
+//! The Sun and four planets as an n-body problem, in astronomical units, years and masses of the Sun.
+//!
+//!     L = Σ ½ mᵢ |ṙᵢ|² + Σ_{i<j} G mᵢ mⱼ / |rᵢ − rⱼ|,        G = 4π²
+//!
+//! Energy, momentum and angular momentum are kept, and the periods follow Kepler's third law T² = a³ / (1 + m), up to the
+//! disturbance by Jupiter, a thousandth of the Sun.
+
+mod common;
+use dynamics::prelude::*;
+
+const NAMES: [&str; 5] = ["Sun", "Venus", "Earth", "Mars", "Jupiter"];
+
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: [_; 5], y: [_; 5])]
+struct Planets {
+    gravitation: f64,
+    mass: [f64; 5],
+}
+
+#[dynamics]
+impl Planets {
+    fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        vec2(q.x[i], q.y[i])
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..5 {
+            sum += 0.5 * self.mass[i] * self.place(q, i).dt().norm_squared();
+        }
+        sum
+    }
+    #[potential]
+    fn attraction(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..5 {
+            for j in 0..i {
+                sum -= self.gravitation * self.mass[i] * self.mass[j] / (self.place(q, i) - self.place(q, j)).norm();
+            }
+        }
+        sum
+    }
+    #[output]
+    fn angular_momentum(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..5 {
+            sum += self.mass[i] * self.place(q, i).cross(self.place(q, i).dt());
+        }
+        sum
+    }
+    #[drawing]
+    fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
+        let colors = [Color::Amber, Color::Teal, Color::Blue, Color::Red, Color::Brown];
+        (0..5).fold(Drawing::new(), |drawing, i| {
+            let place = self.place(q, i);
+            let radius = if i == 0 { 0.12 } else { 0.08 };
+            drawing.color(colors[i]).tail(NAMES[i], place, 0.8).disc(place, radius).label(place, NAMES[i])
+        })
+    }
+}
+
+/// Distance from the Sun and speed at perihelion: a (1 − e) and √(G (1 + m) (1 + e) / (a (1 − e))).
+fn perihelion(gravitation: f64, mass: f64, a: f64, e: f64) -> (f64, f64) {
+    (a * (1.0 - e), (gravitation * (1.0 + mass) * (1.0 + e) / (a * (1.0 - e))).sqrt())
+}
+
+fn main() -> common::Outcome {
+    let gravitation = 4.0 * std::f64::consts::PI.powi(2);
+    let model = Planets { gravitation, mass: [1.0, 2.448e-6, 3.003e-6, 3.227e-7, 9.546e-4] };
+    let axes = [0.0, 0.7233, 1.0, 1.5237, 5.2034];
+    let eccentricities = [0.0, 0.0068, 0.0167, 0.0934, 0.0484];
+    let directions = [0.0, 2.3, 1.8, 5.9, 0.3_f64];
+
+    let (mut x, mut y, mut vx, mut vy) = ([0.0; 5], [0.0; 5], [0.0; 5], [0.0; 5]);
+    for i in 1..5 {
+        let (distance, speed) = perihelion(gravitation, model.mass[i], axes[i], eccentricities[i]);
+        let (sin, cos) = directions[i].sin_cos();
+        (x[i], y[i], vx[i], vy[i]) = (distance * cos, distance * sin, -speed * sin, speed * cos);
+        // The Sun takes the opposite momentum, so that the centre of mass rests.
+        vx[0] -= model.mass[i] * vx[i];
+        vy[0] -= model.mass[i] * vy[i];
+    }
+    let start = model.state().x(x).y(y).x_rate(vx).y_rate(vy).build()?;
+    let mut run = model.simulate(start).until(120.0).tolerance(1e-12);
+    for i in 1..5 {
+        run = run.event(NAMES[i], move |s| s.y(i) - s.y(0)); // passes the x-axis as seen from the Sun
+    }
+    let motion = run.run()?;
+    println!("{}", motion.summary());
+    assert!(motion.summary().energy_drift < 1e-9);
+    let momentum = |t| motion.output("angular_momentum", t);
+    assert!((momentum(120.0)? / momentum(0.0)? - 1.0).abs() < 1e-9);
+
+    println!("planet    period in years   √(a³/(1 + m))");
+    for i in 1..5 {
+        let times: Vec<_> =
+            motion.events().iter().filter(|e| e.name == NAMES[i] && e.direction == Direction::Rising).map(|e| e.time).collect();
+        let period = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
+        let kepler = (axes[i].powi(3) / (1.0 + model.mass[i])).sqrt();
+        println!("{:8}  {period:15.5}  {kepler:14.5}", NAMES[i]);
+        assert!((period / kepler - 1.0).abs() < 5e-3, "Kepler's third law");
+    }
+
+    let mut files = common::Files::of("planets");
+    let orbit = |i: usize| motion.sample(common::times(12.0, 1200)).map(move |s| (s.x(i), s.y(i)));
+    let axes = Panel::new(Axis::new("x in au"), Axis::new("y in au")).equal_axes();
+    Chart::new("Twelve years")
+        .panel((0..5).fold(axes, |panel, i| panel.line(NAMES[i], orbit(i))))
+        .write_svg(files.path("orbits.svg"))?;
+    motion.plot_energy(files.path("energy.svg"))?;
+    model.simulate(start).until(12.0).tolerance(1e-10).run()?.animate(files.path("planets.html"))?;
+    files.list();
+    Ok(())
+}

@@ -1,0 +1,133 @@
+//! A cart on a roller coaster whose track is a smooth curve through surveyed points.
+//!
+//!     r(s) = (x(s), y(s)),        L = ½ m |r′(s)|² ṡ² − m g y(s)
+//!
+//! The track is the definition of the position, not a constraint: one coordinate, no multiplier. The rail pushes with
+//! N = m n·(r̈ + g e_y); as long as N > 0 all the way around the loop, no belt is needed.
+
+mod common;
+use dynamics::prelude::*;
+
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(s: m)]
+#[units(mass: kg, g: m / s^2)]
+struct RollerCoaster {
+    mass: f64,
+    g: f64,
+    x: CubicSpline,
+    y: CubicSpline,
+}
+
+#[dynamics]
+impl RollerCoaster {
+    fn cart(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(self.x.at(q.s), self.y.at(q.s))
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * self.cart(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * self.cart(q).y
+    }
+    /// Force of the rail on the cart, along its normal (to the left of the direction of travel).
+    #[output]
+    fn rail(&self, q: &Coordinates<Self>) -> Expr {
+        let velocity = self.cart(q).dt();
+        let normal = velocity.perp() / velocity.norm();
+        self.mass * normal.dot(velocity.dt() + vec2(0.0, self.g))
+    }
+    #[output]
+    fn speed(&self, q: &Coordinates<Self>) -> Expr {
+        self.cart(q).dt().norm()
+    }
+    #[drawing]
+    fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
+        let cart = self.cart(q);
+        let (first, last) = (self.x.knots()[0], self.x.knots()[self.x.knots().len() - 1]);
+        Drawing::new()
+            .color(Color::Faint)
+            .curve(first, last, 400, |s| [self.x.derivatives(s)[0], self.y.derivatives(s)[0]])
+            .plain()
+            .disc(cart, 0.8)
+            .color(Color::Red)
+            .arrow(cart, cart + 0.5 * cart.dt())
+    }
+}
+
+/// A descent of 24 m, a loop of 14 m in the shape of two Euler spirals, a hump and a run-out.
+fn track() -> Vec<[f64; 2]> {
+    use std::f64::consts::{PI, TAU};
+    let wave = |from: f64, length: f64, height: f64, turns: f64| {
+        let place = move |part: f64| [from + part * length, 0.5 * height * (1.0 + (part * turns * TAU).cos())];
+        (0..12).map(move |k| place(f64::from(k) / 12.0))
+    };
+    let mut points: Vec<[f64; 2]> = wave(0.0, 40.0, 24.0, 0.5).chain([[40.0, 0.0]]).collect();
+    // The heading grows as the square of the way to the top, so that the rail's push grows gently; then mirrored.
+    let (half, parts) = (28.0, 640);
+    let [mut x, mut y] = [45.0, 0.0];
+    for k in 0..2 * parts {
+        if k % 40 == 0 {
+            points.push([x, y]);
+        }
+        let way = (f64::from(k) + 0.5) / f64::from(parts);
+        let heading = if way < 1.0 { PI * way * way } else { TAU - PI * (2.0 - way).powi(2) };
+        x += half / f64::from(parts) * heading.cos();
+        y += half / f64::from(parts) * heading.sin();
+    }
+    points.push([x, y]);
+    points.extend(wave(x + 5.0, 60.0, -3.0, 1.0).map(|[x, y]| [x, y + 3.0]));
+    points.extend([65.0, 70.0, 75.0, 80.0].map(|run| [x + run, 0.0]));
+    points
+}
+
+fn main() -> common::Outcome {
+    let points = track();
+    // The parameter s is the length of the chords: close to the length of the track.
+    let mut s = vec![0.0];
+    s.extend(points.windows(2).scan(0.0, |sum, p| {
+        *sum += f64::hypot(p[1][0] - p[0][0], p[1][1] - p[0][1]);
+        Some(*sum)
+    }));
+    let [x, y] = [0, 1].map(|axis| CubicSpline::natural(&s, &points.iter().map(|p| p[axis]).collect::<Vec<_>>()));
+    let coaster = RollerCoaster { mass: 600.0, g: 9.81, x: x?, y: y? };
+
+    let end = s[s.len() - 1];
+    let start = coaster.state().s_rate(1.0).build()?;
+    let ride = coaster
+        .simulate(start)
+        .until(60.0)
+        .tolerance(1e-10)
+        .event("end of the track", move |state| state.s() - end + 1e-6)
+        .stop_at("end of the track", Direction::Rising)
+        .run()?;
+    println!("{}", ride.summary());
+    assert!(ride.summary().energy_drift < 1e-8);
+
+    // Speed follows height alone, wherever the track has been: v² = v₀² + 2 g (y₀ − y).
+    let table: Vec<_> = ride.sample(common::times(ride.end_time(), 1000)).collect();
+    let v0 = ride.output("speed", 0.0)?;
+    let mut rail = Vec::new();
+    for state in &table {
+        let place = coaster.cart(&ride.coordinates_of(state)).value();
+        let [push, speed] = ride.outputs_of(state)[..] else { unreachable!("two outputs") };
+        let from_height = (v0 * v0 + 2.0 * coaster.g * (points[0][1] - place.y)).sqrt();
+        assert!((speed - from_height).abs() < 1e-6 * from_height);
+        rail.push((state.t, push / (coaster.mass * coaster.g), speed, place));
+    }
+    let top = rail.iter().filter(|r| (44.0..62.0).contains(&r.3.x)).max_by(|a, b| a.3.y.total_cmp(&b.3.y)).ok_or("no loop")?;
+    println!("top of the loop: {:.1} m/s, the rail pushes with {:.2} times the weight", top.2, top.1);
+    assert!(top.1 > 0.0, "the cart would fall off the loop");
+
+    let mut files = common::Files::of("roller_coaster");
+    let time = || Axis::new("time in s");
+    Chart::new("A ride")
+        .panel(Panel::new(time(), Axis::new("height in m")).line("height", rail.iter().map(|r| (r.0, r.3.y))))
+        .panel(Panel::new(time(), Axis::new("speed in m/s")).line("speed", rail.iter().map(|r| (r.0, r.2))))
+        .panel(Panel::new(time(), Axis::new("rail / weight")).line("force of the rail", rail.iter().map(|r| (r.0, r.1))))
+        .write_svg(files.path("ride.svg"))?;
+    ride.animate(files.path("ride.html"))?;
+    files.list();
+    Ok(())
+}
