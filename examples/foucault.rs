@@ -63,7 +63,7 @@ fn main() -> common::Outcome {
     let direction = |k: usize| f64::atan2(turns[k].after.north(), turns[k].after.east());
     let (first, last) = (0, turns.len() - 1);
     // Over six hours the plane turns by less than π, so that atan2 needs no unwinding.
-    let rate = (direction(last) - direction(first)) / (turns[last].time - turns[first].time);
+    let rate = (direction(last) - direction(first)) / (turns[last].time() - turns[first].time());
     let plane = -earth * pantheon.latitude.sin();
     let airy = plane * (1.0 - 0.375 * (amplitude / pantheon.length).powi(2));
     println!("the plane turns by {:.4}° an hour", rate.to_degrees() * 3600.0);

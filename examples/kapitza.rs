@@ -66,7 +66,7 @@ fn main() -> common::Outcome {
     assert!(falls.steps().any(|s| s.theta().abs() > std::f64::consts::FRAC_PI_2), "it falls");
 
     // The slow swing about the upright, against the averaged equation, whose next terms are of order θ² and (a/l)².
-    let times: Vec<_> = stands.events().iter().filter(|e| e.direction == Direction::Rising).map(|e| e.time).collect();
+    let times: Vec<_> = stands.events().iter().filter(|e| e.direction == Direction::Rising).map(|e| e.time()).collect();
     let period = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
     let effective = ((amplitude * fast.frequency / length).powi(2) / 2.0 - g / length).sqrt();
     println!("slow swing: {:.3} rad/s, averaged equation {effective:.3} rad/s", std::f64::consts::TAU / period);

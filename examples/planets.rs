@@ -94,7 +94,7 @@ fn main() -> common::Outcome {
     println!("planet    period in years   √(a³/(1 + m))");
     for i in 1..5 {
         let times: Vec<_> =
-            motion.events().iter().filter(|e| e.name == NAMES[i] && e.direction == Direction::Rising).map(|e| e.time).collect();
+            motion.events().iter().filter(|e| e.name == NAMES[i] && e.direction == Direction::Rising).map(|e| e.time()).collect();
         let period = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
         let kepler = (axes[i].powi(3) / (1.0 + model.mass[i])).sqrt();
         println!("{:8}  {period:15.5}  {kepler:14.5}", NAMES[i]);

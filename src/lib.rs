@@ -57,7 +57,7 @@ pub mod prelude {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::motion::{Direction, Flow, Method, Motion, Simulate, SimulationError};
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::output::{Animation, Chart, Color, Drawing};
+    pub use dynamics_runtime::output::{Animation, Axis, Chart, Color, Drawing, Mark, Panel, Series};
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::{CubicSpline, SplineError};
     pub use dynamics_runtime::{Expr, Force, Mat3, SmoothFunction, Vec2, Vec3, vec2, vec3};
