@@ -71,7 +71,8 @@ fn feedback(model: &CartPole, poles: [f64; 4]) -> Result<RowVector4<f64>, Box<dy
 fn main() -> common::Outcome {
     let model = CartPole { cart: 1.0, bob: 0.2, length: 0.5, g: 9.81 };
     let gains = feedback(&model, [-3.0, -3.5, -4.0, -4.5])?;
-    println!("F = −({:.2} x + {:.2} θ + {:.2} ẋ + {:.2} θ̇) near the upright", gains[0], gains[1], gains[2], gains[3]);
+    let [x, theta, x_rate, theta_rate] = (-gains).transpose().into();
+    println!("near the upright F = {x:.2} x {theta:+.2} θ {x_rate:+.2} ẋ {theta_rate:+.2} θ̇");
 
     let control = |_: f64, s: &State<CartPole>| -> [f64; 1] {
         let CartPole { cart, bob, length, g } = model;
@@ -104,7 +105,7 @@ fn main() -> common::Outcome {
         .panel(panel("x in m").line("x", history.iter().map(|s| (s.t, s.x()))))
         .panel(panel("F in N").line("F", history.iter().map(|s| (s.t, s.force()))))
         .write_svg(files.path("history.svg"))?;
-    motion.animate(files.path("swing_up.html"))?;
+    Animation::new().add(&motion, "").plot(["x", "theta"]).write_html(files.path("swing_up.html"))?;
     files.list();
     Ok(())
 }

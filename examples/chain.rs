@@ -56,8 +56,10 @@ impl Chain {
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let joints: Vec<_> = (0..10).map(|i| self.joint(q, i)).collect();
         let drawing = Drawing::new()
-            .ground([-1.5, -0.1], [1.5, -0.1])
             .tail("end", joints[9], 1.5)
+            .color(Color::Faint)
+            .line([-1.0, -0.08], [2.0, -0.08])
+            .plain()
             .fill(Color::Faint)
             .rectangle(vec2(q.x, 0.0), 0.3, 0.16, 0.0)
             .polyline(std::iter::once(vec2(q.x, 0.0)).chain(joints.iter().copied()));

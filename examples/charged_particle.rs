@@ -33,7 +33,7 @@ impl Particle {
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let place = self.place(q);
-        Drawing::new().axes(2e-3).trace("proton", place).dot(place)
+        Drawing::new().axes(5e-3).trace("proton", place).dot(place)
     }
 }
 
@@ -54,9 +54,9 @@ fn main() -> common::Outcome {
     assert!((f64::hypot(half.x(), half.y()) / (2.0 * radius) - 1.0).abs() < 1e-9);
     println!("radius {:.4} mm, period {:.4} ns", radius * 1e3, period * 1e9);
 
-    // From rest with E along x: the cycloid x = R (1 − cos ωt), y = R (sin ωt − ωt) with R = E / (B ω).
+    // With E along x, from rest but for a speed along B: the cycloid x = R (1 − cos ωt), y = R (sin ωt − ωt) with R = E / (B ω).
     let crossed = Particle { electric: Vec3::new(2e4, 0.0, 0.0), ..proton.clone() };
-    let cycloid = crossed.simulate(crossed.state().build()?).until(6.0 * period).tolerance(1e-12).run()?;
+    let cycloid = crossed.simulate(crossed.state().z_rate(2e4).build()?).until(6.0 * period).tolerance(1e-12).run()?;
     let drift = crossed.electric.cross(crossed.magnetic) / crossed.magnetic.norm_squared();
     let size = crossed.electric.x / (b * omega);
     for state in cycloid.steps() {
@@ -78,7 +78,7 @@ fn main() -> common::Outcome {
             Panel::new(Axis::new("y in mm"), Axis::new("x in mm"))
                 .equal_axes()
                 .line("E = 0, v = 10⁵ m/s", path(&circle))
-                .line("E = 20 kV/m, from rest", path(&cycloid)),
+                .line("E = 20 kV/m along x", path(&cycloid)),
         )
         .write_svg(files.path("paths.svg"))?;
     cycloid.animate(files.path("drift.html"))?;

@@ -116,7 +116,11 @@ fn main() -> common::Outcome {
         assert!((speed - from_height).abs() < 1e-6 * from_height);
         rail.push((state.t, push / (coaster.mass * coaster.g), speed, place));
     }
-    let top = rail.iter().filter(|r| (44.0..62.0).contains(&r.3.x)).max_by(|a, b| a.3.y.total_cmp(&b.3.y)).ok_or("no loop")?;
+    let top = rail
+        .iter()
+        .filter(|r| (44.0..62.0).contains(&r.3.x))
+        .max_by(|a, b| a.3.y.total_cmp(&b.3.y))
+        .ok_or("no loop")?;
     println!("top of the loop: {:.1} m/s, the rail pushes with {:.2} times the weight", top.2, top.1);
     assert!(top.1 > 0.0, "the cart would fall off the loop");
 
@@ -125,7 +129,9 @@ fn main() -> common::Outcome {
     Chart::new("A ride")
         .panel(Panel::new(time(), Axis::new("height in m")).line("height", rail.iter().map(|r| (r.0, r.3.y))))
         .panel(Panel::new(time(), Axis::new("speed in m/s")).line("speed", rail.iter().map(|r| (r.0, r.2))))
-        .panel(Panel::new(time(), Axis::new("rail / weight")).line("force of the rail", rail.iter().map(|r| (r.0, r.1))))
+        .panel(
+            Panel::new(time(), Axis::new("rail / weight")).line("force of the rail", rail.iter().map(|r| (r.0, r.1))),
+        )
         .write_svg(files.path("ride.svg"))?;
     ride.animate(files.path("ride.html"))?;
     files.list();

@@ -36,7 +36,14 @@ impl Tube {
         let bead = self.bead(q);
         let angle = self.omega * q.t;
         let end = 2.1 * vec2(angle.cos(), angle.sin());
-        Drawing::new().trace("bead", bead).color(Color::Faint).width(6.0).line(-end, end).plain().pivot([0.0, 0.0]).disc(bead, 0.06)
+        Drawing::new()
+            .trace("bead", bead)
+            .color(Color::Faint)
+            .width(6.0)
+            .line(-end, end)
+            .plain()
+            .pivot([0.0, 0.0])
+            .disc(bead, 0.06)
     }
 }
 
