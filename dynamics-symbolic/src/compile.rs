@@ -134,11 +134,17 @@ fn programs(g: &Graph, e: &Equations) -> Programs {
         potential_energy: e.energies.map(|(_, v)| inline("potential_energy", &[v])),
         conserved: inline("conserved", &nodes(&e.conserved)),
         powers: inline("powers", &nodes(&e.powers)),
-        jacobians: jacobians(
-            staged("state_jacobian", &[e.accelerations.clone(), flat(&e.by_q), flat(&e.by_u), pivots.clone()].concat()),
-            inline("input_jacobian", &[flat(&e.by_inputs), pivots.clone()].concat()),
-            inline("parameter_jacobian", &[flat(&e.by_parameters), pivots.clone()].concat()),
-        ),
+        jacobians: match &e.jacobians {
+            Err(nodes) => Err(Excess { function: "state_jacobian".into(), operations: *nodes }),
+            Ok(j) => jacobians(
+                staged(
+                    "state_jacobian",
+                    &[e.accelerations.clone(), flat(&j.by_q), flat(&j.by_u), pivots.clone()].concat(),
+                ),
+                inline("input_jacobian", &[flat(&j.by_inputs), pivots.clone()].concat()),
+                inline("parameter_jacobian", &[flat(&j.by_parameters), pivots.clone()].concat()),
+            ),
+        },
         outputs: inline("outputs", &checked(e.outputs_use_accelerations, &e.outputs)),
         events: inline("events", &checked(e.events_use_accelerations, &e.events)),
     }

@@ -9,5 +9,5 @@ mod model;
 mod velocity_form;
 
 pub use derive::{Underivable, derive};
-pub use equations::{Derivation, Equations, Named, Pivot};
+pub use equations::{Derivation, Equations, Jacobians, Named, Pivot};
 pub use model::{Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model, Output, Parameter};

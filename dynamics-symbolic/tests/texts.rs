@@ -45,6 +45,7 @@ fn names(model: &Model, v: &Values) -> Names {
 /// What every label of the listing stands for, by the equations themselves.
 fn labels(c: &Compiled) -> BTreeMap<String, NodeId> {
     let (e, q) = (&c.equations, c.model.coordinates.iter().map(|c| c.name.clone()).collect::<Vec<_>>());
+    let jacobians = e.jacobians.as_ref().expect("small enough");
     let mut out = BTreeMap::new();
     for (i, a) in q.iter().enumerate() {
         out.insert(format!("{a}''"), e.accelerations[i]);
@@ -52,14 +53,14 @@ fn labels(c: &Compiled) -> BTreeMap<String, NodeId> {
         out.insert(format!("p[{a}]"), e.momenta[i]);
         for (j, b) in q.iter().enumerate() {
             out.insert(format!("M[{a}, {b}]"), e.mass_matrix[i][j]);
-            out.insert(format!("d {a}'' / d {b}"), e.by_q[i][j]);
-            out.insert(format!("d {a}'' / d {b}'"), e.by_u[i][j]);
+            out.insert(format!("d {a}'' / d {b}"), jacobians.by_q[i][j]);
+            out.insert(format!("d {a}'' / d {b}'"), jacobians.by_u[i][j]);
         }
         for (j, p) in c.model.parameters.iter().enumerate() {
-            out.insert(format!("d {a}'' / d {}", p.name), e.by_parameters[i][j]);
+            out.insert(format!("d {a}'' / d {}", p.name), jacobians.by_parameters[i][j]);
         }
         for (j, w) in c.model.inputs.iter().enumerate() {
-            out.insert(format!("d {a}'' / d {}", w.name), e.by_inputs[i][j]);
+            out.insert(format!("d {a}'' / d {}", w.name), jacobians.by_inputs[i][j]);
         }
     }
     out.extend(e.pivots.iter().map(|p| (format!("pivot[{}]", q[p.coordinate]), p.pivot)));

@@ -6,8 +6,8 @@ use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Derivation, Equations, Named, Pivot};
 use super::forces::{dissipated, generalized, power};
-use super::inverse::{Implicit, Sweep, residual, with_accelerations};
-use super::lagrange::{inverse, lagrange, mixed, symbols};
+use super::inverse::{Failure, Implicit, Sweep, residual, with_accelerations};
+use super::lagrange::{inverse, lagrange, mixed};
 use super::model::{EnergyRole, Model};
 use super::velocity_form::VelocityForm;
 
@@ -98,10 +98,11 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
     // Measured: the residual of a velocity form is swept best along each symbol, any other, and parameters always, best backwards.
     let sweep = if derivation == Derivation::VelocityForm { Sweep::Forward } else { Sweep::Reverse };
     let implicit = Implicit { residual: &residual, factors: &factors, accelerations: &accelerations };
-    let by_q = implicit.jacobian(g, &symbols(n, Symbol::Coordinate), sweep)?;
-    let by_u = implicit.jacobian(g, &symbols(n, Symbol::Rate), sweep)?;
-    let by_inputs = implicit.jacobian(g, &symbols(model.inputs.len(), Symbol::Input), Sweep::Forward)?;
-    let by_parameters = implicit.jacobian(g, &symbols(model.parameters.len(), Symbol::Parameter), Sweep::Reverse)?;
+    let jacobians = match implicit.jacobians(g, sweep, model.inputs.len(), model.parameters.len()) {
+        Ok(jacobians) => Ok(jacobians),
+        Err(Failure::TooLarge(nodes)) => Err(nodes),
+        Err(Failure::ZeroDenominator) => return Err(Underivable::ZeroDenominator),
+    };
 
     let uses = |g: &Graph, node: NodeId| g.dependence(node).on(Dependence::ACCELERATIONS);
     let outputs_use_accelerations = model.outputs.iter().flat_map(|o| &o.components).any(|(_, node)| uses(g, *node));
@@ -129,10 +130,7 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
         energies: plain.then_some((kinetic, potential)),
         powers,
         conserved: Vec::new(),
-        by_q,
-        by_u,
-        by_inputs,
-        by_parameters,
+        jacobians,
         outputs,
         events,
         outputs_use_accelerations,

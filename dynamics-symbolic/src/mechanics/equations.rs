@@ -35,7 +35,20 @@ pub struct Named {
     pub node: NodeId,
 }
 
-/// The equations of motion M q̈ = Q and what is derived from them; N coordinates, W inputs, P parameters.
+/// Derivatives of q̈; N coordinates, W inputs, P parameters.
+#[derive(Clone, Debug)]
+pub struct Jacobians {
+    /// ∂q̈ᵢ/∂qⱼ, N×N.
+    pub by_q: Vec<Vec<NodeId>>,
+    /// ∂q̈ᵢ/∂q̇ⱼ, N×N.
+    pub by_u: Vec<Vec<NodeId>>,
+    /// ∂q̈ᵢ/∂wⱼ, N×W.
+    pub by_inputs: Vec<Vec<NodeId>>,
+    /// ∂q̈ᵢ/∂pⱼ, N×P.
+    pub by_parameters: Vec<Vec<NodeId>>,
+}
+
+/// The equations of motion M q̈ = Q and what is derived from them; N coordinates.
 #[derive(Clone, Debug)]
 pub struct Equations {
     /// How they were derived.
@@ -58,14 +71,8 @@ pub struct Equations {
     pub powers: Vec<Named>,
     /// Conserved quantities: the energy function, momenta of ignorable coordinates and of constant combinations.
     pub conserved: Vec<Named>,
-    /// ∂q̈ᵢ/∂qⱼ, N×N.
-    pub by_q: Vec<Vec<NodeId>>,
-    /// ∂q̈ᵢ/∂q̇ⱼ, N×N.
-    pub by_u: Vec<Vec<NodeId>>,
-    /// ∂q̈ᵢ/∂wⱼ, N×W.
-    pub by_inputs: Vec<Vec<NodeId>>,
-    /// ∂q̈ᵢ/∂pⱼ, N×P.
-    pub by_parameters: Vec<Vec<NodeId>>,
+    /// Derivatives of q̈, or how many nodes it had taken when deriving them was given up.
+    pub jacobians: Result<Jacobians, usize>,
     /// Outputs, flattened, with accelerations replaced by their values.
     pub outputs: Vec<Named>,
     /// Events, with accelerations replaced by their values.

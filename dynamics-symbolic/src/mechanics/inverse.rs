@@ -4,6 +4,9 @@ use crate::algebra::Factors;
 use crate::calculus::{ZeroDenominator, directional, gradient, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
+use super::equations::Jacobians;
+use super::lagrange::symbols;
+
 /// r = M q̈ − Q with symbols for q̈: from the entries of M and Q, or as `swept` where that takes fewer operations beside them.
 pub(super) fn residual(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId], swept: Vec<NodeId>) -> Vec<NodeId> {
     let mut entered = Vec::with_capacity(force.len());
@@ -30,6 +33,24 @@ pub(super) enum Sweep {
     Reverse,
 }
 
+/// Why there are no derivatives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Failure {
+    /// A denominator becomes identically zero.
+    ZeroDenominator,
+    /// More nodes than can end in programs that are emitted.
+    TooLarge(usize),
+}
+
+impl From<ZeroDenominator> for Failure {
+    fn from(_: ZeroDenominator) -> Self {
+        Self::ZeroDenominator
+    }
+}
+
+/// Nodes after which deriving Jacobians is given up: three for each operation that can be emitted. The largest model that fits takes half.
+const MOST_NODES: usize = 60_000;
+
 /// What all derivatives of q̈ need.
 pub(super) struct Implicit<'a> {
     /// r with symbols for q̈.
@@ -41,13 +62,26 @@ pub(super) struct Implicit<'a> {
 }
 
 impl Implicit<'_> {
-    /// ∂q̈/∂x for the given symbols x: one row per coordinate.
-    pub(super) fn jacobian(
+    /// All derivatives of a model with as many coordinates as M, and so many inputs and parameters.
+    pub(super) fn jacobians(
         &self,
         g: &mut Graph,
-        by: &[Symbol],
         sweep: Sweep,
-    ) -> Result<Vec<Vec<NodeId>>, ZeroDenominator> {
+        inputs: usize,
+        parameters: usize,
+    ) -> Result<Jacobians, Failure> {
+        let n = self.residual.len();
+        Ok(Jacobians {
+            by_q: self.jacobian(g, &symbols(n, Symbol::Coordinate), sweep)?,
+            by_u: self.jacobian(g, &symbols(n, Symbol::Rate), sweep)?,
+            by_inputs: self.jacobian(g, &symbols(inputs, Symbol::Input), Sweep::Forward)?,
+            by_parameters: self.jacobian(g, &symbols(parameters, Symbol::Parameter), Sweep::Reverse)?,
+        })
+    }
+
+    /// ∂q̈/∂x for the given symbols x: one row per coordinate.
+    pub(super) fn jacobian(&self, g: &mut Graph, by: &[Symbol], sweep: Sweep) -> Result<Vec<Vec<NodeId>>, Failure> {
+        let start = g.len();
         let columns: Vec<Vec<NodeId>> = match sweep {
             Sweep::Forward => {
                 by.iter().map(|x| directional(g, self.residual, &mut |g, s| (s == *x).then(|| g.integer(-1)))).collect()
@@ -63,6 +97,9 @@ impl Implicit<'_> {
             let right = with_accelerations(g, &column, self.accelerations)?;
             for (row, x) in result.iter_mut().zip(self.factors.solve(g, &right)) {
                 row.push(x);
+            }
+            if g.len() - start > MOST_NODES {
+                return Err(Failure::TooLarge(g.len() - start));
             }
         }
         Ok(result)

@@ -26,7 +26,7 @@ pub fn report(model: &Model, equations: &Equations, programs: &[&Program], withh
     cost(&mut out, programs);
     if let Some((function, operations)) = withheld {
         let text = format!(
-            "none: {function} would take {operations} operations; write velocities in body frames, or fewer parameters, to \
+            "none: {function} would take some {operations} operations; write velocities in body frames, or fewer parameters, to \
              make it smaller"
         );
         entry(&mut out, "Jacobians", &text);
