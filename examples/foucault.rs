@@ -59,7 +59,8 @@ fn main() -> common::Outcome {
     println!("{}", motion.summary());
 
     // The direction of the swing at every second turning point is that of the plane.
-    let turns: Vec<_> = motion.events().iter().filter(|e| e.direction == Direction::Falling).step_by(2).collect();
+    let turns: Vec<_> =
+        motion.events().iter().filter(|e| e.direction == Direction::Falling).skip(1).step_by(2).collect();
     let direction = |k: usize| f64::atan2(turns[k].after.north(), turns[k].after.east());
     let (first, last) = (0, turns.len() - 1);
     // Over six hours the plane turns by less than π, so that atan2 needs no unwinding.

@@ -86,7 +86,7 @@ fn main() -> common::Outcome {
                 .line("0.9 times the threshold", history(&falls, 4.0)),
         )
         .write_svg(files.path("angle.svg"))?;
-    Animation::new().add(&stands, "stands").add(&falls, "falls").write_html(files.path("kapitza.html"))?;
+    Animation::new().add(&stands, "stands").add(&falls, "falls").speed(0.25).write_html(files.path("kapitza.html"))?;
     files.list();
     Ok(())
 }

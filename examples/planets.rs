@@ -53,8 +53,8 @@ impl Planets {
         let colors = [Color::Amber, Color::Teal, Color::Blue, Color::Red, Color::Brown];
         (0..5).fold(Drawing::new(), |drawing, i| {
             let place = self.place(q, i);
-            let radius = if i == 0 { 0.12 } else { 0.08 };
-            drawing.color(colors[i]).tail(NAMES[i], place, 0.6).disc(place, radius).label(place, NAMES[i])
+            let (radius, name) = if i == 0 { (0.12, "") } else { (0.08, NAMES[i]) };
+            drawing.color(colors[i]).tail(NAMES[i], place, 0.6).disc(place, radius).label(place, name)
         })
     }
 }
@@ -84,8 +84,8 @@ fn main() -> common::Outcome {
     }
     let start = model.state().x(x).y(y).x_rate(vx).y_rate(vy).build()?;
     let mut run = model.simulate(start).until(120.0).tolerance(1e-12);
-    for i in 1..5 {
-        run = run.event(NAMES[i], move |s| s.y(i) - s.y(0)); // passes the x-axis as seen from the Sun
+    for (i, name) in NAMES.into_iter().enumerate().skip(1) {
+        run = run.event(name, move |s| s.y(i) - s.y(0)); // passes the x-axis as seen from the Sun
     }
     let motion = run.run()?;
     println!("{}", motion.summary());
@@ -94,16 +94,16 @@ fn main() -> common::Outcome {
     assert!((momentum(120.0)? / momentum(0.0)? - 1.0).abs() < 1e-9);
 
     println!("planet    period in years   √(a³/(1 + m))");
-    for i in 1..5 {
+    for (i, name) in NAMES.into_iter().enumerate().skip(1) {
         let times: Vec<_> = motion
             .events()
             .iter()
-            .filter(|e| e.name == NAMES[i] && e.direction == Direction::Rising)
+            .filter(|e| e.name == name && e.direction == Direction::Rising)
             .map(|e| e.time())
             .collect();
         let period = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
         let kepler = (axes[i].powi(3) / (1.0 + model.mass[i])).sqrt();
-        println!("{:8}  {period:15.5}  {kepler:14.5}", NAMES[i]);
+        println!("{name:8}  {period:15.5}  {kepler:14.5}");
         assert!((period / kepler - 1.0).abs() < 1e-4, "Kepler's third law");
     }
 

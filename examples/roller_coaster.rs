@@ -90,7 +90,7 @@ fn main() -> common::Outcome {
         *sum += f64::hypot(p[1][0] - p[0][0], p[1][1] - p[0][1]);
         Some(*sum)
     }));
-    let [x, y] = [0, 1].map(|axis| CubicSpline::natural(&s, &points.iter().map(|p| p[axis]).collect::<Vec<_>>()));
+    let [x, y] = [0, 1].map(|axis| CubicSpline::not_a_knot(&s, &points.iter().map(|p| p[axis]).collect::<Vec<_>>()));
     let coaster = RollerCoaster { mass: 600.0, g: 9.81, x: x?, y: y? };
 
     let end = s[s.len() - 1];

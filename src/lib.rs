@@ -107,6 +107,8 @@ pub mod __private {
 /// The code in the guides is compiled and run.
 #[cfg(doctest)]
 mod guides {
+    #[doc = include_str!("../docs/guide.md")]
+    struct Guide;
     #[doc = include_str!("../docs/vocabulary.md")]
     struct Vocabulary;
 }
