@@ -460,13 +460,22 @@ mod tests {
         let drawing = Drawing::new()
             .line([0.0, 0.0], [1.0, 0.0])
             .color(Color::Red)
+            .fill(Color::Blue)
             .width(5.0)
             .dashed()
             .line([0.0, 0.0], [1.0, 0.0])
             .plain()
             .dot([0.0, 0.0]);
-        let seen: Vec<_> = drawing.shapes().iter().map(|shape| (shape.color, shape.width, shape.dashed)).collect();
-        assert_eq!(seen, [(Color::Auto, 2.0, false), (Color::Red, 5.0, true), (Color::Auto, 2.0, false)]);
+        let seen: Vec<_> =
+            drawing.shapes().iter().map(|shape| (shape.color, shape.fill, shape.width, shape.dashed)).collect();
+        assert_eq!(
+            seen,
+            [
+                (Color::Auto, None, 2.0, false),
+                (Color::Red, Some(Color::Blue), 5.0, true),
+                (Color::Auto, None, 2.0, false)
+            ]
+        );
     }
 
     #[test]

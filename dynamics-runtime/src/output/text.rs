@@ -156,6 +156,10 @@ mod tests {
             assert_eq!(back.to_bits(), x.to_bits(), "{}", exact(x));
             assert!(exact(x).len() < 26);
         }
+        assert_eq!(
+            (exact(1e20).as_str(), exact(-2.5e-7).as_str(), exact(1e15).as_str()),
+            ("1e20", "-2.5e-7", "1000000000000000")
+        );
         assert!(exact(f64::NAN).parse::<f64>().unwrap().is_nan());
     }
 

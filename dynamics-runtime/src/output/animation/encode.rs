@@ -480,6 +480,17 @@ mod tests {
     }
 
     #[test]
+    fn space_and_dashes_are_told_to_the_page() {
+        let mut reel = Reel::new(Color::Ink);
+        reel.push(&Drawing::new().dot([0.0, 0.0, 1.0]).dot([1.0, 1.0]));
+        reel.push(&Drawing::new().dashed().fill(Color::Red).circle([0.0, 0.0], 1.0));
+        assert!(reel.spatial);
+        let json = json_check::read(&reel.to_json(&reel.bounds.grid()));
+        let figure = &json["scenes"].list()[1]["figures"].list()[0];
+        assert_eq!((figure["d"].number(), figure["f"].text(), figure["c"].text()), (1.0, "red", "ink"));
+    }
+
+    #[test]
     fn words_that_change_are_a_column() {
         let mut reel = Reel::new(Color::Ink);
         for k in 0..2 {

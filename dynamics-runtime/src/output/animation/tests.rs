@@ -85,6 +85,9 @@ fn curves_are_chosen_by_name_or_by_their_common_unit() {
     let html = |animation: Animation<'_>| animation.to_html().unwrap();
     let page = html(Animation::new().add(&WHEEL, ""));
     assert!(data(&page).contains("\"name\":\"angle\"") && !data(&page).contains("\"turns\""));
+    let units = ["m", "m", "m", "m", "m", "s"].map(|unit| ("q".to_string(), unit.to_string()));
+    let chosen = |units: &[(String, String)], most| Strip::Automatic.choose(units, most).unwrap().len();
+    assert_eq!((chosen(&units, 4), chosen(&units, 1), chosen(&units[3..], 4), chosen(&[], 4)), (4, 1, 2, 0));
     let page = html(Animation::new().add(&WHEEL, "").plot(["turns", "bad"]));
     assert!(data(&page).contains("\"turns\"") && !data(&page).contains("\"name\":\"angle\""));
     let page = html(Animation::new().add(&WHEEL, "").without_plot());
@@ -198,6 +201,7 @@ fn the_page_holds_the_motion_to_a_part_of_a_pixel() {
     assert_eq!((event[0].number(), event[1].text()), (150.0, "bump"), "2.5 of 10 s in 600 steps");
 
     let curves = page["strip"].list();
+    assert_eq!((curves[0]["color"].text(), curves[1]["color"].text()), ("blue", "red"));
     assert_eq!(curves[0]["name"].text(), "angle");
     for (value, t) in summed(&curves[0]["values"]).iter().zip(&times) {
         let value = curves[0]["lo"].number() + curves[0]["unit_of_values"].number() * value;

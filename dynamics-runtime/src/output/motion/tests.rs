@@ -97,9 +97,10 @@ impl Powers for Springs {
 }
 
 impl Outputs for Springs {
-    const OUTPUTS: &'static [Quantity] = &[quantity("tension, left", "N")];
+    const OUTPUTS: &'static [Quantity] = &[quantity("tension, left", "N"), quantity("lead", "m")];
     fn outputs(&self, state: &SpringsState, values: &mut [f64]) -> Result<(), SingularMassMatrix> {
         values[0] = -state.q[0];
+        values[1] = 10.0 * state.q[1];
         Ok(())
     }
 }
@@ -140,7 +141,7 @@ fn the_table_names_its_columns() {
     assert_eq!(
         text.lines().next().unwrap(),
         "t [s],x [m],y[0] [m],x_rate [m/s],y_rate[0] [m/s],x_acceleration [m/s^2],y_acceleration[0] [m/s^2],\
-         \"tension, left [N]\",energy"
+         \"tension, left [N]\",lead [m],energy"
     );
 }
 
@@ -160,6 +161,7 @@ fn the_table_reads_back_bit_for_bit() {
             -state.q[0],
             -state.q[1],
             -state.q[0],
+            10.0 * state.q[1],
             Springs.energy_function(&state),
         ];
         assert_eq!(row.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), expected.map(f64::to_bits));
@@ -186,6 +188,30 @@ fn an_interval_that_gets_nowhere_is_an_error() {
     }
 }
 
+fn first_point(points: &str) -> [f64; 2] {
+    let mut numbers = points.split([' ', ',']).map(|x| x.parse().unwrap());
+    [numbers.next().unwrap(), numbers.next().unwrap()]
+}
+
+#[test]
+fn many_curves_are_spread_over_panels() {
+    let columns = (0..14).map(|k| Column { name: format!("q[{k}]"), unit: "m".to_string() });
+    let rows = [(0.0, vec![0.0; 14]), (1.0, vec![1.0; 14])];
+    assert_eq!(panels::<Springs>("q", columns, &rows).len(), 3);
+}
+
+#[test]
+fn events_are_marked_by_name() {
+    let motion = Springs.simulate(start()).until(7.0).tolerance(1e-9);
+    let motion = motion.event("x is zero", |s| s.q[0]).event("far", |s| s.q[0] + s.q[1] - 5.0).run().unwrap();
+    let svg = motion.energy_chart().to_svg();
+    xml_check::assert_well_formed(&svg);
+    assert!(svg.contains(">x is zero<") && !svg.contains(">far<"));
+    let marks = svg.split("<path d=\"").find(|path| path.contains(",0V380")).unwrap();
+    assert_eq!(marks.split('"').next().unwrap().matches('M').count(), 2, "at π/2 and 3π/2: {marks}");
+    assert_eq!(Film::events(&motion).len(), 2);
+}
+
 #[test]
 fn the_history_has_a_panel_for_each_unit() {
     let svg = motion(10.0).history_chart().to_svg();
@@ -197,6 +223,10 @@ fn the_history_has_a_panel_for_each_unit() {
     }
     let svg = motion(10.0).outputs_chart().to_svg();
     xml_check::assert_well_formed(&svg);
+    // Tension −cos t begins at the lower edge of its axes, lead 10 sin t in the middle.
+    let curves: Vec<_> = svg.split("<polyline points=\"").skip(1).map(|tag| tag.split('"').next().unwrap()).collect();
+    assert_eq!(curves.len(), 2);
+    assert!(first_point(curves[0])[1] > 150.0 && (first_point(curves[1])[1] - 95.0).abs() < 2.0, "{curves:?}");
     assert!(svg.contains(">tension, left in N<") && !svg.contains(">tension, left<"), "its axis names a single curve");
 }
 
@@ -205,6 +235,10 @@ fn curves_are_fine_between_large_steps() {
     let states = motion(10.0).fine_states();
     assert!(states.len() >= 9 * FINE / 10, "{}", states.len());
     assert!(states.windows(2).all(|pair| pair[0].t < pair[1].t));
+    let steps: Vec<_> = motion(10.0).steps().map(|state| state.t).collect();
+    let longest = steps.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    let finest = longest / FINE.div_ceil(steps.len()) as f64;
+    assert!(states.windows(2).all(|pair| pair[1].t - pair[0].t < 1.001 * finest), "even parts");
     for state in states {
         assert!((state.q[0] - state.t.cos()).abs() < 1e-8);
     }
@@ -215,6 +249,14 @@ fn the_phase_portrait_of_a_spring_is_a_circle_and_of_nothing_an_error() {
     let svg = motion(7.0).phase_chart("y[0]").unwrap().to_svg();
     xml_check::assert_well_formed(&svg);
     assert!(svg.contains("y[0] in m") && svg.contains("y_rate[0] in m/s"));
+    // y = sin t begins with y = 0 and ẏ = 1: in the middle, at the upper edge.
+    let start = first_point(svg.rsplit("<polygon points=\"").next().unwrap().split('"').next().unwrap());
+    let numbers = start.map(|corner| corner + 3.0);
+    let curve = first_point(svg.split("<polyline points=\"").last().unwrap().split('"').next().unwrap());
+    assert!((0..2).all(|k| (curve[k] - numbers[k]).abs() < 0.2), "{curve:?} {numbers:?}");
+    let axes = svg.split("<svg x=").nth(1).unwrap();
+    let width: f64 = axes.split("width=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+    assert!((numbers[0] - 0.5 * width).abs() < 2.0 && numbers[1] < 40.0, "{numbers:?} of {width}");
     let message = motion(1.0).phase_chart("z").unwrap_err().to_string();
     assert!(message.starts_with("there is no quantity `z`; "), "{message}");
 }

@@ -133,6 +133,7 @@ pub(super) fn plots(chart: &Chart) -> Vec<Plot<'_>> {
             let instants =
                 panel.instants.iter().map(|(_, at)| at.iter().map(|at| x.coordinate(*at)).collect()).collect();
             let notes = notes(panel, &x, &y);
+            let notes = notes.iter().flat_map(|note| measure::wrapped(note, FONT, width)).collect();
             Plot { left, width, axes_height, x, y, curves, instants, legend, notes }
         })
         .collect()
@@ -210,39 +211,25 @@ fn tight(panel: &Panel, padded: Range) -> Range {
     if in_order && hi - lo > 0.9 * (padded.hi - padded.lo) { Range { lo, hi } } else { padded }
 }
 
+/// Ticks of y, a line of text and more apart.
 fn vertical(axis: &Axis, range: Range, height: f64) -> Side {
-    let log = axis.scale == Scale::Log;
-    let ticks = |count| if log { ticks::logarithmic(range, count) } else { ticks::linear(range, count) };
-    let fewest = libm::floor(height / 42.0).max(2.0) as usize;
-    let most = libm::floor(height / 20.0) as usize;
-    // One label alone says nothing about the scale: rather some more than two round values would need.
-    let chosen = (fewest..=most).map(ticks).find(|ticks| ticks.major.len() > 1);
-    let ticks = chosen.unwrap_or_else(|| ticks(fewest));
+    let ticks = some_ticks(axis, range, height / 42.0, height / 20.0);
     side(axis, range, ticks, height + 2.0 * ROW)
 }
 
-/// As many ticks as have room for their labels.
+/// Ticks of x, farther apart than any label is wide.
 fn horizontal(axis: &Axis, range: Range, width: f64) -> Side {
-    let log = axis.scale == Scale::Log;
-    let mut count = libm::floor(width / 60.0).max(1.0) as usize;
-    let ticks = loop {
-        let ticks = if log { ticks::logarithmic(range, count) } else { ticks::linear(range, count) };
-        if count == 1 || labels_fit(&ticks, range, width) {
-            break ticks;
-        }
-        count -= 1;
-    };
+    let ticks = some_ticks(axis, range, width / 62.0, width / 56.0);
     side(axis, range, ticks, width)
 }
 
-fn labels_fit(ticks: &Ticks, range: Range, width: f64) -> bool {
-    let mut right = f64::NEG_INFINITY;
-    ticks.major.iter().all(|(at, label)| {
-        let (middle, half) = (range.part(*at) * width, 0.5 * measure::width(label, FONT));
-        let free = middle - half > right + 8.0;
-        right = middle + half;
-        free
-    })
+/// About `wanted` ticks, up to `most` where so few would be a single label: that says nothing about the scale.
+fn some_ticks(axis: &Axis, range: Range, wanted: f64, most: f64) -> Ticks {
+    let log = axis.scale == Scale::Log;
+    let ticks = |count| if log { ticks::logarithmic(range, count) } else { ticks::linear(range, count) };
+    let wanted = libm::floor(wanted).max(2.0) as usize;
+    let chosen = (wanted..=libm::floor(most) as usize).map(ticks).find(|ticks| ticks.major.len() > 1);
+    chosen.unwrap_or_else(|| ticks(wanted))
 }
 
 fn side(axis: &Axis, range: Range, ticks: Ticks, room: f64) -> Side {

@@ -1,6 +1,7 @@
 //! How much room text takes in a common sans-serif type, on the safe side.
 
 use alloc::string::String;
+use alloc::vec::Vec;
 
 /// Width of `text` at a font size, in pixels.
 pub(super) fn width(text: &str, size: f64) -> f64 {
@@ -39,6 +40,21 @@ pub(super) fn fitted(text: &str, size: f64, room: f64) -> String {
     cut
 }
 
+/// `text` in lines that fit into `room`; a single word that does not is cut.
+pub(super) fn wrapped(text: &str, size: f64, room: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if width(line, size) + width(" ", size) + width(word, size) <= room => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(fitted(word, size, room)),
+        }
+    }
+    lines
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -49,5 +65,8 @@ mod tests {
         let cut = fitted("a name that is far too long for this place", 12.0, 100.0);
         assert!(cut.ends_with('…') && width(&cut, 12.0) <= 100.0, "{cut}");
         assert_eq!(fitted("word", 12.0, 0.0), "…");
+        let lines = wrapped("some words in a row that is narrow", 12.0, 100.0);
+        assert!(lines.len() > 1 && lines.iter().all(|line| width(line, 12.0) <= 100.0), "{lines:?}");
+        assert_eq!(lines.join(" "), "some words in a row that is narrow");
     }
 }

@@ -182,8 +182,116 @@ proptest! {
     }
 
     #[test]
+    fn labels_of_x_keep_apart(
+        (middle, power) in (-9.99..9.99f64, -200i32..200), spread in 0.0..9.0f64, width in 320.0..900.0f64, log in any::<bool>(),
+    ) {
+        let middle = middle * 10f64.powi(power);
+        let half = middle.abs() * 10f64.powf(-spread);
+        let axis = if log {
+            Axis::log("x").range(middle.abs(), middle.abs() * 10f64.powf(10f64.powf(2.0 - spread)))
+        } else {
+            Axis::new("x").range(middle - half, middle + half)
+        };
+        let svg = Chart::from(Panel::new(axis, Axis::new("y")).line("y", [(1.0, 0.0), (2.0, 1.0)])).width(width).to_svg();
+        let labels = svg.split("<g text-anchor=\"middle\"").nth(1).unwrap().split("</g>").next().unwrap();
+        let texts = boxes(&svg);
+        let texts: Vec<_> = texts.iter().filter(|(_, text)| labels.contains(&format!(">{text}<"))).collect();
+        for pair in texts.windows(2).filter(|pair| pair[0].0[2] == pair[1].0[2]) {
+            prop_assert!(pair[0].0[1] + 4.0 < pair[1].0[0], "{pair:?}");
+        }
+    }
+
+    #[test]
     fn names_of_any_kind_stay_text(title in any::<String>(), name in "[<>&\"']{0,60}", wide in "[mW漢]{0,200}") {
         let panel = Panel::new(Axis::new(&name), Axis::new(&wide)).line(&title, [(0.0, 1.0)]).line(&wide, [(0.0, 1.0)]);
         xml_check::assert_well_formed(&Chart::new(&title).panel(panel.instants(name, [0.0])).to_svg());
     }
+}
+
+/// The attribute of a tag, which is given without its brackets.
+fn attribute<'a>(tag: &'a str, name: &str) -> &'a str {
+    let (_, value) = tag.split_once(&format!(" {name}=\"")).unwrap_or_else(|| panic!("no `{name}` in {tag}"));
+    value.split('"').next().unwrap()
+}
+
+/// Left, right, upper and lower edge of every level text that is anchored by its own tag or by its group.
+fn boxes(svg: &str) -> Vec<([f64; 4], &str)> {
+    let mut anchor = "start";
+    let mut boxes = Vec::new();
+    for piece in svg.split('<').skip(1) {
+        let (tag, content) = piece.split_once('>').unwrap();
+        if tag.starts_with("g ") {
+            anchor = attribute(tag, "text-anchor");
+        } else if tag.starts_with("/g") {
+            anchor = "start";
+        } else if tag.starts_with("text") && !tag.contains("transform") {
+            let own = if tag.contains("text-anchor") { attribute(tag, "text-anchor") } else { anchor };
+            let size = if tag.contains("font-size") { attribute(tag, "font-size").parse().unwrap() } else { FONT };
+            let place = |name: &str| attribute(tag, name).parse::<f64>().unwrap();
+            // Real glyphs are narrower than the layout's careful measure.
+            let width = 0.93 * measure::width(content, size);
+            let left = place("x")
+                - width
+                    * match own {
+                        "start" => 0.0,
+                        "middle" => 0.5,
+                        _ => 1.0,
+                    };
+            boxes.push(([left, left + width, place("y") - 0.75 * size, place("y") + 0.2 * size], content));
+        }
+    }
+    boxes
+}
+
+#[test]
+fn no_text_covers_another_or_leaves_the_page() {
+    let waves = |count: usize| {
+        (0..count).map(|k| Series::new(format!("angle of link number {k}"), [(0.0, k as f64), (1.0, 0.0)]))
+    };
+    for (width, scale, height) in
+        [(760.0, 1.0, 190.0), (320.0, 1.234_567_8e-5, 80.0), (500.0, 123_456.7, 120.0), (320.0, 1e7, 400.0)]
+    {
+        for (x_log, y_log) in [(false, false), (true, true)] {
+            let axis = |log: bool, title: &str| if log { Axis::log(title) } else { Axis::new(title) };
+            let points = [(1.0 * scale, -3.0 * scale), (7.7 * scale, 9.0 * scale), (0.2 * scale, 2e6 * scale)];
+            let crowd = waves(9).fold(Panel::new(Axis::new("time in s"), Axis::new("angles in rad")), Panel::series);
+            let one = Panel::new(
+                axis(x_log, "a title that is longer than there is room for in a chart as narrow as this one"),
+                axis(y_log, "y"),
+            )
+            .curve("measured", points)
+            .instants("switched", [2.0 * scale]);
+            let svg =
+                Chart::new("A title that is rather long, so long that it has to be cut somewhere in the narrow ones")
+                    .panel(one)
+                    .panel(crowd)
+                    .width(width)
+                    .panel_height(height)
+                    .to_svg();
+            assert_sound(&svg);
+            let boxes = boxes(&svg);
+            assert!(boxes.len() > 15, "{boxes:?}");
+            for upright in svg.split("translate(").skip(1) {
+                let x: f64 = upright.split(',').next().unwrap().parse().unwrap();
+                let left_of_it = boxes.iter().filter(|(edges, _)| edges[0] < x + 0.2 * FONT && edges[3] > 45.0);
+                assert_eq!(left_of_it.count(), 0, "the title of y at {x} is covered");
+            }
+            for (k, (a, text)) in boxes.iter().enumerate() {
+                assert!(a[0] >= 0.0 && a[1] <= width, "`{text}` leaves the page of {width}: {a:?}");
+                for (b, other) in &boxes[..k] {
+                    let apart = a[1] <= b[0] || b[1] <= a[0] || a[3] <= b[2] || b[3] <= a[2];
+                    assert!(apart, "`{text}` covers `{other}`: {a:?} {b:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_has_no_place_is_not_drawn_and_curves_differ() {
+    let panel = Panel::new(Axis::new("x"), Axis::log("y"));
+    let svg = Chart::from(panel.points("a", [(1.0, -1.0), (2.0, 0.0), (3.0, 4.0)]).points("b", [(1.0, 1.0)])).to_svg();
+    assert_eq!(svg.matches("<circle").count(), 1 + 1, "one point and its legend");
+    let colors: Vec<_> = svg.split("<circle").chain(svg.split("<polygon")).skip(1).collect();
+    assert_ne!(attribute(colors[0], "fill"), attribute(svg.split("<polygon").nth(1).unwrap(), "fill"));
 }
