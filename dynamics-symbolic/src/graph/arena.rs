@@ -1,17 +1,40 @@
 //! The arena: hash-consing by fingerprint. The only place that creates ids.
 
+use core::hash::{BuildHasherDefault, Hasher};
 use std::collections::HashMap;
 
 use super::fingerprint::{Circle, Fingerprint};
 use super::{Dependence, Node, NodeId, Number};
 
+/// A hasher for keys that are random already or small and dense: one multiplication per word.
+#[derive(Clone, Copy, Debug, Default)]
+struct Multiply(u64);
+
+impl Hasher for Multiply {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|b| self.write_u64(u64::from(*b)));
+    }
+    fn write_u32(&mut self, x: u32) {
+        self.write_u64(x.into());
+    }
+    fn write_u64(&mut self, x: u64) {
+        self.0 = (self.0.rotate_left(26) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+    fn write_usize(&mut self, x: usize) {
+        self.write_u64(x as u64);
+    }
+}
+
 /// A hash map that cannot be iterated, so that no result depends on its order.
 #[derive(Clone, Debug)]
-pub(super) struct Lookup<K, V>(HashMap<K, V>);
+pub(super) struct Lookup<K, V>(HashMap<K, V, BuildHasherDefault<Multiply>>);
 
 impl<K: Eq + core::hash::Hash, V: Copy> Lookup<K, V> {
     fn new() -> Self {
-        Self(HashMap::new())
+        Self(HashMap::default())
     }
     pub(super) fn get(&self, key: &K) -> Option<V> {
         self.0.get(key).copied()
@@ -39,6 +62,10 @@ impl Default for Graph {
 }
 
 impl Graph {
+    /// The first two nodes of every graph.
+    pub(super) const ZERO: NodeId = NodeId(0);
+    pub(super) const ONE: NodeId = NodeId(1);
+
     /// A graph that holds the small numbers, so that expressions with such a value are recognised.
     #[must_use]
     pub fn new() -> Self {

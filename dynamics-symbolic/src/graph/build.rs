@@ -21,12 +21,14 @@ impl Graph {
         self.number(Number::integer(n))
     }
     /// Zero.
-    pub fn zero(&mut self) -> NodeId {
-        self.integer(0)
+    #[must_use]
+    pub fn zero(&self) -> NodeId {
+        Self::ZERO
     }
     /// One.
-    pub fn one(&mut self) -> NodeId {
-        self.integer(1)
+    #[must_use]
+    pub fn one(&self) -> NodeId {
+        Self::ONE
     }
     /// A symbol.
     pub fn symbol(&mut self, symbol: Symbol) -> NodeId {

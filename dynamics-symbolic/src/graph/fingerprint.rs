@@ -55,7 +55,7 @@ impl Fingerprint {
     pub(crate) fn number(n: Number) -> Self {
         match n {
             Number::Rational(n, d) => {
-                let value = mul(reduce(n), inverse(reduce(d)));
+                let value = if d == 1 { reduce(n) } else { mul(reduce(n), inverse(reduce(d))) };
                 Self([value, value])
             }
             // Odd in x, so that −x is recognised.
