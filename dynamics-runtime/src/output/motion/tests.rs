@@ -203,13 +203,15 @@ fn many_curves_are_spread_over_panels() {
 #[test]
 fn events_are_marked_by_name() {
     let motion = Springs.simulate(start()).until(7.0).tolerance(1e-9);
-    let motion = motion.event("x is zero", |s| s.q[0]).event("far", |s| s.q[0] + s.q[1] - 5.0).run().unwrap();
+    let motion = motion.event("x is zero", |s| s.q[0]).event("y is half", |s| s.q[1] - 0.5);
+    let motion = motion.event("far", |s| s.q[0] + s.q[1] - 5.0).run().unwrap();
     let svg = motion.energy_chart().to_svg();
     xml_check::assert_well_formed(&svg);
-    assert!(svg.contains(">x is zero<") && !svg.contains(">far<"));
-    let marks = svg.split("<path d=\"").find(|path| path.contains(",0V380")).unwrap();
-    assert_eq!(marks.split('"').next().unwrap().matches('M').count(), 2, "at π/2 and 3π/2: {marks}");
-    assert_eq!(Film::events(&motion).len(), 2);
+    assert!(svg.contains(">x is zero<") && svg.contains(">y is half<") && !svg.contains(">far<"));
+    // π/2 and 3π/2; π/6, 5π/6 and 13π/6.
+    let marks = svg.split("<path d=\"").filter(|path| path.contains(",0V380"));
+    let counts: Vec<_> = marks.map(|path| path.split('"').next().unwrap().matches('M').count()).collect();
+    assert_eq!((counts, Film::events(&motion).len()), (vec![2, 3], 5));
 }
 
 #[test]
