@@ -70,7 +70,7 @@ fn main() -> common::Outcome {
                 .line("r − r₀", samples.iter().map(|s| (s.t, s.r() - equilibrium))),
         );
         if *name == models[0].0 {
-            motion.animate(files.path("resonance.html"))?;
+            Animation::new().add(&motion, "").plot(["r", "theta"]).write_html(files.path("resonance.html"))?;
         }
     }
     assert!(swings[0] > 0.25, "resonance moves the energy of the bounce into the swing");
