@@ -44,6 +44,8 @@ pub struct Summary {
     pub energy_drift: f64,
     /// Largest of |½ q̇·∂L/∂q̇|, |E − ½ q̇·∂L/∂q̇|, |E| met: of T and V for natural systems.
     pub energy_scale: f64,
+    /// What drifts: `energy`, `energy function` where that is kept and T + V is not, `energy less work` where something works.
+    pub energy_name: &'static str,
     /// Whether forces, dissipation or explicit time change the energy, so that their work enters `energy_drift`.
     pub has_work: bool,
     /// Drift of every quantity that the model knows to be conserved, beside the energy.
@@ -71,6 +73,9 @@ impl<M: Simulate> Motion<'_, M> {
                 None => events.push((event.name.clone(), 1)),
             }
         }
+        // The energy has its own row, against its own scale: its value may be near zero by chance.
+        let is_energy = |name: &str| matches!(name, "energy" | "energy function");
+        let kept = M::CONSERVED.iter().map(|quantity| quantity.name).find(|name| is_energy(name));
         Summary {
             model: M::NAME,
             interval: (self.start_time(), self.end_time()),
@@ -82,9 +87,9 @@ impl<M: Simulate> Motion<'_, M> {
             wall_time: counts.wall_time,
             energy_drift: if worst == 0.0 { 0.0 } else { worst / history.scale },
             energy_scale: history.scale,
+            energy_name: if M::POWERS.is_empty() { kept.unwrap_or("energy") } else { "energy less work" },
             has_work: !M::POWERS.is_empty(),
-            // The energy has its own row, against its own scale: its value may be near zero by chance.
-            conserved: self.drifts().into_iter().filter(|drift| drift.name != "energy").collect(),
+            conserved: self.drifts().into_iter().filter(|drift| !is_energy(&drift.name)).collect(),
             events,
             stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
             stiff_at: counts.stiff_at,
@@ -121,7 +126,7 @@ fn larger(a: f64, b: f64) -> f64 {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (start, end) = self.interval;
-        writeln!(f, "{} from t = {start} to {end}", self.model)?;
+        writeln!(f, "{} from t = {} to {}", self.model, Rounded(start), Rounded(end))?;
         writeln!(f, "  method       {}, {}", self.method, self.reason)?;
         writeln!(
             f,
@@ -133,13 +138,15 @@ impl fmt::Display for Summary {
         if let Some(time) = self.wall_time {
             writeln!(f, "  wall time    {time:.3?}")?;
         }
-        let what = if self.has_work { "energy less work" } else { "energy" };
-        write!(f, "  drift        {what} {:.1e} of {:.6e}", self.energy_drift, self.energy_scale)?;
+        write!(f, "  drift        {} {:.1e} of {:.6e}", self.energy_name, self.energy_drift, self.energy_scale)?;
         for Drift { name, largest, scale } in &self.conserved {
-            if *scale > 0.0 {
+            // A quantity whose value is no larger than its drift, such as the momentum of a system at rest, has no scale of its own.
+            if *largest < 0.1 * scale {
                 write!(f, "\n               {name} {:.1e} of {scale:.6e}", largest / scale)?;
+            } else if *largest == 0.0 {
+                write!(f, "\n               {name} stays 0")?;
             } else {
-                write!(f, "\n               {name} stays {largest}")?;
+                write!(f, "\n               {name} stays within {largest:.1e} of its start")?;
             }
         }
         for (i, (name, count)) in self.events.iter().enumerate() {
@@ -154,10 +161,22 @@ impl fmt::Display for Summary {
         if let Some(t) = self.stiff_at {
             write!(
                 f,
-                "\n  warning      stiff from t = {t}: stability, not accuracy, bounds the step of this explicit method"
+                "\n  warning      stiff from t = {}: stability, not accuracy, bounds the step of this explicit method",
+                Rounded(t)
             )?;
         }
         Ok(())
+    }
+}
+
+/// A number with seven significant digits at most.
+struct Rounded(f64);
+
+impl fmt::Display for Rounded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rounded = alloc::format!("{:.6e}", self.0).parse().unwrap_or(self.0);
+        let plain = rounded == 0.0 || !rounded.is_finite() || (1e-4..1e7).contains(&rounded.abs());
+        if plain { write!(f, "{rounded}") } else { write!(f, "{rounded:e}") }
     }
 }
 
@@ -179,8 +198,24 @@ impl fmt::Display for Grouped {
 
 #[cfg(test)]
 mod tests {
-    use super::Grouped;
+    use super::{Grouped, Rounded};
     use alloc::string::ToString;
+
+    #[test]
+    fn times_are_short() {
+        let cases = [
+            (0.0, "0"),
+            (10.0, "10"),
+            (21600.0, "21600"),
+            (12.644728254874169, "12.64473"),
+            (0.0000007871337039784605, "7.871337e-7"),
+            (-1.0 / 3.0, "-0.3333333"),
+            (f64::NAN, "NaN"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(Rounded(number).to_string(), text);
+        }
+    }
 
     #[test]
     fn thousands_are_grouped() {
