@@ -139,23 +139,29 @@ impl<'a> Animation<'a> {
         self
     }
 
-    /// Seconds of the motion per second of playing, greater than 0; the viewer can change it. A value that is not a positive
-    /// number counts as not set.
+    /// Seconds of the motion per second of playing, greater than 0; the viewer can change it.
     #[must_use]
     pub fn speed(mut self, speed: f64) -> Self {
-        self.speed = (speed > 0.0 && speed.is_finite()).then_some(speed);
+        self.speed = Some(speed);
         self
     }
 
     /// The most instants that the page holds, at least 2; 3,600 unless set.
     #[must_use]
     pub fn frames(mut self, most: usize) -> Self {
-        self.most_frames = Some(most.max(2));
+        self.most_frames = Some(most);
         self
     }
 
-    /// The page as text. An error where a name that is to be plotted is not known.
+    /// The page as text. An error where a name that is to be plotted is not known, where the speed is not a positive number and
+    /// where fewer than two instants are allowed.
     pub fn to_html(&self) -> Result<String, OutputError> {
+        if let Some(speed) = self.speed.filter(|speed| !(speed.is_normal() && *speed > 0.0)) {
+            return Err(OutputError::Speed { speed });
+        }
+        if let Some(most) = self.most_frames.filter(|most| *most < 2) {
+            return Err(OutputError::Frames { most });
+        }
         let clock = Clock::of(self);
         let curves = self.chosen_curves()?;
         let recordings: Vec<_> = (0..self.films.len()).map(|k| self.record(k, &clock, &curves[k])).collect();

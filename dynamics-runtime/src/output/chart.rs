@@ -36,8 +36,8 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Log, range: None }
     }
 
-    /// From `lo` to `hi` instead of what the series need; curves are cut at the edges. A range without extent, or one that the
-    /// scale cannot show, counts as none.
+    /// From `lo` to `hi` instead of what the series need; curves are cut at the edges. Where the range has no extent, or the
+    /// scale cannot show it, the chart takes what the series need and says so.
     #[must_use]
     pub fn range(mut self, lo: f64, hi: f64) -> Self {
         self.range = Some([lo, hi]);

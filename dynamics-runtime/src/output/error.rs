@@ -22,6 +22,16 @@ pub enum OutputError {
         /// The interval.
         interval: f64,
     },
+    /// The speed of an animation is not a positive number.
+    Speed {
+        /// Seconds of the motion per second of playing.
+        speed: f64,
+    },
+    /// An animation of fewer than two instants does not move.
+    Frames {
+        /// The most instants allowed.
+        most: usize,
+    },
     /// A table could not be written to where it should go.
     #[cfg(feature = "std")]
     Stream(std::io::Error),
@@ -44,6 +54,10 @@ impl fmt::Display for OutputError {
                 f,
                 "samples every {interval} are not possible; the interval must be positive and large enough for time to advance"
             ),
+            Self::Speed { speed } => {
+                write!(f, "an animation cannot be played {speed} times as fast; the speed must be positive")
+            }
+            Self::Frames { most } => write!(f, "an animation of {most} instants does not move; allow at least 2"),
             #[cfg(feature = "std")]
             Self::Stream(error) => write!(f, "the table cannot be written: {error}"),
             #[cfg(feature = "std")]

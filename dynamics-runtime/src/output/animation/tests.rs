@@ -81,6 +81,19 @@ fn an_unknown_quantity_is_an_error_that_names_its_neighbour() {
 }
 
 #[test]
+fn a_speed_or_a_number_of_instants_that_make_no_sense_are_errors() {
+    for speed in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = Animation::new().add(&WHEEL, "").speed(speed).to_html().unwrap_err();
+        assert!(matches!(error, OutputError::Speed { .. }), "{error}");
+    }
+    let error = Animation::new().add(&WHEEL, "").frames(1).to_html().unwrap_err();
+    assert!(error.to_string().contains("allow at least 2"), "{error}");
+    assert!(
+        Animation::new().add(&WHEEL, "").frames(2).speed(0.5).to_html().unwrap().contains("\"frames\":2,\"speed\":0.5")
+    );
+}
+
+#[test]
 fn curves_are_chosen_by_name_or_by_their_common_unit() {
     let html = |animation: Animation<'_>| animation.to_html().unwrap();
     let page = html(Animation::new().add(&WHEEL, ""));

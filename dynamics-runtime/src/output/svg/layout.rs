@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 
 use super::super::chart::{Axis, Chart, Mark, Panel, Scale, Series};
 use super::super::color::Color;
+use super::super::text::readable;
 use super::super::ticks::{self, Range, Ticks};
 use super::{FONT, MARGIN, measure};
 
@@ -314,6 +315,12 @@ fn notes(panel: &Panel, x: &Side, y: &Side) -> Vec<String> {
     let mut notes = Vec::new();
     if points().next().is_none() {
         notes.push(String::from("there are no points"));
+    }
+    for axis in [&panel.x, &panel.y] {
+        if let Some([lo, hi]) = axis.range.filter(|_| fixed_range(axis).is_none()) {
+            let (lo, hi) = (readable(lo, 3), readable(hi, 3));
+            notes.push(format!("the axis cannot go from {lo} to {hi} and shows what there is"));
+        }
     }
     for (count, what) in
         [(not_finite, "not finite"), (not_positive, "not positive: without place on a logarithmic axis")]

@@ -130,6 +130,15 @@ fn values_that_cannot_be_shown_are_counted() {
 }
 
 #[test]
+fn a_range_that_cannot_be_shown_is_reported() {
+    let svg = |axis: Axis| chart_of(vec![(1.0, 1.0)], Axis::new("x"), axis);
+    for axis in [Axis::new("y").range(2.0, 2.0), Axis::log("y").range(0.0, 1.0), Axis::new("y").range(0.0, f64::NAN)] {
+        assert!(svg(axis).contains("the axis cannot go from"));
+    }
+    assert!(!svg(Axis::log("y").range(0.5, 2.0)).contains("the axis cannot"));
+}
+
+#[test]
 fn a_gap_parts_the_line() {
     let svg = chart_of(
         vec![(0.0, 0.0), (1.0, 1.0), (2.0, f64::NAN), (3.0, 1.0), (4.0, 0.0), (5.0, f64::NAN), (6.0, 0.5)],
