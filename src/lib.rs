@@ -3,7 +3,7 @@
 //! You write *positions, energies, forces*. The macros derive the equations of motion while your crate is compiled, check the model, and emit
 //! straight-line code without allocation for exactly that system; the runtime integrates it, watches its conserved quantities and shows it moving.
 //!
-//! ```ignore
+//! ```
 //! use dynamics::prelude::*;
 //!
 //! /// Two bobs on massless rods, swinging in a vertical plane.

@@ -12,7 +12,7 @@ use crate::syntax::{self, Declaration, FieldKind, Implementation, Quantity, Role
 /// `#[derive(Dynamics)]`: the types with the model's names, and the bridge to `#[dynamics] impl`.
 pub(crate) fn derive(item: TokenStream) -> TokenStream {
     let mut diagnostics = Diagnostics::new();
-    let declaration = syntax::parse_struct(item, &mut diagnostics);
+    let declaration = syntax::parse_struct(ungrouped(item), &mut diagnostics);
     let errors = diagnostics.finish().err().unwrap_or_default();
     let errors = report(&errors);
     let Some(declaration) = declaration else { return errors };
@@ -74,7 +74,7 @@ pub(crate) fn model(input: TokenStream) -> TokenStream {
     if item.is_empty() {
         return stubbed(implementation);
     }
-    let item = resolved_like(item, &implementation);
+    let (item, implementation) = (resolved_like(item, &implementation), ungrouped(implementation));
     match compile(item.clone(), implementation.clone()) {
         Ok(CompiledModel { declaration, implementation, compiled }) => {
             let surface = surface(&declaration, Some(&implementation));
@@ -82,11 +82,21 @@ pub(crate) fn model(input: TokenStream) -> TokenStream {
             quote!(#item #traits)
         }
         Err(errors) => {
-            let (errors, stubbed) = (report(&errors), stubbed(implementation));
+            let (errors, stubbed) = (failed(&errors), stubbed(implementation));
             let fallback = declared(item).map(|declaration| emit::fallback(&surface(&declaration, None)));
             quote!(#errors #stubbed #fallback)
         }
     }
+}
+
+/// The errors of the model; never none, since what is emitted beside them does not work.
+fn failed(errors: &[syn::Error]) -> TokenStream {
+    if errors.is_empty() {
+        let message =
+            "the model cannot be derived, and no reason was found; this is a mistake of `dynamics`, please report it";
+        return syn::Error::new(Span::call_site(), message).to_compile_error();
+    }
+    report(errors)
 }
 
 fn report(errors: &[syn::Error]) -> TokenStream {
@@ -121,6 +131,26 @@ fn resolved_like(tokens: TokenStream, user: &TokenStream) -> TokenStream {
             }
             tree.set_span(span);
             tree
+        })
+        .collect()
+}
+
+/// Takes the invisible group off single tokens: a `$n:literal` of the user's own macro is as good as the literal.
+fn ungrouped(tokens: TokenStream) -> TokenStream {
+    tokens
+        .into_iter()
+        .map(|tree| {
+            let TokenTree::Group(group) = tree else { return tree };
+            let (delimiter, inner) = (group.delimiter(), ungrouped(group.stream()));
+            let mut trees = inner.clone().into_iter();
+            match (delimiter, trees.next(), trees.next()) {
+                (Delimiter::None, Some(only), None) => only,
+                _ => {
+                    let mut rebuilt = proc_macro2::Group::new(delimiter, inner);
+                    rebuilt.set_span(group.span());
+                    TokenTree::Group(rebuilt)
+                }
+            }
         })
         .collect()
 }

@@ -1,0 +1,269 @@
+//! Generated code gets along with whatever surrounds it: modules, function bodies, shadowed names, strict lints, other macros.
+#![deny(warnings, missing_docs, unsafe_code, unreachable_pub, clippy::all, clippy::pedantic)]
+#![deny(unused, nonstandard_style, rust_2018_idioms, single_use_lifetimes, unused_qualifications)]
+#![deny(missing_debug_implementations, missing_copy_implementations, unused_results, trivial_casts)]
+
+/// Every name that generated code might be tempted to use, meaning something else.
+mod shadowed {
+    #![allow(dead_code, non_camel_case_types, non_upper_case_globals, unused_macros)]
+    mod core {}
+    mod std {}
+    mod dynamics_runtime {}
+    mod nalgebra {}
+    struct Result;
+    struct Vec;
+    struct Option;
+    struct String;
+    struct Box;
+    struct Model;
+    struct Quantity;
+    struct SVector;
+    struct State;
+    struct f64;
+    struct usize;
+    struct bool;
+    struct str;
+    #[allow(non_snake_case)]
+    fn Ok() {}
+    #[allow(non_snake_case)]
+    fn Err() {}
+    #[allow(non_snake_case)]
+    fn Some() {}
+    const None: () = ();
+    trait Clone {}
+    trait Copy {}
+    trait Debug {}
+    trait PartialEq {}
+    trait Default {}
+    trait From {}
+    trait Into {}
+    trait Send {}
+    trait Sync {}
+    trait Vector {}
+    macro_rules! assert {
+        () => {};
+    }
+    macro_rules! unreachable {
+        () => {};
+    }
+    macro_rules! derive {
+        () => {};
+    }
+
+    type Real = ::core::primitive::f64;
+    type Expr = ::dynamics::Expr;
+    use ::dynamics::model::Coordinates;
+
+    #[derive(::dynamics::Dynamics)]
+    #[coordinates(x)]
+    struct Oscillator {
+        m: ::core::primitive::f64,
+        k: ::core::primitive::f64,
+    }
+
+    #[::dynamics::dynamics]
+    impl Oscillator {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * q.x.dt() * q.x.dt()
+        }
+        #[potential]
+        fn potential(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * q.x * q.x
+        }
+    }
+
+    pub(crate) fn acceleration() -> Real {
+        let model = Oscillator { m: 2.0, k: 3.0 };
+        let ::core::result::Result::Ok(state) = model.state().x(1.0).build() else { return 0.0 };
+        let ::core::result::Result::Ok(a) = ::dynamics::model::Dynamics::accelerations(&model, &state) else {
+            return 0.0;
+        };
+        a[0]
+    }
+}
+
+#[test]
+fn shadowed_names_do_not_matter() {
+    assert!((shadowed::acceleration() + 1.5).abs() < 1e-15);
+}
+
+/// Struct and impl apart.
+mod apart {
+    pub(crate) mod parameters {
+        use dynamics::prelude::*;
+
+        /// An oscillator.
+        #[derive(Clone, Debug, PartialEq, Dynamics)]
+        #[coordinates(x)]
+        pub(crate) struct Oscillator {
+            /// Mass.
+            pub(crate) m: f64,
+            /// Stiffness.
+            pub(crate) k: f64,
+        }
+    }
+    pub(crate) mod equations {
+        use super::parameters::Oscillator;
+        use dynamics::prelude::*;
+
+        #[dynamics]
+        impl Oscillator {
+            #[kinetic]
+            fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+                0.5 * self.m * q.x.dt().powi(2)
+            }
+            #[potential]
+            fn potential(&self, q: &Coordinates<Self>) -> Expr {
+                0.5 * self.k * q.x.powi(2)
+            }
+        }
+    }
+    pub(crate) mod more {
+        pub(in crate::apart) mod deep {
+            use dynamics::prelude::*;
+
+            /// A second model of the same crate.
+            #[derive(Dynamics)]
+            #[coordinates(x)]
+            pub(in crate::apart) struct Second {
+                pub(in crate::apart) m: f64,
+                pub(in crate::apart) k: f64,
+            }
+        }
+    }
+    use dynamics::prelude::*;
+
+    #[dynamics]
+    impl more::deep::Second {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * q.x.dt().powi(2)
+        }
+        #[potential]
+        fn potential(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * q.x.powi(2)
+        }
+    }
+
+    pub(crate) fn name() -> &'static str {
+        let _ = more::deep::Second { m: 1.0, k: 1.0 };
+        more::deep::Second::NAME
+    }
+}
+
+#[test]
+fn struct_and_impl_may_stand_in_different_modules() {
+    use dynamics::prelude::*;
+    let model = apart::parameters::Oscillator { m: 1.0, k: 4.0 };
+    let state = model.state().x(0.5).build().expect("a finite state");
+    assert!((model.accelerations(&state).expect("inertia")[0] + 2.0).abs() < 1e-15);
+    assert_eq!(apart::name(), "Second");
+}
+
+#[test]
+fn a_model_in_a_function_body() {
+    use dynamics::prelude::*;
+
+    // The impl block may even come first.
+    #[dynamics]
+    impl Local {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * q.x.dt().powi(2)
+        }
+        #[potential]
+        fn potential(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * q.x.powi(2)
+        }
+    }
+
+    #[derive(Dynamics)]
+    #[coordinates(x)]
+    struct Local {
+        m: f64,
+        k: f64,
+    }
+
+    let model = Local { m: 1.0, k: 4.0 };
+    let state = model.state().x(0.5).build().expect("a finite state");
+    assert!((model.accelerations(&state).expect("inertia")[0] + 2.0).abs() < 1e-15);
+}
+
+/// The façade under another name.
+mod renamed {
+    pub(crate) use dynamics as mechanics;
+
+    pub(crate) mod model {
+        use super::mechanics::prelude::*;
+
+        /// An oscillator.
+        #[derive(Clone, Copy, Debug, Dynamics)]
+        #[model(crate = crate::renamed::mechanics)]
+        #[coordinates(x)]
+        pub(crate) struct Renamed {
+            pub(crate) m: f64,
+            pub(crate) k: f64,
+        }
+
+        #[dynamics]
+        impl Renamed {
+            #[kinetic]
+            fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+                0.5 * self.m * q.x.dt().powi(2)
+            }
+            #[potential]
+            fn potential(&self, q: &Coordinates<Self>) -> Expr {
+                0.5 * self.k * q.x.powi(2)
+            }
+        }
+    }
+}
+
+#[test]
+fn the_crate_may_be_renamed() {
+    use dynamics::prelude::*;
+    let model = renamed::model::Renamed { m: 1.0, k: 4.0 };
+    let state = model.state().x(0.5).build().expect("a finite state");
+    assert!((model.accelerations(&state).expect("inertia")[0] + 2.0).abs() < 1e-15);
+}
+
+/// Models whose declarations come out of another macro.
+mod from_macro {
+    use dynamics::prelude::*;
+
+    macro_rules! oscillator {
+        ($name:ident, $coordinate:ident, $ty:ty, $factor:expr) => {
+            /// An oscillator.
+            #[derive(Debug, Dynamics)]
+            #[coordinates($coordinate)]
+            struct $name {
+                m: $ty,
+                k: $ty,
+            }
+            #[dynamics]
+            impl $name {
+                #[kinetic]
+                fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+                    $factor * self.m * q.$coordinate.dt().powi(2)
+                }
+                #[potential]
+                fn potential(&self, q: &Coordinates<Self>) -> Expr {
+                    $factor * self.k * q.$coordinate.powi(2)
+                }
+            }
+        };
+    }
+    oscillator!(First, y, f64, 0.5);
+    oscillator!(Other, z, f64, 1.0 / 2.0);
+
+    #[test]
+    fn both_work() {
+        let first = First { m: 1.0, k: 4.0 };
+        let state = first.state().y(0.5).build().expect("a finite state");
+        assert!((first.accelerations(&state).expect("inertia")[0] + 2.0).abs() < 1e-15);
+        let other = Other { m: 1.0, k: 4.0 };
+        let state = other.state().z(0.5).z_rate(1.0).build().expect("a finite state");
+        assert!((other.kinetic_energy(&state) - 0.5).abs() < 1e-15);
+    }
+}
