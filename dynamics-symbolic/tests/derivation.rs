@@ -2,8 +2,10 @@
 
 mod common;
 
-use common::{Values, double_pendulum};
+use common::{Values, arm, chain, double_pendulum, relative_chain};
 use dynamics_symbolic::compile::compile;
+use dynamics_symbolic::graph::NodeId;
+use dynamics_symbolic::mechanics::Model;
 
 #[test]
 fn double_pendulum_equals_the_hand_derived_equations() {
@@ -26,5 +28,50 @@ fn double_pendulum_equals_the_hand_derived_equations() {
     for (root, x) in roots.iter().zip(expected) {
         let y = values[root.index()];
         assert!((x - y).abs() <= 1e-13 * x.abs().max(1.0), "{x} {y}");
+    }
+}
+
+/// Models too large for all ways to be tried: the one that is taken is checked by difference quotients.
+#[test]
+fn jacobians_of_larger_models_are_difference_quotients() {
+    let models: [(Model, usize); 3] = [(chain(5), 6), (relative_chain(5), 5), (arm(5), 5)];
+    for (model, n) in models {
+        let parameters = model.parameters.len();
+        let c = compile(model).expect("a good model");
+        let jacobians = c.equations.jacobians.as_ref().expect("small enough");
+        let wave = |k: usize, i: usize| (1.7 * (k * 31 + i * 7 + 1) as f64).sin();
+        let v = Values {
+            q: (0..n).map(|i| wave(1, i)).collect(),
+            u: (0..n).map(|i| wave(2, i)).collect(),
+            // Positive, and inertia matrices dominated by their diagonals.
+            p: (0..parameters).map(|i| 1.0 + 0.3 * wave(3, i) - if i % 13 > 9 { 0.9 } else { 0.0 }).collect(),
+            ..Values::default()
+        };
+        let at = |nodes: &[NodeId], v: &Values| -> Vec<f64> {
+            let found = c.model.graph.evaluate(nodes, v);
+            nodes.iter().map(|x| found[x.index()]).collect()
+        };
+        let check = |rows: &[Vec<NodeId>], j: usize, shift: &dyn Fn(&mut Values, f64)| {
+            let column: Vec<NodeId> = rows.iter().map(|row| row[j]).collect();
+            let exact = at(&column, &v);
+            let moved = |h: f64| {
+                let mut moved = v.clone();
+                shift(&mut moved, h);
+                at(&c.equations.accelerations, &moved)
+            };
+            let (above, below) = (moved(1e-5), moved(-1e-5));
+            let size = exact.iter().fold(1.0f64, |s, x| s.max(x.abs()));
+            for ((a, b), x) in above.iter().zip(below).zip(exact) {
+                let quotient = (a - b) / 2e-5;
+                assert!((quotient - x).abs() <= 1e-6 * size, "{} column {j}: {quotient} {x}", c.model.name);
+            }
+        };
+        for j in 0..n {
+            check(&jacobians.by_q, j, &|v, h| v.q[j] += h);
+            check(&jacobians.by_u, j, &|v, h| v.u[j] += h);
+        }
+        for j in 0..parameters {
+            check(&jacobians.by_parameters, j, &|v, h| v.p[j] += h);
+        }
     }
 }

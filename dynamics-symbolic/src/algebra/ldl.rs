@@ -70,7 +70,9 @@ impl Factors {
             }
         }
         for &k in self.order.iter().rev() {
-            let mut value = g.mul_as_is(self.reciprocals[k], x[k]);
+            // −2 m r ṙ φ̇ / (m r²) is −2 ṙ φ̇ / r, as one would write it.
+            let short = if self.columns[k].is_empty() { g.cancelled_quotient(x[k], self.pivots[k]) } else { None };
+            let mut value = short.unwrap_or_else(|| g.mul_as_is(self.reciprocals[k], x[k]));
             for &(i, l) in &self.columns[k] {
                 let product = g.mul_as_is(l, x[i]);
                 value = g.sub(value, product);

@@ -285,6 +285,9 @@ impl Graph {
         if let Some(known) = self.known(&Node::Div(a, b), value) {
             return Some(known);
         }
+        if let Some((x, y)) = self.without_common_factors(a, b) {
+            return self.div(x, y);
+        }
         // A division by parameters alone is a multiplication by a hoisted reciprocal, one by a number a multiplication.
         let literal = self.as_number(b).is_some_and(|n| n.recip().is_some());
         if literal || self.is_constant(b) && !self.is_constant(a) {
@@ -294,6 +297,57 @@ impl Graph {
                 return Some(self.mul(reciprocal, a));
             }
         }
+        // So is the parameter-only part of a denominator.
+        if let Node::Mul(factor, rest) = self.node(b)
+            && self.is_constant(factor)
+            && !self.is_constant(b)
+            && !self.is_one(a)
+        {
+            let quotient = self.div(a, rest)?;
+            return self.div(quotient, factor);
+        }
         Some(self.intern(Node::Div(a, b), value))
+    }
+
+    /// a / b where numerator and denominator share factors; `None` where they share none and a reciprocal of b serves others too.
+    pub fn cancelled_quotient(&mut self, a: NodeId, b: NodeId) -> Option<NodeId> {
+        if let Node::Neg(x) = self.node(a) {
+            return self.cancelled_quotient(x, b).map(|q| self.neg(q));
+        }
+        let (x, y) = self.without_common_factors(a, b)?;
+        self.div(x, y)
+    }
+
+    /// Numerator and denominator of a/b without the factors that they share; `None` where they share none.
+    fn without_common_factors(&mut self, a: NodeId, b: NodeId) -> Option<(NodeId, NodeId)> {
+        let (above, mut below) = (self.factors(a), self.factors(b));
+        let count = below.len();
+        let mut left = Vec::new();
+        for x in above {
+            match below.iter().position(|y| *y == x) {
+                Some(at) => drop(below.remove(at)),
+                None => left.push(x),
+            }
+        }
+        (below.len() < count).then(|| {
+            let mut product = |factors: Vec<NodeId>| {
+                let one = self.one();
+                factors.into_iter().fold(one, |p, x| self.mul(p, x))
+            };
+            (product(left), product(below))
+        })
+    }
+
+    /// The factors of a product, a few at most; anything else is its own only factor.
+    fn factors(&self, id: NodeId) -> Vec<NodeId> {
+        let mut found = Vec::new();
+        let mut stack = vec![id];
+        while let Some(id) = stack.pop() {
+            match self.node(id) {
+                Node::Mul(a, b) if found.len() + stack.len() < 16 => stack.extend([b, a]),
+                _ => found.push(id),
+            }
+        }
+        found
     }
 }

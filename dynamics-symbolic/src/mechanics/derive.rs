@@ -6,9 +6,9 @@ use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Derivation, Equations, Named, Pivot};
 use super::forces::{dissipated, generalized, power};
-use super::inverse::{Failure, Implicit, Sweep, residual, with_accelerations};
-use super::lagrange::{inverse, lagrange, mixed};
-use super::model::{EnergyRole, Model};
+use super::inverse::{Failure, Residual, Sweep, jacobians, residual_by_entries, with_accelerations};
+use super::lagrange::{Inertia, inverse, lagrange, mixed};
+use super::model::{Energy, EnergyRole, Force, Model, Output};
 use super::velocity_form::VelocityForm;
 
 /// Why equations could not be derived.
@@ -33,107 +33,157 @@ impl From<ZeroDenominator> for Underivable {
 pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
     let n = model.coordinates.len();
     let g = &mut model.graph;
-    let sum = |g: &mut Graph, role: EnergyRole| {
-        let mut total = g.zero();
-        for energy in model.energies.iter().filter(|e| e.role == role) {
-            total = g.add(total, energy.node);
-        }
-        total
-    };
-    let kinetic = sum(g, EnergyRole::Kinetic);
-    let potential = sum(g, EnergyRole::Potential);
-    let direct = sum(g, EnergyRole::Lagrangian);
-    let natural = g.sub(kinetic, potential);
-    let lagrangian = g.add(natural, direct);
-    let plain = model.energies.iter().all(|e| e.role != EnergyRole::Lagrangian);
-
-    let (form, rest) = VelocityForm::split(g, kinetic, n);
-    let derivation = match () {
-        () if form.is_empty() => Derivation::Momenta,
-        () if g.dependence(rest).on(Dependence::RATES) => Derivation::Mixed,
-        () => Derivation::VelocityForm,
-    };
-    let general = if form.is_empty() {
-        lagrangian
-    } else {
-        let rest = g.sub(rest, potential);
-        g.add(rest, direct)
-    };
-    let inertia = if form.is_empty() { lagrange(g, general, n) } else { mixed(g, &form, general, n) };
-    let mut force = inertia.force;
-    let mut swept = inverse(g, &form, general, n);
-    let mut powers = Vec::new();
-    let applied = model.forces.iter().map(|f| (f.name.clone(), generalized(g, f, n))).collect::<Vec<_>>();
-    let lost = model.energies.iter().filter(|e| e.role == EnergyRole::Dissipation);
-    let lost = lost.map(|e| (e.name.clone(), dissipated(g, e.node, n))).collect::<Vec<_>>();
-    for (name, part) in applied.into_iter().chain(lost) {
-        for (total, f) in force.iter_mut().zip(&part) {
-            *total = g.add(*total, *f);
-        }
-        for (total, f) in swept.iter_mut().zip(&part) {
-            *total = g.sub(*total, *f);
-        }
-        powers.push(Named { name, unit: String::new(), node: power(g, &part) });
-    }
-    let explicit = directional(g, &[lagrangian], &mut |g, s| (s == Symbol::Time).then(|| g.one()))[0];
-    if !g.is_zero(explicit) {
-        powers.push(Named { name: "explicit time".into(), unit: String::new(), node: g.neg(explicit) });
-    }
+    let energies = Energies::sum(g, &model.energies);
+    let parts = Parts::split(g, &energies, n);
+    let inertia = parts.inertia(g, n);
+    let applied = applied(g, &model.forces, &model.energies, n);
+    let force = applied.iter().fold(inertia.force, |total, (_, part)| each(g, &total, part, Graph::add));
+    let powers = powers(g, &applied, energies.lagrangian);
 
     let factors = Factors::new(g, &inertia.mass).map_err(Underivable::Singular)?;
     let accelerations = factors.solve(g, &force);
-    let pivots = factors
-        .pivots()
-        .map(|(i, pivot)| Pivot { coordinate: i, pivot, diagonal: inertia.mass[i][i] })
-        .filter(|p| g.as_number(p.pivot).is_none())
-        .collect();
-    // Built first, so that it stands for the energy function wherever the two are equal.
-    g.add(kinetic, potential);
+    // T + V is there already, so it stands for the energy function wherever the two are equal.
     let energy_function = {
         let twice = power(g, &inertia.momenta);
-        g.sub(twice, lagrangian)
+        g.sub(twice, energies.lagrangian)
     };
 
-    let residual = residual(g, &inertia.mass, &force, swept);
-    // Measured: the residual of a velocity form is swept best along each symbol, any other, and parameters always, best backwards.
-    let sweep = if derivation == Derivation::VelocityForm { Sweep::Forward } else { Sweep::Reverse };
-    let implicit = Implicit { residual: &residual, factors: &factors, accelerations: &accelerations };
-    let jacobians = match implicit.jacobians(g, sweep, model.inputs.len(), model.parameters.len()) {
+    let swept: Residual = &|g| {
+        let inverse = parts.inverse(g, n);
+        applied.iter().fold(inverse, |total, (_, part)| each(g, &total, part, Graph::sub))
+    };
+    let entered: Residual = &|g| residual_by_entries(g, &inertia.mass, &force);
+    let size = (model.inputs.len(), model.parameters.len());
+    let jacobians = match jacobians(g, &[swept, entered], parts.sweep(), (&factors, &accelerations), size) {
         Ok(jacobians) => Ok(jacobians),
         Err(Failure::TooLarge(nodes)) => Err(nodes),
         Err(Failure::ZeroDenominator) => return Err(Underivable::ZeroDenominator),
     };
 
     let uses = |g: &Graph, node: NodeId| g.dependence(node).on(Dependence::ACCELERATIONS);
-    let outputs_use_accelerations = model.outputs.iter().flat_map(|o| &o.components).any(|(_, node)| uses(g, *node));
-    let events_use_accelerations = model.events.iter().any(|e| uses(g, e.node));
-    let mut outputs = Vec::new();
-    for output in &model.outputs {
-        for (suffix, node) in &output.components {
-            let node = with_accelerations(g, &[*node], &accelerations)?[0];
-            outputs.push(Named { name: format!("{}{suffix}", output.name), unit: output.unit.clone(), node });
-        }
-    }
-    let mut events = Vec::new();
-    for event in &model.events {
-        let node: NodeId = with_accelerations(g, &[event.node], &accelerations)?[0];
-        events.push(Named { name: event.name.clone(), unit: String::new(), node });
-    }
+    let declared: Vec<Named> = model.outputs.iter().flat_map(scalars).collect();
+    let watched: Vec<Named> = model.events.iter().map(|e| named(&e.name, "", e.node)).collect();
+    let outputs_use_accelerations = declared.iter().any(|o| uses(g, o.node));
+    let events_use_accelerations = watched.iter().any(|e| uses(g, e.node));
     Ok(Equations {
-        derivation,
+        derivation: parts.derivation,
+        pivots: pivots(g, &factors, &inertia.mass),
+        outputs: solved(g, declared, &accelerations)?,
+        events: solved(g, watched, &accelerations)?,
         mass_matrix: inertia.mass,
         generalized_force: force,
         accelerations,
-        pivots,
         momenta: inertia.momenta,
         energy_function,
-        energies: plain.then_some((kinetic, potential)),
+        energies: energies.apart(&model.energies),
         powers,
         conserved: Vec::new(),
         jacobians,
-        outputs,
-        events,
         outputs_use_accelerations,
         events_use_accelerations,
     })
+}
+
+/// The energies by role.
+struct Energies {
+    kinetic: NodeId,
+    potential: NodeId,
+    /// What `#[lagrangian]` functions give.
+    direct: NodeId,
+    /// T − V + what is given directly.
+    lagrangian: NodeId,
+}
+
+impl Energies {
+    fn sum(g: &mut Graph, declared: &[Energy]) -> Self {
+        let [kinetic, potential, direct] =
+            [EnergyRole::Kinetic, EnergyRole::Potential, EnergyRole::Lagrangian].map(|role| {
+                let zero = g.zero();
+                declared.iter().filter(|e| e.role == role).fold(zero, |total, e| g.add(total, e.node))
+            });
+        g.add(kinetic, potential);
+        let natural = g.sub(kinetic, potential);
+        Self { kinetic, potential, direct, lagrangian: g.add(natural, direct) }
+    }
+
+    /// T and V, where the model gives nothing else.
+    fn apart(&self, declared: &[Energy]) -> Option<(NodeId, NodeId)> {
+        declared.iter().all(|e| e.role != EnergyRole::Lagrangian).then_some((self.kinetic, self.potential))
+    }
+}
+
+/// L as a part in velocity form and a general rest.
+struct Parts {
+    form: VelocityForm,
+    general: NodeId,
+    derivation: Derivation,
+}
+
+impl Parts {
+    fn split(g: &mut Graph, energies: &Energies, n: usize) -> Self {
+        let (form, rest) = VelocityForm::split(g, energies.kinetic, n);
+        if form.is_empty() {
+            return Self { form, general: energies.lagrangian, derivation: Derivation::Momenta };
+        }
+        let rest = g.sub(rest, energies.potential);
+        let general = g.add(rest, energies.direct);
+        let mixed = g.dependence(general).on(Dependence::RATES);
+        Self { form, general, derivation: if mixed { Derivation::Mixed } else { Derivation::VelocityForm } }
+    }
+
+    fn inertia(&self, g: &mut Graph, n: usize) -> Inertia {
+        if self.form.is_empty() { lagrange(g, self.general, n) } else { mixed(g, &self.form, self.general, n) }
+    }
+
+    fn inverse(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
+        inverse(g, &self.form, self.general, n)
+    }
+
+    /// Measured on models of 6 to 11 coordinates: the residual of a velocity form is swept best along each symbol, any other best backwards.
+    fn sweep(&self) -> Sweep {
+        if self.derivation == Derivation::VelocityForm { Sweep::Forward } else { Sweep::Reverse }
+    }
+}
+
+fn each(g: &mut Graph, a: &[NodeId], b: &[NodeId], f: fn(&mut Graph, NodeId, NodeId) -> NodeId) -> Vec<NodeId> {
+    a.iter().zip(b).map(|(a, b)| f(g, *a, *b)).collect()
+}
+
+/// The generalized force of every force and every dissipation function, by name.
+fn applied(g: &mut Graph, forces: &[Force], energies: &[Energy], n: usize) -> Vec<(String, Vec<NodeId>)> {
+    let mut applied: Vec<_> = forces.iter().map(|f| (f.name.clone(), generalized(g, f, n))).collect();
+    let lossy = energies.iter().filter(|e| e.role == EnergyRole::Dissipation);
+    applied.extend(lossy.map(|e| (e.name.clone(), dissipated(g, e.node, n))));
+    applied
+}
+
+fn named(name: &str, unit: &str, node: NodeId) -> Named {
+    Named { name: name.into(), unit: unit.into(), node }
+}
+
+/// Powers by name, and −∂L/∂t where L contains time: dE/dt is their sum.
+fn powers(g: &mut Graph, applied: &[(String, Vec<NodeId>)], lagrangian: NodeId) -> Vec<Named> {
+    let mut powers: Vec<Named> = applied.iter().map(|(name, part)| named(name, "", power(g, part))).collect();
+    let explicit = directional(g, &[lagrangian], &mut |g, s| (s == Symbol::Time).then(|| g.one()))[0];
+    if !g.is_zero(explicit) {
+        powers.push(named("explicit time", "", g.neg(explicit)));
+    }
+    powers
+}
+
+/// Pivots that are not plain numbers, with the elements of the diagonal that they came from.
+fn pivots(g: &Graph, factors: &Factors, mass: &[Vec<NodeId>]) -> Vec<Pivot> {
+    let all = factors.pivots().map(|(i, pivot)| Pivot { coordinate: i, pivot, diagonal: mass[i][i] });
+    all.filter(|p| g.as_number(p.pivot).is_none()).collect()
+}
+
+fn scalars(output: &Output) -> impl Iterator<Item = Named> {
+    output.components.iter().map(|(suffix, node)| named(&format!("{}{suffix}", output.name), &output.unit, *node))
+}
+
+/// With accelerations replaced by their values.
+fn solved(g: &mut Graph, named: Vec<Named>, accelerations: &[NodeId]) -> Result<Vec<Named>, Underivable> {
+    let nodes: Vec<NodeId> = named.iter().map(|n| n.node).collect();
+    let nodes = with_accelerations(g, &nodes, accelerations)?;
+    Ok(named.into_iter().zip(nodes).map(|(named, node)| Named { node, ..named }).collect())
 }

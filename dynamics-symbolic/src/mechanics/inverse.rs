@@ -7,9 +7,9 @@ use crate::graph::{Dependence, Graph, NodeId, Symbol};
 use super::equations::Jacobians;
 use super::lagrange::symbols;
 
-/// r = M q̈ − Q with symbols for q̈: from the entries of M and Q, or as `swept` where that takes fewer operations beside them.
-pub(super) fn residual(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId], swept: Vec<NodeId>) -> Vec<NodeId> {
-    let mut entered = Vec::with_capacity(force.len());
+/// r = M q̈ − Q with symbols for q̈, from the entries of M and Q.
+pub(super) fn residual_by_entries(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> Vec<NodeId> {
+    let mut residual = Vec::with_capacity(force.len());
     for (row, f) in mass.iter().zip(force) {
         let mut sum = g.neg(*f);
         for (j, entry) in row.iter().enumerate() {
@@ -17,11 +17,44 @@ pub(super) fn residual(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId], sw
             let term = g.mul(*entry, a);
             sum = g.add(sum, term);
         }
-        entered.push(sum);
+        residual.push(sum);
     }
-    let known: Vec<NodeId> = mass.iter().flatten().chain(force).copied().collect();
-    let operations = |g: &Graph, r: &[NodeId]| g.operations(&[r, &known].concat());
-    if operations(g, &entered) <= operations(g, &swept) { entered } else { swept }
+    residual
+}
+
+/// A way to write r.
+pub(super) type Residual<'a> = &'a dyn Fn(&mut Graph) -> Vec<NodeId>;
+
+/// Most coordinates for which all ways to derive Jacobians are tried; above, copies of the graph would take longer than the rest.
+const SMALL: usize = 4;
+
+/// All derivatives of q̈, by the cheapest of the given ways; the first of them, swept as `sweep` says, where trying them takes too long.
+pub(super) fn jacobians(
+    g: &mut Graph,
+    ways: &[Residual],
+    sweep: Sweep,
+    (factors, accelerations): (&Factors, &[NodeId]),
+    (inputs, parameters): (usize, usize),
+) -> Result<Jacobians, Failure> {
+    let n = accelerations.len();
+    let mut best = (usize::MAX, ways[0], sweep);
+    if n <= SMALL {
+        for (way, sweep) in ways.iter().flat_map(|way| [(way, Sweep::Forward), (way, Sweep::Reverse)]) {
+            // On a copy, so that what is not taken leaves no trace.
+            let mut trial = g.clone();
+            let residual = way(&mut trial);
+            let implicit = Implicit { residual: &residual, factors, accelerations };
+            let moving = [symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate)].concat();
+            let roots = implicit.jacobian(&mut trial, &moving, sweep)?.concat();
+            let operations = trial.operations(&[&roots, accelerations].concat());
+            if operations < best.0 {
+                best = (operations, *way, sweep);
+            }
+        }
+    }
+    let (_, way, sweep) = best;
+    let residual = way(g);
+    Implicit { residual: &residual, factors, accelerations }.jacobians(g, sweep, inputs, parameters)
 }
 
 /// How ∂r/∂x is swept.
@@ -52,24 +85,18 @@ impl From<ZeroDenominator> for Failure {
 const MOST_NODES: usize = 60_000;
 
 /// What all derivatives of q̈ need.
-pub(super) struct Implicit<'a> {
+struct Implicit<'a> {
     /// r with symbols for q̈.
-    pub(super) residual: &'a [NodeId],
+    residual: &'a [NodeId],
     /// Factors of M.
-    pub(super) factors: &'a Factors,
+    factors: &'a Factors,
     /// q̈.
-    pub(super) accelerations: &'a [NodeId],
+    accelerations: &'a [NodeId],
 }
 
 impl Implicit<'_> {
     /// All derivatives of a model with as many coordinates as M, and so many inputs and parameters.
-    pub(super) fn jacobians(
-        &self,
-        g: &mut Graph,
-        sweep: Sweep,
-        inputs: usize,
-        parameters: usize,
-    ) -> Result<Jacobians, Failure> {
+    fn jacobians(&self, g: &mut Graph, sweep: Sweep, inputs: usize, parameters: usize) -> Result<Jacobians, Failure> {
         let n = self.residual.len();
         Ok(Jacobians {
             by_q: self.jacobian(g, &symbols(n, Symbol::Coordinate), sweep)?,
