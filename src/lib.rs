@@ -36,7 +36,21 @@
 //!         self.g * (self.m1 * self.bob1(q).y + self.m2 * self.bob2(q).y)
 //!     }
 //! }
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81 };
+//! let start = model.state().theta1(2.0).theta2_rate(0.5).build()?; // the rest is 0
+//! let motion = model.simulate(start).until(10.0).tolerance(1e-10).run()?;
+//! println!("{}", motion.summary()); // method, steps, evaluations, time, drift of the energy
+//! assert!(motion.summary().energy_drift < 1e-8);
+//! println!("{}", DoublePendulum::EQUATIONS); // and REPORT, LATEX, LISTING
+//! # Ok(())
+//! # }
 //! ```
+//!
+//! The whole language and all that can be done with a motion are in `docs/guide.md`, the words of a model in
+//! `docs/vocabulary.md`; `examples/README.md` is a gallery. With the feature `progress` long runs show a bar; without `std` the crate is
+//! `no_std`, and without `alloc` it does not allocate.
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub use dynamics_macros::{Dynamics, dynamics};
@@ -104,9 +118,11 @@ pub mod __private {
     pub use crate::__if_alloc as if_alloc;
 }
 
-/// The code in the guides is compiled and run.
+/// The code in the README and in the guides is compiled and run.
 #[cfg(doctest)]
 mod guides {
+    #[doc = include_str!("../README.md")]
+    struct Readme;
     #[doc = include_str!("../docs/guide.md")]
     struct Guide;
     #[doc = include_str!("../docs/vocabulary.md")]
