@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{arm, chain, double_pendulum, relative_chain, spherical_pendulum};
+use common::{arm, chain, double_pendulum, kepler, relative_chain, spherical_pendulum};
 use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::mechanics::Model;
@@ -22,8 +22,10 @@ fn sizes(model: Model) -> [usize; 4] {
 
 #[test]
 fn operation_counts_are_known() {
-    let table: [(&str, Model, [usize; 4]); 7] = [
-        ("spherical pendulum", spherical_pendulum(), [18, 13, 15, 35]),
+    let table: [(&str, Model, [usize; 4]); 8] = [
+        // One root and one division, the Jacobian included.
+        ("Kepler", kepler(), [13, 13, 13, 25]),
+        ("spherical pendulum", spherical_pendulum(), [18, 13, 16, 37]),
         ("double pendulum", double_pendulum(), [33, 20, 30, 74]),
         ("chain 5", chain(5), [190, 137, 289, 1236]),
         ("chain 10", chain(10), [530, 377, 1104, 6701]),

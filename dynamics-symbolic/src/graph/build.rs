@@ -288,23 +288,13 @@ impl Graph {
         if let Some((x, y)) = self.without_common_factors(a, b) {
             return self.div(x, y);
         }
-        // A division by parameters alone is a multiplication by a hoisted reciprocal, one by a number a multiplication.
-        let literal = self.as_number(b).is_some_and(|n| n.recip().is_some());
-        if literal || self.is_constant(b) && !self.is_constant(a) {
+        // By a number it is a multiplication, unless the reciprocal overflows; by anything else a multiplication by the reciprocal, which other
+        // quotients and the derivative share, and which lets constant factors of a and of other factors meet.
+        let overflows = self.as_number(b).is_some_and(|n| n.recip().is_none());
+        if !overflows && !self.is_one(a) {
             let one = self.one();
-            if a != one {
-                let reciprocal = self.div(one, b)?;
-                return Some(self.mul(reciprocal, a));
-            }
-        }
-        // So is the parameter-only part of a denominator.
-        if let Node::Mul(factor, rest) = self.node(b)
-            && self.is_constant(factor)
-            && !self.is_constant(b)
-            && !self.is_one(a)
-        {
-            let quotient = self.div(a, rest)?;
-            return self.div(quotient, factor);
+            let reciprocal = self.div(one, b)?;
+            return Some(self.mul(reciprocal, a));
         }
         Some(self.intern(Node::Div(a, b), value))
     }

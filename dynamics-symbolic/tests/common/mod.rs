@@ -367,3 +367,19 @@ pub fn spherical_pendulum() -> Model {
     b.energy("gravity", EnergyRole::Potential, gravity);
     b.model
 }
+
+/// A unit mass attracted to the origin: V = −μ/r.
+pub fn kepler() -> Model {
+    let mut b = Builder::new("Kepler");
+    let place = b.coordinates("x", 2);
+    let mu = b.parameter("mu");
+    let one = b.g().one();
+    let kinetic = b.kinetic(one, &place);
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    let square = b.norm_squared(&place);
+    let r = b.g().unary(Unary::Sqrt, square);
+    let attraction = b.g().div(mu, r).expect("r is not zero everywhere");
+    let potential = b.neg(attraction);
+    b.energy("gravity", EnergyRole::Potential, potential);
+    b.model
+}
