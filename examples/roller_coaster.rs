@@ -82,6 +82,15 @@ fn track() -> Vec<[f64; 2]> {
     points
 }
 
+/// What a rider sees and feels.
+struct Instant {
+    t: f64,
+    place: Vec2<f64>,
+    speed: f64,
+    /// Force of the rail in weights of the cart.
+    rail: f64,
+}
+
 fn main() -> common::Outcome {
     let points = track();
     // The parameter s is the length of the chords: close to the length of the track.
@@ -90,48 +99,52 @@ fn main() -> common::Outcome {
         *sum += f64::hypot(p[1][0] - p[0][0], p[1][1] - p[0][1]);
         Some(*sum)
     }));
-    let [x, y] = [0, 1].map(|axis| CubicSpline::not_a_knot(&s, &points.iter().map(|p| p[axis]).collect::<Vec<_>>()));
-    let coaster = RollerCoaster { mass: 600.0, g: 9.81, x: x?, y: y? };
+    let spline = |axis: usize| CubicSpline::not_a_knot(&s, &points.iter().map(|p| p[axis]).collect::<Vec<_>>());
+    // An event looks beyond the end of the track before it says that the end was passed.
+    let (x, y) = (spline(0)?.extrapolate_linearly(), spline(1)?.extrapolate_linearly());
+    let coaster = RollerCoaster { mass: 600.0, g: 9.81, x, y };
 
     let end = s[s.len() - 1];
-    let start = coaster.state().s_rate(1.0).build()?;
     let ride = coaster
-        .simulate(start)
+        .simulate(coaster.state().s_rate(1.0).build()?)
         .until(60.0)
         .tolerance(1e-10)
-        .event("end of the track", move |state| state.s() - end + 1e-6)
+        .event("end of the track", move |state| state.s() - end)
         .stop_at("end of the track", Direction::Rising)
         .run()?;
     println!("{}", ride.summary());
     assert!(ride.summary().energy_drift < 1e-7);
 
-    // Speed follows height alone, wherever the track has been: v² = v₀² + 2 g (y₀ − y).
-    let table: Vec<_> = ride.sample(common::times(ride.end_time(), 1000)).collect();
-    let v0 = ride.output("speed", 0.0)?;
-    let mut rail = Vec::new();
-    for state in &table {
-        let place = coaster.cart(&ride.coordinates_of(state)).value();
-        let [push, speed] = ride.outputs_of(state)[..] else { unreachable!("two outputs") };
-        let from_height = (v0 * v0 + 2.0 * coaster.g * (points[0][1] - place.y)).sqrt();
-        assert!((speed - from_height).abs() < 1e-6 * from_height);
-        rail.push((state.t, push / (coaster.mass * coaster.g), speed, place));
+    let weight = coaster.mass * coaster.g;
+    let instants: Vec<Instant> = ride
+        .sample(common::times(ride.end_time(), 1000))
+        .map(|state| {
+            let [push, speed] = ride.outputs_of(&state)[..] else { unreachable!("two outputs") };
+            let place = coaster.cart(&ride.coordinates_of(&state)).value();
+            Instant { t: state.t, place, speed, rail: push / weight }
+        })
+        .collect();
+    for now in &instants {
+        // Speed follows height alone, wherever the track has been: v² = v₀² + 2 g (y₀ − y).
+        let from_height = (instants[0].speed.powi(2) + 2.0 * coaster.g * (points[0][1] - now.place.y)).sqrt();
+        assert!((now.speed - from_height).abs() < 1e-6 * from_height);
+        assert!(now.rail > 0.0, "the cart leaves the rail");
     }
-    let top = rail
-        .iter()
-        .filter(|r| (44.0..62.0).contains(&r.3.x))
-        .max_by(|a, b| a.3.y.total_cmp(&b.3.y))
-        .ok_or("no loop")?;
-    println!("top of the loop: {:.1} m/s, the rail pushes with {:.2} times the weight", top.2, top.1);
-    assert!(top.1 > 0.0, "the cart would fall off the loop");
+    let inside = instants.iter().filter(|now| (44.0..62.0).contains(&now.place.x));
+    let top = inside.max_by(|a, b| a.place.y.total_cmp(&b.place.y)).ok_or("no loop")?;
+    println!("top of the loop: {:.1} m/s, the rail pushes with {:.2} times the weight", top.speed, top.rail);
+    let least = instants.iter().map(|now| now.rail).fold(f64::INFINITY, f64::min);
+    println!("the rail pushes with at least {least:.2} times the weight: nobody needs a belt");
 
     let mut files = common::Files::of("roller_coaster");
-    let time = || Axis::new("time in s");
+    let panel = |title, name, value: fn(&Instant) -> f64| {
+        let curve = instants.iter().map(|now| (now.t, value(now)));
+        Panel::new(Axis::new("time in s"), Axis::new(title)).line(name, curve)
+    };
     Chart::new("A ride")
-        .panel(Panel::new(time(), Axis::new("height in m")).line("height", rail.iter().map(|r| (r.0, r.3.y))))
-        .panel(Panel::new(time(), Axis::new("speed in m/s")).line("speed", rail.iter().map(|r| (r.0, r.2))))
-        .panel(
-            Panel::new(time(), Axis::new("rail / weight")).line("force of the rail", rail.iter().map(|r| (r.0, r.1))),
-        )
+        .panel(panel("height in m", "height", |now| now.place.y))
+        .panel(panel("speed in m/s", "speed", |now| now.speed))
+        .panel(panel("rail / weight", "force of the rail", |now| now.rail))
         .write_svg(files.path("ride.svg"))?;
     ride.animate(files.path("ride.html"))?;
     files.list();
