@@ -193,6 +193,13 @@ proptest! {
     }
 
     #[test]
+    fn cart_pole_within_20_eps(q in numbers(2, -10.0, 10.0), u in numbers(2, -5.0, 5.0), p in numbers(3, 0.5, 2.0)) {
+        let c = compile(chain(1)).expect("a good model");
+        let v = Values { q, u, p: [&p[..], &[9.81]].concat(), ..Values::default() };
+        check(&c, &links(Some(p[0]), &p[1..2], &p[2..3], 9.81, &v), &v)?;
+    }
+
+    #[test]
     fn chain_of_ten_within_20_eps(q in numbers(11, -10.0, 10.0), u in numbers(11, -5.0, 5.0), p in numbers(21, 0.5, 2.0)) {
         let c = compile(chain(10)).expect("a good model");
         let v = Values { q, u, p: [&p[..], &[9.81]].concat(), ..Values::default() };

@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{Values, arm, chain, double_pendulum, relative_chain};
+use common::{Builder, Values, arm, chain, double_pendulum, relative_chain};
 use dynamics_symbolic::compile::compile;
-use dynamics_symbolic::graph::NodeId;
-use dynamics_symbolic::mechanics::Model;
+use dynamics_symbolic::graph::{Bindings, FunctionId, NodeId, Origin, Symbol};
+use dynamics_symbolic::mechanics::{EnergyRole, Event, Force, ForceTerm, Function, Input, Model, Output};
 
 #[test]
 fn double_pendulum_equals_the_hand_derived_equations() {
@@ -29,6 +29,67 @@ fn double_pendulum_equals_the_hand_derived_equations() {
         let y = values[root.index()];
         assert!((x - y).abs() <= 1e-13 * x.abs().max(1.0), "{x} {y}");
     }
+}
+
+/// A bead on the curve y = f(x), f a smooth parameter function, pushed by an input F along x, slowed by D = ½ c ẋ², in a wind (W, 0) at the bead:
+/// m (1 + f′²) ẍ + m f′ f″ ẋ² + m g f′ = F + W − c ẋ.
+#[test]
+fn a_bead_on_a_curve_obeys_its_hand_derived_equation() {
+    let mut b = Builder::new("Bead");
+    let x = b.coordinate("x");
+    let [m, g, c, wind] = ["m", "g", "c", "wind"].map(|n| b.parameter(n));
+    b.model.functions.push(Function { name: "curve".into(), unit: String::new(), origin: Origin(1) });
+    let y = b.g().smooth(FunctionId(0), 0, x);
+    let kinetic = b.kinetic(m, &[x, y]);
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    let (my, rate) = (b.mul(m, y), b.dt(x));
+    let potential = b.mul(g, my);
+    b.energy("gravity", EnergyRole::Potential, potential);
+    let (half, square) = (b.ratio(1, 2), b.mul(rate, rate));
+    let loss = b.mul(c, square);
+    let loss = b.mul(half, loss);
+    b.energy("drag", EnergyRole::Dissipation, loss);
+    b.model.inputs.push(Input { name: "push".into(), unit: String::new(), origin: Origin(0) });
+    let (push, zero) = (b.g().symbol(Symbol::Input(0)), b.g().zero());
+    let along = ForceTerm::Along { expression: x, magnitude: push };
+    let at = ForceTerm::At { point: vec![x, y], vector: vec![wind, zero] };
+    b.model.forces.push(Force { name: "motor".into(), terms: vec![along], origin: Origin(0) });
+    b.model.forces.push(Force { name: "air".into(), terms: vec![at], origin: Origin(0) });
+    let a = b.g().symbol(Symbol::Acceleration(0));
+    let twice = b.add(a, a);
+    let components = vec![(String::new(), twice)];
+    b.model.outputs.push(Output { name: "twice".into(), components, unit: String::new(), origin: Origin(0) });
+    b.model.events.push(Event { name: "level".into(), node: y, origin: Origin(0) });
+    let compiled = compile(b.model).expect("a good model");
+    let e = &compiled.equations;
+
+    let v = Values { q: vec![0.7], u: vec![1.3], w: vec![2.5], p: vec![1.7, 9.81, 0.4, 0.9], ..Values::default() };
+    let [slope, bend] = [1, 2].map(|order| v.smooth(FunctionId(0), order, 0.7));
+    let mass = 1.7 * (1.0 + slope * slope);
+    let force = 2.5 + 0.9 - 0.4 * 1.3 - 1.7 * slope * bend * 1.69 - 1.7 * 9.81 * slope;
+    let jacobians = e.jacobians.as_ref().expect("small");
+    let mut roots = vec![e.mass_matrix[0][0], e.generalized_force[0], e.accelerations[0], e.outputs[0].node];
+    roots.extend(e.powers.iter().map(|p| p.node));
+    roots.extend([jacobians.by_inputs[0][0], jacobians.by_u[0][0]]);
+    let expected = [
+        mass,
+        force,
+        force / mass,
+        2.0 * force / mass,
+        2.5 * 1.3,
+        0.9 * 1.3,
+        -0.4 * 1.69,
+        1.0 / mass,
+        (-0.4 - 2.0 * 1.7 * slope * bend * 1.3) / mass,
+    ];
+    let values = compiled.model.graph.evaluate(&roots, &v);
+    assert_eq!(roots.len(), expected.len());
+    for (i, (root, x)) in roots.iter().zip(expected).enumerate() {
+        let y = values[root.index()];
+        assert!((x - y).abs() <= 1e-13 * x.abs().max(1.0), "{i}: {x} {y}");
+    }
+    assert!(e.outputs_use_accelerations && !e.events_use_accelerations);
+    assert_eq!(e.powers.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["motor", "air", "drag"]);
 }
 
 /// Models too large for all ways to be tried: the one that is taken is checked by difference quotients.

@@ -49,3 +49,33 @@ fn hundreds_of_decoupled_coordinates_stay_cheap() {
     assert!(c.programs.accelerations.cost.total() <= 2 * 60, "{:?}", c.programs.accelerations.cost);
     assert!(c.programs.jacobians.expect("small").state.cost.total() <= 2 * 60 + 1);
 }
+
+/// Coordinates are distances between neighbours, so that M is tridiagonal and constant: it is factored once per model, and the solve grows
+/// with n, not with n².
+#[test]
+fn a_constant_banded_mass_matrix_is_factored_once_per_model() {
+    let cost = |n: usize| {
+        let mut b = Builder::new("Band");
+        let m = b.parameter("m");
+        let x = b.coordinates("x", n);
+        let mut kinetic = b.kinetic(m, &[x[0]]);
+        for pair in x.windows(2) {
+            let difference = b.sub(pair[1], pair[0]);
+            let k = b.kinetic(m, &[difference]);
+            kinetic = b.add(kinetic, k);
+        }
+        let mut potential = b.g().zero();
+        for q in &x {
+            let c = b.cos(*q);
+            potential = b.add(potential, c);
+        }
+        b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+        b.energy("potential", EnergyRole::Potential, potential);
+        let c = compile(b.model).expect("a good model");
+        let cost = c.programs.accelerations.cost;
+        assert_eq!(cost.divisions, 0, "every reciprocal of a pivot is hoisted");
+        cost.total()
+    };
+    let (ten, forty) = (cost(10), cost(40));
+    assert!(forty <= 4 * ten + 20 && forty <= 6 * 40, "{ten} {forty}");
+}
