@@ -20,10 +20,13 @@ const STATES: usize = 64;
 /// Timed passes of each candidate; the median counts.
 const ROUNDS: usize = 61;
 
+/// Writes the accelerations at some states.
+type Evaluate<'a, S, const N: usize> = dyn Fn(&[S], &mut [[f64; N]]) + 'a;
+
 /// One way to evaluate accelerations at a state given as q and u.
 struct Candidate<'a, S, const N: usize> {
     name: &'static str,
-    evaluate: Box<dyn Fn(&[S], &mut [[f64; N]]) + 'a>,
+    evaluate: Box<Evaluate<'a, S, N>>,
 }
 
 /// The state number `k`: angles and rates of moderate size, none special.

@@ -62,6 +62,7 @@ pub(crate) fn chain_dense<const L: usize, const N: usize>(q: &[f64; N], u: &[f64
         inverse[j] = 1.0 / m[j][j];
         for i in j + 1..N {
             let factor = m[i][j] * inverse[j];
+            #[expect(clippy::needless_range_loop)] // rows i and k are rows of the same matrix
             for k in j + 1..=i {
                 m[i][k] -= factor * m[k][j];
             }
