@@ -1,7 +1,9 @@
 //! The engine's driver: one line per pass.
 
+use std::collections::BTreeSet;
+
 use crate::check::{self, Finding};
-use crate::graph::{Graph, NodeId};
+use crate::graph::{Graph, Node, NodeId};
 use crate::mechanics::{Equations, Model, Named, Underivable, derive};
 use crate::schedule::{Program, Staging, schedule};
 use crate::text;
@@ -93,6 +95,10 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !found.is_empty() {
         return Err(found);
     }
+    let found = too_many_derivatives(&model, &equations);
+    if !found.is_empty() {
+        return Err(found);
+    }
     let programs = programs(&model.graph, &equations);
     let excesses: Vec<Finding> = programs.required().filter_map(excess).map(Excess::into_finding).collect();
     if !excesses.is_empty() {
@@ -112,6 +118,24 @@ fn findings(model: &mut Model, reason: &Underivable) -> Vec<Finding> {
         Underivable::Singular(i) => check::singular(model, *i),
         Underivable::ZeroDenominator => vec![Finding::ZeroDenominator],
     }
+}
+
+/// Smooth functions give a value and three derivatives. Equations of motion take two, their Jacobians three; only a model that divides
+/// velocities out again to get at a slope can ask for more.
+fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
+    let named = [&e.powers, &e.conserved, &e.outputs, &e.events].into_iter().flatten().map(|n| n.node);
+    let mut roots: Vec<NodeId> = e.accelerations.iter().copied().chain(named).collect();
+    if let Ok(j) = &e.jacobians {
+        roots.extend([&j.by_q, &j.by_u, &j.by_inputs, &j.by_parameters].into_iter().flatten().flatten());
+    }
+    let cone = model.graph.cone(&roots);
+    let functions = cone.into_iter().filter_map(|id| match model.graph.node(id) {
+        Node::Smooth { function, order, .. } if order > 3 => Some(function.0),
+        _ => None,
+    });
+    let functions: BTreeSet<u32> = functions.collect();
+    let declared = functions.iter().filter_map(|f| model.functions.get(*f as usize));
+    declared.map(|f| Finding::TooManyDerivatives { name: f.name.clone(), origin: f.origin }).collect()
 }
 
 /// One program per function that the runtime's traits ask for.

@@ -5,7 +5,8 @@ mod common;
 use common::{Builder, chain};
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::compile::{LIMIT, compile};
-use dynamics_symbolic::mechanics::EnergyRole;
+use dynamics_symbolic::graph::{FunctionId, Origin};
+use dynamics_symbolic::mechanics::{EnergyRole, Function};
 
 #[test]
 fn accelerations_beyond_the_limit_are_refused() {
@@ -78,4 +79,19 @@ fn a_constant_banded_mass_matrix_is_factored_once_per_model() {
     };
     let (ten, forty) = (cost(10), cost(40));
     assert!(forty <= 4 * ten + 20 && forty <= 6 * 40, "{ten} {forty}");
+}
+
+#[test]
+fn a_smooth_function_is_not_differentiated_more_than_three_times() {
+    let mut b = Builder::new("Slope");
+    let x = b.coordinate("x");
+    b.model.functions.push(Function { name: "track".into(), unit: String::new(), origin: Origin(7) });
+    // V = f″(x), f″ got at by dividing velocities out: the force takes f‴, its derivative would take a fourth.
+    let bend = b.g().smooth(FunctionId(0), 2, x);
+    let m = b.parameter("m");
+    let kinetic = b.kinetic(m, &[x]);
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    b.energy("potential", EnergyRole::Potential, bend);
+    let found = compile(b.model).expect_err("a fourth derivative");
+    assert_eq!(found, [Finding::TooManyDerivatives { name: "track".into(), origin: Origin(7) }]);
 }

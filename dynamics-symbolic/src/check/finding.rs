@@ -24,6 +24,13 @@ pub enum Finding {
     },
     /// An output or event divides by an expression that is zero on every motion.
     ZeroDenominator,
+    /// A smooth parameter function is differentiated more often than it can: three times.
+    TooManyDerivatives {
+        /// Its name.
+        name: String,
+        /// Its declaration.
+        origin: Origin,
+    },
     /// More operations than rustc can be trusted with.
     TooLarge {
         /// Function that is too large.
