@@ -40,10 +40,9 @@ impl Hazards {
         for id in g.ids().filter(|id| needed[id.index()]) {
             found.look(g, g.node(id));
         }
-        found
-            .switches
-            .retain(|s| !watched(model, *s) && !(s.right.is_none() && least(g, s.left, DEPTH) == Some(Sign::Positive)));
-        found.denominators.retain(|d| least(g, *d, DEPTH) != Some(Sign::Positive));
+        let positive = |id: NodeId| least(g, id, DEPTH) == Some(Sign::Positive);
+        found.switches.retain(|s| !(watched(model, *s) || s.right.is_none() && positive(s.left)));
+        found.denominators.retain(|d| !positive(*d));
         found.domains.retain(|d| least(g, *d, DEPTH).is_none());
         found
     }

@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use crate::graph::{Graph, Node, NodeId, Number, Unary};
+use crate::graph::{Fingerprint, Graph, Node, NodeId, Number, Unary};
 
 use super::formula::{Formula, Formulas, Key, product, sum};
 
@@ -15,6 +15,9 @@ type Polynomial = BTreeMap<Monomial, Number>;
 
 /// More terms than this, before angles are combined, are not textbook material.
 pub(super) const TERMS: usize = 64;
+
+/// Higher powers than this are not textbook material either.
+const HIGHEST: i32 = 32;
 
 /// A polynomial in atoms: symbols, functions, denominators.
 #[derive(Clone, Debug)]
@@ -31,8 +34,7 @@ impl Expanded {
         }
         let mut expanded = Self(known.remove(&root)?);
         while combine_angles(g, &mut expanded.0) {}
-        let node = expanded.node(g)?;
-        (g.fingerprint(node) == g.fingerprint(root)).then_some(expanded)
+        (expanded.fingerprint(g) == g.fingerprint(root)).then_some(expanded)
     }
 
     /// The atoms, for which formulas are needed.
@@ -45,18 +47,16 @@ impl Expanded {
         self.0.len()
     }
 
-    /// The value as a node again.
-    fn node(&self, g: &mut Graph) -> Option<NodeId> {
-        let mut total = g.zero();
-        for (monomial, c) in &self.0 {
-            let mut term = g.number(*c);
-            for (atom, e) in monomial {
-                let power = g.powi(*atom, *e)?;
-                term = g.mul(term, power);
-            }
-            total = g.add(total, term);
-        }
-        Some(total)
+    /// The fingerprint of the value. Not by building nodes: √x·√x would become x, which has another one.
+    fn fingerprint(&self, g: &Graph) -> Fingerprint {
+        self.0.iter().fold(Fingerprint::ZERO, |sum, (monomial, c)| {
+            let term = monomial.iter().fold(Fingerprint::number(*c), |product, (atom, e)| {
+                let factor = g.fingerprint(*atom);
+                let times = |p: Fingerprint, _| if *e > 0 { p.mul(factor) } else { p.div(factor) };
+                (0..e.unsigned_abs()).fold(product, times)
+            });
+            sum.add(term)
+        })
     }
 
     /// As a formula: for each factor that moves the parameters collected, common ones in front.
@@ -143,6 +143,10 @@ fn multiply(a: &Polynomial, b: &Polynomial, limit: usize) -> Option<Polynomial> 
         for (mb, cb) in b {
             let mut m = ma.clone();
             mb.iter().for_each(|(atom, e)| shift(&mut m, *atom, *e));
+            // Nobody reads x^1000, and exponents of repeated squares would outgrow their type.
+            if m.values().any(|e| e.abs() > HIGHEST) {
+                return None;
+            }
             accumulate(&mut out, m, ca.times(*cb)?)?;
         }
     }
@@ -293,6 +297,16 @@ mod tests {
             let expanded = Expanded::new(&mut g, total, TERMS).expect("short and verified");
             assert_eq!(expanded.len(), 2);
         }
+    }
+
+    #[test]
+    fn repeated_squares_do_not_overflow() {
+        let mut g = Graph::new();
+        let mut x = g.symbol(Symbol::Coordinate(0));
+        for _ in 0..40 {
+            x = g.mul(x, x);
+        }
+        assert!(Expanded::new(&mut g, x, TERMS).is_none());
     }
 
     #[test]
