@@ -1,0 +1,372 @@
+//! One small model for every kind of structure that the derivation tells apart.
+
+use dynamics::prelude::*;
+
+macro_rules! pendulum {
+    ($name:ident) => {
+        /// One degree of freedom, with dissipation.
+        #[derive(Clone, Debug, Dynamics)]
+        #[coordinates(theta: rad)]
+        #[units(m: kg, l: m, g: m / s^2, c: N * m * s)]
+        pub(crate) struct $name {
+            pub(crate) m: f64,
+            pub(crate) l: f64,
+            pub(crate) g: f64,
+            pub(crate) c: f64,
+        }
+
+        #[dynamics]
+        impl $name {
+            fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
+                self.l * vec2(q.theta.sin(), -q.theta.cos())
+            }
+            #[kinetic]
+            fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+                0.5 * self.m * self.bob(q).dt().norm_squared()
+            }
+            #[potential]
+            fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+                self.m * self.g * self.bob(q).y
+            }
+            #[dissipation]
+            fn bearing(&self, q: &Coordinates<Self>) -> Expr {
+                0.5 * self.c * q.theta.dt().powi(2)
+            }
+        }
+    };
+}
+pendulum!(Pendulum);
+pendulum!(Twin);
+
+/// Two coupled angles.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta1: rad, theta2: rad)]
+#[units(m1: kg, m2: kg, l1: m, l2: m, g: m / s^2)]
+pub(crate) struct DoublePendulum {
+    pub(crate) m1: f64,
+    pub(crate) m2: f64,
+    pub(crate) l1: f64,
+    pub(crate) l2: f64,
+    pub(crate) g: f64,
+}
+
+#[dynamics]
+impl DoublePendulum {
+    fn bob1(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.l1 * vec2(q.theta1.sin(), -q.theta1.cos())
+    }
+    fn bob2(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.bob1(q) + self.l2 * vec2(q.theta2.sin(), -q.theta2.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m1 * self.bob1(q).dt().norm_squared() + 0.5 * self.m2 * self.bob2(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.g * (self.m1 * self.bob1(q).y + self.m2 * self.bob2(q).y)
+    }
+}
+
+/// An input.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, theta: rad)]
+#[inputs(push: N)]
+#[units(cart: kg, bob: kg, l: m, g: m / s^2)]
+pub(crate) struct CartPole {
+    pub(crate) cart: f64,
+    pub(crate) bob: f64,
+    pub(crate) l: f64,
+    pub(crate) g: f64,
+}
+
+#[dynamics]
+impl CartPole {
+    fn tip(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, 0.0) + self.l * vec2(q.theta.sin(), -q.theta.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.cart * q.x.dt().powi(2) + 0.5 * self.bob * self.tip(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.bob * self.g * self.tip(q).y
+    }
+    #[force]
+    fn drive(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, q.push)
+    }
+}
+
+/// Three dimensions, an ignorable angle, a diagonal mass matrix.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad, phi: rad)]
+pub(crate) struct SphericalPendulum {
+    pub(crate) m: f64,
+    pub(crate) l: f64,
+    pub(crate) g: f64,
+}
+
+#[dynamics]
+impl SphericalPendulum {
+    fn bob(&self, q: &Coordinates<Self>) -> Vec3 {
+        let ((s, c), (sp, cp)) = (q.theta.sin_cos(), q.phi.sin_cos());
+        self.l * vec3(s * cp, s * sp, -c)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.bob(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * self.bob(q).z
+    }
+}
+
+/// Arrays and loops.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, theta: [rad; 4])]
+#[units(cart: kg, mass: kg, length: m, g: m / s^2)]
+pub(crate) struct Chain {
+    pub(crate) cart: f64,
+    pub(crate) mass: [f64; 4],
+    pub(crate) length: [f64; 4],
+    pub(crate) g: f64,
+}
+
+#[dynamics]
+impl Chain {
+    pub(crate) fn link(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        self.length[i] * vec2(q.theta[i].sin(), -q.theta[i].cos())
+    }
+    pub(crate) fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        let mut place = vec2(q.x, 0.0);
+        for k in 0..=i {
+            place += self.link(q, k);
+        }
+        place
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = 0.5 * self.cart * q.x.dt().powi(2);
+        for i in 0..4 {
+            sum += 0.5 * self.mass[i] * self.place(q, i).dt().norm_squared();
+        }
+        sum
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..4 {
+            sum += self.mass[i] * self.g * self.place(q, i).y;
+        }
+        sum
+    }
+}
+
+/// A smooth function.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+pub(crate) struct Bead {
+    pub(crate) m: f64,
+    pub(crate) g: f64,
+    pub(crate) track: CubicSpline,
+}
+
+#[dynamics]
+impl Bead {
+    fn place(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, self.track.at(q.x))
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.place(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * self.place(q).y
+    }
+}
+
+/// Explicit time.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad)]
+#[units(m: kg, l: m, g: m / s^2, amplitude: m, omega: rad / s)]
+pub(crate) struct DrivenPivot {
+    pub(crate) m: f64,
+    pub(crate) l: f64,
+    pub(crate) g: f64,
+    pub(crate) amplitude: f64,
+    pub(crate) omega: f64,
+}
+
+#[dynamics]
+impl DrivenPivot {
+    fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(0.0, self.amplitude * (self.omega * q.t).cos()) + self.l * vec2(q.theta.sin(), -q.theta.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.bob(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * self.bob(q).y
+    }
+}
+
+/// A constant mass matrix with a decoupled part.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, gap, y)]
+pub(crate) struct Masses {
+    pub(crate) m: [f64; 3],
+    pub(crate) k: f64,
+    pub(crate) c: f64,
+}
+
+#[dynamics]
+impl Masses {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let second = q.x + q.gap;
+        0.5 * (self.m[0] * q.x.dt().powi(2) + self.m[1] * second.dt().powi(2) + self.m[2] * q.y.dt().powi(2))
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        self.k * (0.5 * q.gap.powi(2) + 0.25 * q.y.powi(4))
+    }
+    #[dissipation]
+    fn damper(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.c * q.gap.dt().powi(2)
+    }
+}
+
+/// Branches.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(m: kg, k: N / m, c: N * s / m, gap: m)]
+pub(crate) struct Contact {
+    pub(crate) m: f64,
+    pub(crate) k: f64,
+    pub(crate) c: f64,
+    pub(crate) gap: f64,
+}
+
+#[dynamics]
+impl Contact {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn wall(&self, q: &Coordinates<Self>) -> Expr {
+        let depth = (q.x - self.gap).max(0.0);
+        0.5 * self.k * depth.powi(2)
+    }
+    #[dissipation]
+    fn mud(&self, q: &Coordinates<Self>) -> Expr {
+        if q.x > self.gap { 0.5 * self.c * q.x.dt().powi(2) } else { Expr::ZERO }
+    }
+}
+
+/// A Lagrangian that is not T − V.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, z: m)]
+#[units(mass: kg, charge: C, magnetic: T, electric: V / m)]
+pub(crate) struct Particle {
+    pub(crate) mass: f64,
+    pub(crate) charge: f64,
+    pub(crate) magnetic: Vec3<f64>,
+    pub(crate) electric: Vec3<f64>,
+}
+
+#[dynamics]
+impl Particle {
+    #[lagrangian]
+    fn lagrangian(&self, q: &Coordinates<Self>) -> Expr {
+        let place = vec3(q.x, q.y, q.z);
+        let velocity = place.dt();
+        let vector_potential = 0.5 * self.magnetic.cross(place);
+        let potential = -self.electric.dot(place);
+        0.5 * self.mass * velocity.norm_squared() + self.charge * (velocity.dot(vector_potential) - potential)
+    }
+}
+
+/// Rotations and a tensor; body-frame angular velocities are no time derivatives.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(yaw: rad, tilt: rad, spin: rad)]
+pub(crate) struct RigidBody {
+    pub(crate) inertia: Mat3<f64>,
+}
+
+#[dynamics]
+impl RigidBody {
+    /// Angular velocity in the frame of the body, from Rᵀ Ṙ.
+    pub(crate) fn omega(&self, q: &Coordinates<Self>) -> Vec3 {
+        let r = Mat3::rotation_z(q.yaw) * Mat3::rotation_x(q.tilt) * Mat3::rotation_z(q.spin);
+        let turning = r.transpose() * r.dt();
+        vec3(turning[(2, 1)], turning[(0, 2)], turning[(1, 0)])
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let omega = self.omega(q);
+        0.5 * omega.dot(self.inertia * omega)
+    }
+}
+
+/// A force that is no potential, an output and an event.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(mass: kg, k: kg / m, g: m / s^2)]
+pub(crate) struct Ball {
+    pub(crate) mass: f64,
+    pub(crate) k: f64,
+    pub(crate) g: f64,
+}
+
+#[dynamics]
+impl Ball {
+    fn place(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, q.y)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * self.place(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * q.y
+    }
+    #[force]
+    fn drag(&self, q: &Coordinates<Self>) -> Force {
+        let velocity = self.place(q).dt();
+        Force::at(self.place(q), -self.k * velocity.norm() * velocity)
+    }
+    #[output]
+    fn speed(&self, q: &Coordinates<Self>) -> Expr {
+        self.place(q).dt().norm()
+    }
+    #[event]
+    fn ground(&self, q: &Coordinates<Self>) -> Expr {
+        q.y
+    }
+}
+
+/// A conserved momentum that depends on a coordinate.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(r: m, phi: rad)]
+#[units(m: kg, hub: kg * m^2)]
+pub(crate) struct Tube {
+    pub(crate) m: f64,
+    pub(crate) hub: f64,
+}
+
+#[dynamics]
+impl Tube {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let place = q.r * vec2(q.phi.cos(), q.phi.sin());
+        0.5 * self.m * place.dt().norm_squared() + 0.5 * self.hub * q.phi.dt().powi(2)
+    }
+}
