@@ -1,0 +1,164 @@
+//! Models whose functions have thousands of operations, written with arrays and loops: blocks and parts of functions do not change what
+//! is computed. A model of 25,000 operations is refused; `ui/too_large.rs` holds its message.
+
+use dynamics::prelude::*;
+
+/// What the tests need of every chain below.
+trait Hanging: Dynamics {
+    /// r̈ᵢ and the arm of link i, from the model's own functions on time jets.
+    fn link(&self, q: &Self::Coordinates, i: usize) -> (Vec2<f64>, Vec2<f64>);
+    /// Mass of link i.
+    fn mass(&self, i: usize) -> f64;
+}
+
+macro_rules! chain {
+    ($name:ident, $links:literal) => {
+        /// A chain of links, hanging from a fixed point.
+        #[derive(Clone, Debug, Dynamics)]
+        #[coordinates(theta: [rad; $links])]
+        #[units(mass: kg, length: m, g: m / s^2)]
+        struct $name {
+            mass: [f64; $links],
+            length: [f64; $links],
+            g: f64,
+        }
+
+        impl $name {
+            fn uneven() -> Self {
+                Self {
+                    mass: std::array::from_fn(|i| 1.0 + 0.1 * (i % 7) as f64),
+                    length: std::array::from_fn(|i| 1.0 - 0.02 * (i % 9) as f64),
+                    g: GRAVITY,
+                }
+            }
+        }
+
+        #[dynamics]
+        impl $name {
+            fn arm(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+                self.length[i] * vec2(q.theta[i].sin(), -q.theta[i].cos())
+            }
+            fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+                let mut place = self.arm(q, 0);
+                for k in 1..i + 1 {
+                    place += self.arm(q, k);
+                }
+                place
+            }
+            #[kinetic]
+            fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+                let mut sum = Expr::ZERO;
+                for i in 0..$links {
+                    sum += 0.5 * self.mass[i] * self.place(q, i).dt().norm_squared();
+                }
+                sum
+            }
+            #[potential]
+            fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+                let mut sum = Expr::ZERO;
+                for i in 0..$links {
+                    sum += self.mass[i] * self.g * self.place(q, i).y;
+                }
+                sum
+            }
+        }
+
+        impl Hanging for $name {
+            fn link(&self, q: &Self::Coordinates, i: usize) -> (Vec2<f64>, Vec2<f64>) {
+                (self.place(q, i).dt().dt().value(), self.arm(q, i).value())
+            }
+            fn mass(&self, i: usize) -> f64 {
+                self.mass[i]
+            }
+        }
+    };
+}
+
+chain!(Chain9, 9);
+chain!(Chain18, 18);
+chain!(Chain26, 26);
+
+const GRAVITY: f64 = 9.81;
+
+/// Operations per call of a function, as its listing says.
+fn operations(listing: &str, function: &str) -> usize {
+    let line = listing.lines().find(|l| l.starts_with(function)).expect("the function is listed");
+    line.split_whitespace().nth(1).and_then(|n| n.parse().ok()).expect("a number of operations")
+}
+
+/// A state far from anything special.
+fn state<M: Model, const N: usize>() -> M::State
+where
+    M::Vector: From<[f64; N]>,
+    M::Inputs: Default,
+{
+    let q: [f64; N] = std::array::from_fn(|i| 0.4 + 0.8 * (1.7 * i as f64).sin());
+    let u: [f64; N] = std::array::from_fn(|i| 0.9 * (2.3 * i as f64).cos());
+    M::State::new(0.0, q.into(), u.into(), M::Inputs::default())
+}
+
+/// D'Alembert: at the accelerations found, the links below every joint leave no moment about it. And M q̈ = Q by the emitted M and Q.
+fn moves_rightly<M: Hanging, const N: usize>(model: &M)
+where
+    M::Vector: From<[f64; N]>,
+    M::Inputs: Default,
+{
+    let state = state::<M, N>();
+    let a = model.accelerations(&state).expect("a regular state");
+    let q = M::coordinates_with(&state, &a);
+    let mut pull = Vec2::new(0.0, 0.0);
+    let mut scale = 0.0;
+    for i in (0..N).rev() {
+        let (acceleration, arm) = model.link(&q, i);
+        let force = model.mass(i) * (acceleration + Vec2::new(0.0, GRAVITY));
+        (pull, scale) = (pull + force, scale + force.norm());
+        let moment = arm.cross(pull);
+        assert!(moment.abs() <= 1e-12 * scale, "moment {moment} about joint {i}, forces of {scale}");
+    }
+    let (mass, force) = (model.mass_matrix(&state), model.generalized_force(&state));
+    for i in 0..N {
+        let terms: Vec<f64> = (0..N).map(|j| mass[(i, j)] * a[j]).collect();
+        let scale = terms.iter().fold(force[i].abs(), |s, x| s + x.abs());
+        assert!((terms.iter().sum::<f64>() - force[i]).abs() <= 1e-13 * scale, "row {i} of M q̈ = Q");
+    }
+}
+
+#[test]
+fn three_and_a_half_thousand_operations() {
+    assert!((3_200..3_800).contains(&operations(Chain18::LISTING, "accelerations")));
+    moves_rightly::<Chain18, 18>(&Chain18::uneven());
+}
+
+#[test]
+fn nine_thousand_operations() {
+    assert!((8_500..9_500).contains(&operations(Chain26::LISTING, "accelerations")));
+    moves_rightly::<Chain26, 26>(&Chain26::uneven());
+}
+
+#[test]
+fn a_jacobian_of_thousands_of_operations() {
+    // Above 4,000 operations a function is cut into several.
+    assert!((4_000..20_000).contains(&operations(Chain9::LISTING, "state_jacobian")));
+    let model = Chain9::uneven();
+    moves_rightly::<Chain9, 9>(&model);
+    let state = state::<Chain9, 9>();
+    let jacobian = model.state_jacobian(&state).unwrap();
+    let h = 1e-3;
+    for j in 0..9 {
+        let difference = |shift: &dyn Fn(&mut State<Chain9>, f64)| {
+            let at = |k: f64| {
+                let mut s = state;
+                shift(&mut s, k * h);
+                model.accelerations(&s).unwrap()
+            };
+            let d = |k: f64| at(k) - at(-k);
+            (45.0 * d(1.0) - 9.0 * d(2.0) + d(3.0)) / (60.0 * h)
+        };
+        let (by_q, by_u) = (difference(&|s, x| s.q[j] += x), difference(&|s, x| s.u[j] += x));
+        for i in 0..9 {
+            let (q, u) = (jacobian.by_q[(i, j)], jacobian.by_u[(i, j)]);
+            assert!((q - by_q[i]).abs() <= 1e-7 * (1.0 + by_q.norm()), "∂q̈{i}/∂q{j}: {q}, differences {}", by_q[i]);
+            assert!((u - by_u[i]).abs() <= 1e-9 * (1.0 + by_u.norm()), "∂q̈{i}/∂q̇{j}: {u}, differences {}", by_u[i]);
+        }
+    }
+}
