@@ -53,7 +53,7 @@ pub struct Jacobians {
 pub struct Excess {
     /// The function.
     pub function: String,
-    /// Its operations.
+    /// Its operations; where deriving it was given up, the nodes that it had taken by then.
     pub operations: usize,
 }
 
