@@ -15,14 +15,28 @@ pub fn substitute(
     roots: &[NodeId],
     value: &mut dyn FnMut(&mut Graph, Symbol) -> Option<NodeId>,
 ) -> Result<Vec<NodeId>, ZeroDenominator> {
+    replace(g, roots, &mut |g, id| match g.node(id) {
+        Node::Symbol(s) => value(g, s),
+        _ => None,
+    })
+}
+
+/// `roots` with every node n that they contain replaced by `by(n)` (`None`: kept, made of what its children became).
+///
+/// # Errors
+/// A denominator that becomes identically zero.
+pub(super) fn replace(
+    g: &mut Graph,
+    roots: &[NodeId],
+    by: &mut dyn FnMut(&mut Graph, NodeId) -> Option<NodeId>,
+) -> Result<Vec<NodeId>, ZeroDenominator> {
     let ids = g.cone(roots);
     let end = ids.last().map_or(0, |id| id.index() + 1);
     let mut new: Vec<Option<NodeId>> = vec![None; end];
     for id in ids {
         let node = g.node(id);
-        if let Node::Symbol(s) = node {
-            new[id.index()] = value(g, s);
-        } else if node.children().any(|c| new[c.index()].is_some()) {
+        new[id.index()] = by(g, id);
+        if new[id.index()].is_none() && node.children().any(|c| new[c.index()].is_some()) {
             new[id.index()] = Some(rebuild(g, node, &|c| new[c.index()].unwrap_or(c))?);
         }
     }

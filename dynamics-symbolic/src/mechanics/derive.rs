@@ -1,7 +1,7 @@
 //! The pass from a declared model to its equations of motion.
 
 use crate::algebra::Factors;
-use crate::calculus::{ZeroDenominator, directional};
+use crate::calculus::{ZeroDenominator, directional, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Derivation, Equations, Named, Pivot};
@@ -38,6 +38,13 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
     let inertia = parts.inertia(g, n);
     let applied = applied(g, &model.forces, &model.energies, n);
     let force = applied.iter().fold(inertia.force, |total, (_, part)| each(g, &total, part, Graph::add));
+    // A frame that turns at a given rate is in the positions and, where it does not matter, not in the results.
+    let inertia = Inertia {
+        mass: inertia.mass.iter().map(|row| timeless(g, row)).collect(),
+        force: timeless(g, &force),
+        momenta: timeless(g, &inertia.momenta),
+    };
+    let force = inertia.force.clone();
     let powers = powers(g, &applied, energies.lagrangian);
 
     let factors = Factors::new(g, &inertia.mass).map_err(Underivable::Singular)?;
@@ -45,7 +52,8 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
     // T + V is there already, so it stands for the energy function wherever the two are equal.
     let energy_function = {
         let twice = power(g, &inertia.momenta);
-        g.sub(twice, energies.lagrangian)
+        let energy = g.sub(twice, energies.lagrangian);
+        timeless(g, &[energy])[0]
     };
 
     let swept: Residual = &|g| {
@@ -75,7 +83,7 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
         accelerations,
         momenta: inertia.momenta,
         energy_function,
-        energies: energies.apart(&model.energies),
+        energies: energies.apart(&model.energies).map(|(t, v)| (timeless(g, &[t])[0], timeless(g, &[v])[0])),
         powers,
         conserved: Vec::new(),
         jacobians,
@@ -185,5 +193,6 @@ fn scalars(output: &Output) -> impl Iterator<Item = Named> {
 fn solved(g: &mut Graph, named: Vec<Named>, accelerations: &[NodeId]) -> Result<Vec<Named>, Underivable> {
     let nodes: Vec<NodeId> = named.iter().map(|n| n.node).collect();
     let nodes = with_accelerations(g, &nodes, accelerations)?;
+    let nodes = timeless(g, &nodes);
     Ok(named.into_iter().zip(nodes).map(|(named, node)| Named { node, ..named }).collect())
 }
