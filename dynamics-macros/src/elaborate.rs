@@ -93,7 +93,6 @@ pub(crate) fn elaborate(
         depth: 0,
         exhausted: false,
     };
-    elaborator.check_self_type();
     elaborator.declare();
     elaborator.roles();
     elaborator.name_inferred_units();

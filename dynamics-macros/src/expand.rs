@@ -7,6 +7,7 @@ use syn::{Ident, ImplItem, ItemImpl, ItemStruct, ReturnType, Type};
 use crate::compile::{CompiledModel, compile};
 use crate::diagnostics::Diagnostics;
 use crate::emit::{self, Slot, Surface};
+use crate::messages;
 use crate::syntax::{self, Declaration, FieldKind, Implementation, Quantity, Role};
 
 /// `#[derive(Dynamics)]`: the types with the model's names, and the bridge to `#[dynamics] impl`.
@@ -23,6 +24,10 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
         quote!(#types #bridge)
     } else {
         let (bridge, fallback) = (emit::broken_bridge(&surface), emit::fallback(&surface));
+        if !declaration.item.generics.params.is_empty() {
+            // Impls for a type whose arguments are missing would be a second error.
+            return quote!(#errors #bridge);
+        }
         quote!(#errors #types #bridge #fallback)
     }
 }
@@ -30,23 +35,16 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
 /// `#[dynamics] impl X { .. }`: hands the block to the bridge, a macro of the struct's own name.
 pub(crate) fn attribute(arguments: TokenStream, item: TokenStream) -> TokenStream {
     if !arguments.is_empty() {
-        let error =
-            syn::Error::new_spanned(&arguments, "`#[dynamics]` takes no arguments; remove them").to_compile_error();
+        let error = syn::Error::new_spanned(&arguments, messages::attribute_arguments()).to_compile_error();
         return quote!(#error #item);
     }
     let bridge = match syn::parse2::<ItemImpl>(item.clone()) {
         Ok(ItemImpl { self_ty, trait_: None, .. }) => match *self_ty {
             Type::Path(ty) if ty.qself.is_none() => Ok(ty.path),
-            other => Err(syn::Error::new_spanned(other, NEEDS_STRUCT)),
+            other => Err(syn::Error::new_spanned(other, messages::impl_of_other_type())),
         },
-        Ok(ItemImpl { trait_: Some((path, _)), .. }) => Err(syn::Error::new_spanned(
-            path,
-            "`#[dynamics]` describes a model in its inherent impl block; write `impl Model { .. }` without a trait",
-        )),
-        Err(_) => Err(syn::Error::new(
-            Span::call_site(),
-            "`#[dynamics]` stands on an impl block; write `#[dynamics] impl Model { .. }`",
-        )),
+        Ok(ItemImpl { trait_: Some((path, _)), .. }) => Err(syn::Error::new_spanned(path, messages::trait_impl())),
+        Err(_) => Err(syn::Error::new(Span::call_site(), messages::not_an_impl())),
     };
     match bridge {
         Ok(mut path) => {
@@ -59,8 +57,6 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream) -> TokenStrea
         }
     }
 }
-
-const NEEDS_STRUCT: &str = "`#[dynamics]` needs the name of a struct; write `impl Model { .. }`";
 
 /// `__model!({struct} {impl})`: everything that is derived from both.
 pub(crate) fn model(input: TokenStream) -> TokenStream {

@@ -31,6 +31,7 @@ macro_rules! catalogue {
 
 catalogue! {
     // The struct.
+    not_a_struct(name) "`{name}` is no struct; a model is a struct, its fields are the parameters";
     generic_model() "a model cannot be generic; its derived program is concrete `f64`";
     unnamed_fields() "a model's parameters need names; write a struct with named fields";
     parameter_type(ty) "a parameter cannot be `{ty}`; use `f64`, an array, `Vec2<f64>`, `Vec3<f64>`, `Mat3<f64>`, or a type with the `SmoothFunction` trait";
@@ -55,7 +56,10 @@ catalogue! {
     nested_too_deeply() "this is nested too deeply or chained too long; split it into several `let`s or functions";
 
     // The impl block and its roles.
-    trait_impl() "`#[dynamics]` belongs on the struct's own `impl` block; move it off the trait impl";
+    attribute_arguments() "`#[dynamics]` takes no arguments; remove them";
+    not_an_impl() "`#[dynamics]` stands on an impl block; write `#[dynamics] impl Model {{ .. }}`";
+    impl_of_other_type() "`#[dynamics]` needs the name of a struct; write `impl Model {{ .. }}`";
+    trait_impl() "`#[dynamics]` describes a model in its inherent impl block; write `impl Model {{ .. }}` without a trait";
     macro_in_model(name) "the macro call `{name}!` cannot be followed; write its code out";
     constraint_role(name) "`#[{name}]` is not supported yet; choose coordinates that satisfy the constraint by themselves";
     role_with_arguments(name) "`#[{name}]` takes no arguments; write it bare";
@@ -64,9 +68,8 @@ catalogue! {
     duplicate_role(name, first) "`#[{name}]` is already on `{first}`; a model has only one";
     misspelt_role(name, role) "no role is called `{name}`; did you mean `#[{role}]`?";
     no_kinetic_energy(name) "`{name}` has no kinetic energy; mark a function `#[kinetic]` or `#[lagrangian]`";
-    other_type(found, name) "this `impl` is for `{found}`, but the model is `{name}`; write `impl {name}`";
     role_signature(role, form) "`#[{role}]` needs another signature; write `{form}`";
-    role_result(role, expected, found) "`#[{role}]` has to return {expected}, this is {found}; return {expected}";
+    role_result(role, expected, found) "`#[{role}]` returns {found} here; return {expected}";
 
     // Names.
     unknown_name(name, hint) "`{name}` is not known here{hint}";
@@ -94,7 +97,7 @@ catalogue! {
     not_a_condition(found) "a condition is a comparison, this is {found}; compare scalars with `<`, `<=`, `>`, `>=`, `==` or `!=`";
     branches_differ(then, otherwise) "the branches differ: one is {then}, the other {otherwise}; make them alike";
     pattern_mismatch(found) "this pattern does not fit {found}; bind as many parts as there are";
-    argument_count(function, expected, found) "`{function}` takes {expected} arguments, here are {found}; pass what it takes";
+    argument_count(function, expected, found) "`{function}` gets {found} arguments instead of {expected}; pass what it takes";
     index_out_of_range(index, what, length) "index {index} is out of range; {what} has {length} elements, counted from 0";
     index_unknown(found) "an index has to be an integer known at compile time, this is {found}; use a literal or a loop variable";
     matrix_index() "a matrix is indexed by a pair; write `m[(i, j)]`";
@@ -112,7 +115,7 @@ catalogue! {
     integer_too_large(value) "the integer `{value}` is too large; write it with a decimal point";
     division_by_zero() "this divides by zero whatever the values are; check the denominator";
     domain(function, value) "`{function}` of {value} is not a real number; check the argument";
-    not_finite(what) "`{what}` is not a finite number; models need finite numbers";
+    not_finite(what) "{what} is not a finite number; models need finite numbers";
     power_too_large(power, limit) "the power {power} is beyond {limit}; use `exp` and `ln`";
     clamp_order(low, high) "`clamp` from {low} to {high} has its bounds in the wrong order; swap them";
     cast(shape, to) "{shape} cannot become `{to}` here; integers are known at compile time, and `as f64` makes them real";
@@ -145,15 +148,17 @@ catalogue! {
     unknown_unit(name, hint) "`{name}` is no unit; {hint}";
     scaled_unit(name, equals, coherent) "`{name}` is a scaled unit, 1 {name} = {equals}; give values in `{coherent}`";
     mixed_systems(unit, system, other, other_system) "`{unit}` is {system}, but `{other}` is {other_system}; use one system of units";
+    mixed_unit(unit, system, other_system) "`{unit}` is {system}, but what stands before it is {other_system}; use one system of units";
     unit_syntax(expected, found) "a unit needs {expected} here, found {found}; write for example `kg*m^2/s`";
-    unit_mismatch(operator, left, right) "`{operator}` combines {left} with {right}; both sides need the same unit";
-    unit_of_argument(function, unit) "`{function}` of a quantity in {unit}; its argument has to be a plain number or an angle";
-    unit_of_branches(then, otherwise) "one branch is in {then}, the other in {otherwise}; both need the same unit";
-    unit_of_role(name, found, what, expected) "`{name}` is in {found}, but {what} is in {expected}; check its factors, literals have no unit";
-    unit_of_force(name, found, expected) "`{name}` does work in {found} instead of {expected}; check force and point, or magnitude and expression";
-    unit_of_function_argument(found, expected) "this smooth function is used with an argument in {found} and elsewhere in {expected}; use one unit";
+    unit_mismatch(operator, left, right, remedy) "`{operator}` combines `{left}` with `{right}`; {remedy}";
+    unit_of_argument(function, unit) "`{function}` of a quantity in `{unit}`; its argument has to be a plain number or an angle";
+    unit_of_branches(then, otherwise) "one branch is in `{then}`, the other in `{otherwise}`; both need the same unit";
+    unit_of_role(name, found, what, expected) "`{name}` is in `{found}`, but {what} is in `{expected}`; check its factors, literals have no unit";
+    unit_of_force(name, found, expected) "`{name}` does work in `{found}` instead of `{expected}`; check force and point, or magnitude and expression";
+    unit_of_function_argument(found, expected) "this smooth function is used with an argument in `{found}` and elsewhere in `{expected}`; use one unit";
 
     // What the engine finds.
+    not_followed(name) "`{name}` could not be followed; write it with simpler statements";
     unused(what, name) "the {what} `{name}` has no influence on anything; use it, or remove it";
     no_inertia(direction) "no kinetic energy moves `{direction}`: the mass matrix is singular everywhere; give it inertia or remove it";
     too_large(function, operations, limit) "`{function}` would take {operations} operations, the limit is {limit}; use fewer coordinates or simpler expressions";

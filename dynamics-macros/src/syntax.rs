@@ -16,12 +16,15 @@ use crate::diagnostics::Diagnostics;
 /// Parses the annotated struct. `None` where too little is there to go on; the reasons are in `diagnostics` either way.
 pub(crate) fn parse_struct(tokens: TokenStream, diagnostics: &mut Diagnostics) -> Option<Declaration> {
     limits::check_nesting(&tokens, diagnostics)?;
-    match syn::parse2(tokens) {
-        Ok(item) => structs::declaration(item, diagnostics),
-        Err(error) => {
-            diagnostics.syntax(error);
-            None
-        }
+    match syn::parse2(tokens.clone()) {
+        Ok(item) => Some(structs::declaration(item, diagnostics)),
+        Err(error) => match syn::parse2::<syn::DeriveInput>(tokens) {
+            Ok(other) => Some(structs::not_a_struct(other, diagnostics)),
+            Err(_) => {
+                diagnostics.syntax(error);
+                None
+            }
+        },
     }
 }
 

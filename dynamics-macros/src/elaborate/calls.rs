@@ -21,6 +21,9 @@ impl<'a> Elaborator<'a> {
 
     /// `receiver.method(..)`.
     pub(super) fn method_call(&mut self, e: &'a ExprMethodCall, receiver: Value) -> Value {
+        if e.args.iter().any(|a| matches!(a, Expr::Closure(_))) && !receiver.is_poison() {
+            return self.fail(e.method.span(), &messages::closure_method(&e.method));
+        }
         let arguments = self.arguments(&e.args);
         self.method(receiver, &e.method, arguments)
     }
@@ -126,6 +129,7 @@ impl<'a> Elaborator<'a> {
                 FnArg::Typed(argument) => {
                     if let syn::Type::Reference(reference) = &*argument.ty
                         && let Some(mutability) = reference.mutability
+                        && !value.is_poison()
                     {
                         self.fail(mutability.span, &messages::mutable_reference());
                     }
@@ -147,8 +151,12 @@ impl<'a> Elaborator<'a> {
             return self.fail(Place::of(&e.func), &messages::call_of_value());
         };
         let segments: Vec<&Ident> = path.path.segments.iter().map(|s| &s.ident).collect();
-        let arguments = self.arguments(&e.args);
         let place = Place::of(&e.func);
+        if e.args.iter().any(|a| matches!(a, Expr::Closure(_))) {
+            let name = segments.last().map(ToString::to_string).unwrap_or_default();
+            return self.fail(place, &messages::closure_method(name));
+        }
+        let arguments = self.arguments(&e.args);
         match segments.as_slice() {
             [.., ty, name] if *ty == "Self" || **ty == self.declaration.name => self.call_function(name, arguments),
             [.., ty, name] => self.associated(ty, name, arguments, place),
@@ -162,6 +170,10 @@ impl<'a> Elaborator<'a> {
         let expected = match name.to_string().as_str() {
             "vec2" => 2,
             "vec3" => 3,
+            text if self.frame().find(text).is_some() => {
+                let poisoned = self.frame().find(text).is_some_and(Value::is_poison);
+                return if poisoned { Value::Poison } else { self.fail(name.span(), &messages::call_of_value()) };
+            }
             "reaction" => return self.fail(name.span(), &messages::constraint_role("reaction")),
             text => {
                 let methods = self.implementation.functions.iter().any(|f| f.name == text);

@@ -2,12 +2,10 @@
 
 use std::rc::Rc;
 
-use dynamics_symbolic::check::units::{System, Unit, UnitError};
+use dynamics_symbolic::check::units::{Unit, UnitError};
 use dynamics_symbolic::graph::{FunctionId, Symbol};
 use dynamics_symbolic::mechanics::{Coordinate, Function, Input, Parameter};
 use proc_macro2::Span;
-use quote::ToTokens;
-use syn::Type;
 
 use super::Elaborator;
 use super::values::{Scalar, UnitOf, Value};
@@ -31,19 +29,6 @@ enum Kind {
 }
 
 impl Elaborator<'_> {
-    /// The impl block belongs to the struct.
-    pub(super) fn check_self_type(&mut self) {
-        let ty = &self.implementation.item.self_ty;
-        let same = match &**ty {
-            Type::Path(path) => path.path.segments.last().is_some_and(|s| s.ident == self.declaration.name),
-            _ => false,
-        };
-        if !same {
-            let text = ty.to_token_stream();
-            self.diagnostics.error(Place::of(ty), &messages::other_type(text, &self.declaration.name));
-        }
-    }
-
     /// Declares everything; units first, because they are checked only where some are given.
     pub(super) fn declare(&mut self) {
         let declaration = self.declaration;
@@ -189,10 +174,7 @@ impl Elaborator<'_> {
                 messages::unknown_unit(name, hint)
             }
             UnitError::Scaled { name, equals, coherent, .. } => messages::scaled_unit(name, equals, coherent),
-            UnitError::Mixed { name, system, before, .. } => {
-                let other = if *before == System::Si { "an SI unit" } else { "a US customary unit" };
-                messages::mixed_systems(name, system.name(), other, before.name())
-            }
+            UnitError::Mixed { name, system, before, .. } => messages::mixed_unit(name, system.name(), before.name()),
             UnitError::Syntax { expected, found, .. } => {
                 let found = found.as_ref().map_or_else(|| "the end".into(), |f| format!("`{f}`"));
                 messages::unit_syntax(expected, found)

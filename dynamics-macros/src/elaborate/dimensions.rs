@@ -72,6 +72,17 @@ impl Elaborator<'_> {
     }
 }
 
+/// The message of two units that one operator cannot combine; the remedy depends on whether one of them is a plain number.
+pub(super) fn mismatch(operator: impl std::fmt::Display, left: String, right: String) -> Message {
+    let number = left == "1" || right == "1";
+    let remedy = if number {
+        "plain numbers have no unit, write the value as a parameter or a constant of the `impl`"
+    } else {
+        "both sides need the same unit"
+    };
+    messages::unit_mismatch(operator, left, right, remedy)
+}
+
 /// Product of units.
 pub(super) fn product(a: &UnitOf, b: &UnitOf) -> UnitOf {
     Some(Rc::new(a.as_ref()?.mul(b.as_ref()?)))

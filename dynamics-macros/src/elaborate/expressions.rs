@@ -28,6 +28,16 @@ impl<'a> Elaborator<'a> {
         Value::Poison
     }
 
+    /// A value that was put together from parts, unless there are too many: shared parts make sizes that no memory holds.
+    pub(super) fn bounded(&mut self, value: Value, place: impl Into<Place>) -> Value {
+        let size = value.size();
+        self.steps += size;
+        if size as i128 > super::control::MAX_ITERATIONS {
+            return self.fail(place, &messages::too_many_operations());
+        }
+        value
+    }
+
     /// Counts one more expression; false, with an error, where the model is beyond all limits.
     fn step(&mut self, expr: &Expr) -> bool {
         self.steps += 1;
@@ -105,8 +115,14 @@ impl<'a> Elaborator<'a> {
             Expr::Cast(e) => self.cast(e),
             Expr::Call(e) => self.call(e),
             Expr::Index(e) => self.index(e),
-            Expr::Tuple(e) => Value::tuple(e.elems.iter().map(|x| self.expression(x)).collect()),
-            Expr::Array(e) => Value::array(e.elems.iter().map(|x| self.expression(x)).collect()),
+            Expr::Tuple(e) => {
+                let items = e.elems.iter().map(|x| self.expression(x)).collect();
+                self.bounded(Value::tuple(items), Place::of(e))
+            }
+            Expr::Array(e) => {
+                let items = e.elems.iter().map(|x| self.expression(x)).collect();
+                self.bounded(Value::array(items), Place::of(e))
+            }
             Expr::Repeat(e) => self.repeat(e),
             Expr::Range(e) => self.range(e),
             Expr::Struct(e) => self.structure(e),
@@ -160,11 +176,11 @@ impl<'a> Elaborator<'a> {
         match lit {
             Lit::Float(x) => match Number::parse(x.base10_digits()) {
                 Some(n) if n.value().is_finite() => self.number(n).into(),
-                _ => self.fail(lit.span(), &messages::not_finite(x)),
+                _ => self.fail(lit.span(), &messages::not_finite(format!("`{x}`"))),
             },
             Lit::Int(x) if x.suffix().starts_with('f') => match Number::parse(x.base10_digits()) {
                 Some(n) if n.value().is_finite() => self.number(n).into(),
-                _ => self.fail(lit.span(), &messages::not_finite(x)),
+                _ => self.fail(lit.span(), &messages::not_finite(format!("`{x}`"))),
             },
             Lit::Int(x) => match x.base10_parse::<i64>() {
                 Ok(n) => Value::integer(n.into()),
@@ -252,7 +268,10 @@ impl<'a> Elaborator<'a> {
         match self.expression(&e.len) {
             Value::Poison => Value::Poison,
             Value::Integer(n) if (0..=super::control::MAX_ITERATIONS).contains(&n.value) => {
-                Value::array(vec![value; n.value as usize])
+                if n.value.saturating_mul(value.size() as i128) > super::control::MAX_ITERATIONS {
+                    return self.fail(Place::of(e), &messages::too_many_operations());
+                }
+                self.bounded(Value::array(vec![value; n.value as usize]), Place::of(e))
             }
             _ => self.fail(Place::of(&e.len), &messages::length_unknown()),
         }
@@ -406,6 +425,7 @@ impl<'a> Elaborator<'a> {
             return self
                 .fail(Place::of(e), &messages::too_many_iterations(end - start, super::control::MAX_ITERATIONS));
         }
+        self.steps += usize::try_from(end - start).unwrap_or(0);
         Value::Sequence(Rc::new((start..end).map(Value::integer).collect()))
     }
 }

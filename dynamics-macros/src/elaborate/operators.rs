@@ -43,6 +43,27 @@ impl Elaborator<'_> {
 
     /// left ∘ right, with `at` the operator's place.
     pub(super) fn arithmetic(&mut self, op: Operator, left: Value, right: Value, at: Span) -> Value {
+        let known = |e: &Self, v: &Value| match v {
+            Value::Scalar(s) => e.value_of(s).is_some(),
+            Value::Integer(_) => true,
+            _ => false,
+        };
+        let numbers = known(self, &left) && known(self, &right);
+        let value = self.combined(op, left, right, at);
+        match &value {
+            // The graph folds numbers unless the result is none.
+            Value::Scalar(s) if numbers && self.value_of(s).is_none_or(|x| !x.is_finite()) => {
+                self.fail(at, &messages::not_finite(format!("this `{}`", op.sign())))
+            }
+            Value::Force(terms) => {
+                self.steps += terms.len();
+                value
+            }
+            _ => value,
+        }
+    }
+
+    fn combined(&mut self, op: Operator, left: Value, right: Value, at: Span) -> Value {
         use Operator::{Add, Div, Mul, Rem, Sub};
         if left.is_poison() || right.is_poison() {
             return Value::Poison;
@@ -125,7 +146,7 @@ impl Elaborator<'_> {
 
     /// a ± b.
     pub(super) fn sum(&mut self, op: Operator, a: &Scalar, b: &Scalar, at: impl Into<Place>) -> Option<Scalar> {
-        let unit = self.equate(&a.unit, &b.unit, at, |l, r| messages::unit_mismatch(op.sign(), l, r))?;
+        let unit = self.equate(&a.unit, &b.unit, at, |l, r| super::dimensions::mismatch(op.sign(), l, r))?;
         let graph = &mut self.model.graph;
         let node = if op == Operator::Sub { graph.sub(a.node, b.node) } else { graph.add(a.node, b.node) };
         Some(Scalar { node, unit })
@@ -268,7 +289,7 @@ impl Elaborator<'_> {
             Ne(_) => "!=",
             _ => "==",
         };
-        if self.equate(&a.unit, &b.unit, at, |l, r| messages::unit_mismatch(sign, l, r)).is_none() {
+        if self.equate(&a.unit, &b.unit, at, |l, r| super::dimensions::mismatch(sign, l, r)).is_none() {
             return Value::Poison;
         }
         let (a, b) = (a.node, b.node);

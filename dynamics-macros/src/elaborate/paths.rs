@@ -95,7 +95,7 @@ impl Elaborator<'_> {
             ("f64", "EPSILON", _) => self.number(Number::Float(f64::EPSILON)).into(),
             ("f64", "MIN_POSITIVE", _) => self.number(Number::Float(f64::MIN_POSITIVE)).into(),
             ("f64", "NAN" | "INFINITY" | "NEG_INFINITY", _) => {
-                self.fail(place, &messages::not_finite(format!("f64::{name}")))
+                self.fail(place, &messages::not_finite(format!("`f64::{name}`")))
             }
             _ => self.fail(place, &messages::foreign_constant(format!("{ty}::{name}"))),
         }

@@ -24,7 +24,9 @@ impl<'a> Elaborator<'a> {
             if self.exhausted {
                 return;
             }
-            if !value.is_poison() {
+            if value.is_poison() {
+                self.check_reported(function);
+            } else {
                 self.take(function, value);
             }
         }
@@ -82,6 +84,13 @@ impl<'a> Elaborator<'a> {
         match self.frames.pop().and_then(|f| f.flow) {
             Some(Flow::Return(value)) => value,
             _ => value,
+        }
+    }
+
+    /// A value is lost only to a mistake that is reported. Should this ever fail, silence would drop the function from the model.
+    fn check_reported(&mut self, function: &Function) {
+        if self.diagnostics.len() == 0 {
+            self.diagnostics.error(function.name.span(), &messages::not_followed(&function.name));
         }
     }
 

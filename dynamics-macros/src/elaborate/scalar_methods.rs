@@ -131,7 +131,7 @@ impl Elaborator<'_> {
 
     /// A function of two numbers of one unit; the result has it too.
     fn equal_units(&mut self, f: Binary, x: &Scalar, y: &Scalar, name: &Ident) -> Option<Scalar> {
-        let unit = self.equate(&x.unit, &y.unit, name.span(), |l, r| messages::unit_mismatch(name, l, r))?;
+        let unit = self.equate(&x.unit, &y.unit, name.span(), |l, r| super::dimensions::mismatch(name, l, r))?;
         Some(Scalar { node: self.model.graph.binary(f, x.node, y.node), unit })
     }
 

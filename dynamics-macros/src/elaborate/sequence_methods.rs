@@ -72,7 +72,7 @@ impl Elaborator<'_> {
             }
             _ => return self.unknown_method(&Value::Sequence(items), name, SEQUENCE_METHODS),
         };
-        Value::Sequence(Rc::new(made))
+        self.bounded(Value::Sequence(Rc::new(made)), name.span())
     }
 
     /// `.sum()`.

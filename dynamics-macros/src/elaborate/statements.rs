@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use proc_macro2::Span;
 use quote::ToTokens;
+use syn::spanned::Spanned;
 use syn::{Block, Expr, Item, Local, Member, Stmt};
 
 use super::Elaborator;
@@ -170,7 +171,7 @@ impl<'a> Elaborator<'a> {
                     steps.push(Step::Member(&e.member));
                     &e.base
                 }
-                Expr::Path(e) if e.path.get_ident().is_some_and(|i| i != "self") => {
+                Expr::Path(e) if e.path.get_ident().is_some() => {
                     steps.reverse();
                     return e.path.get_ident().map(|name| (name.clone(), steps));
                 }
@@ -186,8 +187,12 @@ impl<'a> Elaborator<'a> {
     /// `old` with `new` at the end of the way.
     fn written(&mut self, old: Value, steps: &[Step<'a>], new: Value) -> Value {
         let Some((step, rest)) = steps.split_first() else { return new };
-        if old.is_poison() {
-            return Value::Poison;
+        match (&old, step) {
+            (Value::Poison, _) => return Value::Poison,
+            (Value::Model | Value::Coordinates, Step::Member(member)) => {
+                return self.fail(member.span(), &messages::not_assignable(member.to_token_stream()));
+            }
+            _ => {}
         }
         let inner = match step {
             Step::Index(index, at) => self.element(&old, index, at),

@@ -87,6 +87,17 @@ impl Value {
         matches!(self, Self::Poison)
     }
 
+    /// Number of parts. Values are bounded when they are put together, so that this is quick.
+    pub(super) fn size(&self) -> usize {
+        match self {
+            Self::Tuple(items) | Self::Array(items) | Self::Sequence(items) => {
+                items.iter().fold(1, |sum: usize, item| sum.saturating_add(item.size()))
+            }
+            Self::Force(terms) => 1 + terms.len(),
+            _ => 1,
+        }
+    }
+
     /// The shape in the user's words, for messages.
     pub(super) fn shape(&self) -> String {
         match self {

@@ -160,7 +160,7 @@ fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quant
     let mut all = Vec::new();
     let mut scalars = 0;
     for part in split(tokens) {
-        let Some((name, rest)) = named(&part, d, "name, `name: unit` or `name: [unit; length]`") else { continue };
+        let Some((name, rest)) = named(&part, d, "`name`, `name: unit` or `name: [unit; length]`") else { continue };
         if syn::parse2::<Ident>(name.to_token_stream()).is_err() {
             d.error(name.span(), &messages::keyword_as_name(&name, what));
             continue;
@@ -385,28 +385,30 @@ fn number(value: &Expr) -> Option<f64> {
 /// Names that the generated state and coordinate types use themselves.
 const RESERVED: &[&str] = &["t", "q", "u", "inputs", "build", "at_time", "new"];
 
-/// One rule per loop: something moves; no name is taken twice; no name collides with a generated one.
-pub(super) fn check_names(declaration: &Declaration, d: &mut Diagnostics) {
+/// Something moves; no name is taken twice; none collides with a generated one. What offends is left out, so that nothing is generated from it.
+pub(super) fn check_names(declaration: &mut Declaration, d: &mut Diagnostics) {
     if declaration.coordinates.is_empty() && d.len() == 0 {
         d.error(declaration.name.span(), &messages::no_coordinates(&declaration.name));
     }
     let mut taken: Vec<(String, &'static str)> =
         declaration.fields.iter().map(|f| (f.name.to_string(), "a parameter")).collect();
-    let quantities = declaration.coordinates.iter().map(|c| (c, "a coordinate"));
-    for (quantity, what) in quantities.chain(declaration.inputs.iter().map(|i| (i, "an input"))) {
+    let rates: Vec<(String, Ident)> =
+        declaration.coordinates.iter().map(|c| (format!("{}_rate", c.name), c.name.clone())).collect();
+    let mut fits = |quantity: &Quantity, what: &'static str| {
         let name = quantity.name.to_string();
-        if RESERVED.contains(&name.as_str()) {
-            d.error(quantity.name.span(), &messages::reserved_name(&name, what));
+        let message = if RESERVED.contains(&name.as_str()) {
+            messages::reserved_name(&name, what)
         } else if let Some((_, other)) = taken.iter().find(|(known, _)| *known == name) {
-            d.error(quantity.name.span(), &messages::duplicate_name(&name, other));
-        }
-        taken.push((name, what));
-    }
-    for coordinate in &declaration.coordinates {
-        let rate = format!("{}_rate", coordinate.name);
-        let clash = declaration.coordinates.iter().chain(&declaration.inputs).find(|c| c.name == rate);
-        if let Some(clash) = clash {
-            d.error(clash.name.span(), &messages::rate_name(&rate, &coordinate.name));
-        }
-    }
+            messages::duplicate_name(&name, other)
+        } else if let Some((_, coordinate)) = rates.iter().find(|(rate, _)| *rate == name) {
+            messages::rate_name(&name, coordinate)
+        } else {
+            taken.push((name, what));
+            return true;
+        };
+        d.error(quantity.name.span(), &message);
+        false
+    };
+    declaration.coordinates.retain(|c| fits(c, "a coordinate"));
+    declaration.inputs.retain(|i| fits(i, "an input"));
 }

@@ -126,13 +126,13 @@ impl Shape {
 pub(crate) const MAX_LENGTH: usize = 10_000;
 
 /// Reads the struct and its attributes.
-pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Option<Declaration> {
+pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration {
     check_no_generics(&item, d);
     let attributes = attributes::read(&item.attrs, d);
-    let mut fields = fields(&item, d)?;
+    let mut fields = fields(&item, d);
     attributes::attach_units(&mut fields, attributes.units, d);
     attributes::attach_nominal(&mut fields, attributes.nominal, d);
-    let declaration = Declaration {
+    let mut declaration = Declaration {
         name: item.ident.clone(),
         visibility: item.vis.clone(),
         crate_path: attributes.crate_path,
@@ -141,8 +141,23 @@ pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Option<Decla
         fields,
         item,
     };
-    attributes::check_names(&declaration, d);
-    Some(declaration)
+    attributes::check_names(&mut declaration, d);
+    declaration
+}
+
+/// An enum or union: an empty model of its name, so that its `impl` block finds something and reports nothing more.
+pub(crate) fn not_a_struct(other: syn::DeriveInput, d: &mut Diagnostics) -> Declaration {
+    d.error(other.ident.span(), &messages::not_a_struct(&other.ident));
+    let item = ItemStruct {
+        attrs: Vec::new(),
+        vis: other.vis,
+        struct_token: Default::default(),
+        ident: other.ident,
+        generics: other.generics,
+        fields: Fields::Unit,
+        semi_token: None,
+    };
+    declaration(item, d)
 }
 
 /// Parameters are `f64`: the derived program is concrete.
@@ -153,13 +168,13 @@ fn check_no_generics(item: &ItemStruct, d: &mut Diagnostics) {
 }
 
 /// The fields, in order; a unit struct has none.
-fn fields(item: &ItemStruct, d: &mut Diagnostics) -> Option<Vec<Field>> {
+fn fields(item: &ItemStruct, d: &mut Diagnostics) -> Vec<Field> {
     let named = match &item.fields {
         Fields::Named(named) => &named.named,
-        Fields::Unit => return Some(Vec::new()),
+        Fields::Unit => return Vec::new(),
         Fields::Unnamed(fields) => {
             d.error(Place::of(fields), &messages::unnamed_fields());
-            return None;
+            return Vec::new();
         }
     };
     let (mut parameters, mut functions) = (0, 0);
@@ -172,7 +187,7 @@ fn fields(item: &ItemStruct, d: &mut Diagnostics) -> Option<Vec<Field>> {
                 parameters += shape.scalars();
                 if parameters > MAX_LENGTH {
                     d.error(Place::of(&field.ty), &messages::too_many_parameters(MAX_LENGTH));
-                    return None;
+                    return fields;
                 }
                 FieldKind::Parameter { shape, first }
             }
@@ -184,7 +199,7 @@ fn fields(item: &ItemStruct, d: &mut Diagnostics) -> Option<Vec<Field>> {
         };
         fields.push(Field { name, kind, unit: None, nominal: None });
     }
-    Some(fields)
+    fields
 }
 
 enum Kind {

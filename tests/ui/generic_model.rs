@@ -1,0 +1,24 @@
+use dynamics::prelude::*;
+
+#[derive(Dynamics)]
+#[coordinates(x, y)]
+struct Oscillator<T> {
+    m: f64,
+    k: f64,
+    other: T,
+}
+
+#[dynamics]
+impl<T> Oscillator<T> {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        self.k * q.x * q.y
+    }
+}
+
+fn main() {}

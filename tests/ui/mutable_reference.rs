@@ -1,0 +1,29 @@
+use dynamics::prelude::*;
+
+#[derive(Dynamics)]
+#[coordinates(x, y)]
+struct Oscillator {
+    m: f64,
+    k: f64,
+}
+
+#[dynamics]
+impl Oscillator {
+    fn add(&self, sum: &mut Expr, x: Expr) {
+        *sum += x;
+    }
+
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        self.add(&mut sum, q.x * q.y);
+        self.k * sum
+    }
+}
+
+fn main() {}

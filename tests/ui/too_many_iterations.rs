@@ -1,0 +1,27 @@
+use dynamics::prelude::*;
+
+#[derive(Dynamics)]
+#[coordinates(x, y)]
+struct Oscillator {
+    m: f64,
+    k: f64,
+}
+
+#[dynamics]
+impl Oscillator {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for _ in 0..1000000000 {
+            sum += q.x;
+        }
+        self.k * sum * q.y
+    }
+}
+
+fn main() {}

@@ -1,0 +1,24 @@
+use dynamics::prelude::*;
+
+#[derive(Dynamics)]
+#[coordinates(x)]
+struct Oscillator {
+    m: f64,
+}
+
+#[dynamics]
+impl Oscillator {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+}
+
+#[dynamics]
+impl Clone for Oscillator {
+    fn clone(&self) -> Self {
+        Self { m: self.m }
+    }
+}
+
+fn main() {}
