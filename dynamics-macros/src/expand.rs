@@ -5,7 +5,7 @@ use quote::{ToTokens, quote};
 use syn::{Ident, ImplItem, ItemImpl, ItemStruct, ReturnType, Type};
 
 use crate::compile::{CompiledModel, compile};
-use crate::diagnostics::Diagnostics;
+use crate::diagnostics::{Diagnostics, Place};
 use crate::emit::{self, Slot, Surface};
 use crate::messages;
 use crate::syntax::{self, Declaration, FieldKind, Implementation, Quantity, Role};
@@ -34,14 +34,16 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
 
 /// `#[dynamics] impl X { .. }`: hands the block to the bridge, a macro of the struct's own name.
 pub(crate) fn attribute(arguments: TokenStream, item: TokenStream) -> TokenStream {
+    let mut diagnostics = Diagnostics::new();
     if !arguments.is_empty() {
-        let error = syn::Error::new_spanned(&arguments, messages::attribute_arguments()).to_compile_error();
-        return quote!(#error #item);
+        diagnostics.error(Place::of(&arguments), &messages::attribute_arguments());
     }
-    let bridge = match syn::parse2::<ItemImpl>(item.clone()) {
+    let errors = report(&diagnostics.finish().err().unwrap_or_default());
+    let bridge = match syn::parse2::<ItemImpl>(header(item.clone())) {
         Ok(ItemImpl { self_ty, trait_: None, .. }) => match *self_ty {
             Type::Path(ty) if ty.qself.is_none() => Ok(ty.path),
-            other => Err(syn::Error::new_spanned(other, messages::impl_of_other_type())),
+            // The block itself would be rustc's second error.
+            other => return syn::Error::new_spanned(other, messages::impl_of_other_type()).to_compile_error(),
         },
         Ok(ItemImpl { trait_: Some((path, _)), .. }) => Err(syn::Error::new_spanned(path, messages::trait_impl())),
         Err(_) => Err(syn::Error::new(Span::call_site(), messages::not_an_impl())),
@@ -49,13 +51,26 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream) -> TokenStrea
     match bridge {
         Ok(mut path) => {
             path.segments.iter_mut().for_each(|segment| segment.arguments = syn::PathArguments::None);
-            quote!(#path ! { #item })
+            quote!(#errors #path ! { #item })
         }
         Err(error) => {
             let error = error.to_compile_error();
             quote!(#error #item)
         }
     }
+}
+
+/// An item with nothing in its last braces: all that is needed to know whose `impl` it is, however deep the functions nest.
+fn header(item: TokenStream) -> TokenStream {
+    let mut tokens: Vec<TokenTree> = item.into_iter().collect();
+    if let Some(TokenTree::Group(body)) = tokens.last_mut()
+        && body.delimiter() == Delimiter::Brace
+    {
+        let mut empty = proc_macro2::Group::new(Delimiter::Brace, TokenStream::new());
+        empty.set_span(body.span());
+        *body = empty;
+    }
+    tokens.into_iter().collect()
 }
 
 /// `__model!({struct} {impl})`: everything that is derived from both.
@@ -167,7 +182,16 @@ fn kept(implementation: &Implementation) -> TokenStream {
 
 /// The impl block of a model with errors: signatures remain for who calls them; bodies do not, since rustc would report their mistakes again.
 fn stubbed(implementation: TokenStream) -> TokenStream {
-    let Ok(mut item) = syn::parse2::<ItemImpl>(implementation.clone()) else { return implementation };
+    let mut depth = Diagnostics::new();
+    let readable = syntax::check_nesting(&implementation, &mut depth).is_some();
+    // That it is too deep is among the model's errors already.
+    let _ = depth.finish();
+    let shown = if readable { implementation.clone() } else { header(implementation.clone()) };
+    let Ok(mut item) = syn::parse2::<ItemImpl>(shown) else { return implementation };
+    if !item.generics.params.is_empty() {
+        // A generic struct has no coordinates that the signatures could name.
+        return TokenStream::new();
+    }
     for entry in &mut item.items {
         if let ImplItem::Fn(function) = entry {
             function.attrs.retain(kept_in_stub);

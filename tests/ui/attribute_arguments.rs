@@ -8,8 +8,9 @@ struct Oscillator {
 
 #[dynamics(fast)]
 impl Oscillator {
-    fn position(&self, q: &Coordinates<Self>) -> Expr {
-        q.x
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
     }
 }
 

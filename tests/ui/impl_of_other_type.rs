@@ -1,14 +1,8 @@
 use dynamics::prelude::*;
 
-#[derive(Dynamics)]
-#[coordinates(x)]
-struct Oscillator {
-    m: f64,
-}
-
 #[dynamics]
-impl [Oscillator] {
-    fn position(&self) -> f64 {
+impl [f64] {
+    fn kinetic(&self) -> f64 {
         0.0
     }
 }

@@ -134,7 +134,7 @@ vocabulary! {
         let slope = if q.x > 0.0 { 2.0 * q.x } else if q.y <= q.x { q.y } else { -q.x * q.x };
         slope * q.y
     }
-    fn branch_rates(&self, q: &Coordinates) -> Expr { (if q.x > q.y && q.x > 0.0 || !(q.y < 0.3) { q.x * q.y } else { q.x.sin() }).dt() }
+    fn branch_rates(&self, q: &Coordinates) -> Expr { (if q.x > q.y && q.x > 0.0 || !(q.y == 0.3) { q.x * q.y } else { q.x.sin() }).dt() }
     fn branch_assignments(&self, q: &Coordinates) -> Expr {
         let mut sum = q.x;
         let mut other = q.y * 2.0;
