@@ -20,7 +20,6 @@ mod scalar_methods;
 mod scope;
 mod sequence_methods;
 mod statements;
-pub(crate) mod suggest;
 mod values;
 mod vector_methods;
 

@@ -6,6 +6,7 @@ mod elaborate;
 mod emit;
 mod expand;
 mod messages;
+mod suggest;
 mod syntax;
 
 use proc_macro::TokenStream;

@@ -1,6 +1,6 @@
 //! The one catalogue of wording: lower case, *problem; remedy*, the user's names in backticks, no full stop.
 //!
-//! Every entry has a case under `tests/ui/` whose file is named after it; a test holds that.
+//! Every entry has a case under `tests/ui/` whose file is named after it; `tests/catalogue.rs` holds that.
 
 use std::fmt::{self, Display};
 
@@ -23,9 +23,6 @@ macro_rules! catalogue {
         $(pub(crate) fn $name($($argument: impl Display),*) -> Message {
             Message { id: stringify!($name), text: format!($text) }
         })*
-        /// All entries.
-        #[cfg(test)]
-        pub(crate) const ENTRIES: &[&str] = &[$(stringify!($name)),*];
     };
 }
 

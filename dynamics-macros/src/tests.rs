@@ -1,6 +1,5 @@
 //! Tests of everything up to the engine, on token strings: outside of a macro `proc_macro2` keeps the source, so that spans can be read.
 
-mod catalogue;
 mod errors;
 mod models;
 mod robustness;

@@ -85,7 +85,7 @@ impl<'a> Elaborator<'a> {
         ];
         let text = name.to_string();
         let renamed = RENAMED.iter().find(|(wrong, right)| *wrong == text && known.contains(right)).map(|(_, r)| *r);
-        let hint = match renamed.or_else(|| super::suggest::nearest(&text, known.iter().copied())) {
+        let hint = match renamed.or_else(|| crate::suggest::nearest(&text, known.iter().copied())) {
             Some(best) => format!("did you mean `{best}`?"),
             None if known.is_empty() => "use its parts".into(),
             None => "the manual lists what models can use".into(),
@@ -107,7 +107,7 @@ impl<'a> Elaborator<'a> {
         let implementation = self.implementation;
         let Some(index) = implementation.functions.iter().position(|f| f.name == *name) else {
             let known: Vec<String> = implementation.functions.iter().map(|f| f.name.to_string()).collect();
-            let hint = super::suggest::did_you_mean_only(&name.to_string(), known.iter().map(String::as_str));
+            let hint = crate::suggest::did_you_mean_only(&name.to_string(), known.iter().map(String::as_str));
             return self.fail(name.span(), &messages::unknown_function(name, hint));
         };
         if self.frames.iter().any(|f| f.function == Some(index)) {
@@ -180,7 +180,7 @@ impl<'a> Elaborator<'a> {
                 let message = if methods {
                     messages::function_without_self(name)
                 } else {
-                    let hint = super::suggest::did_you_mean_only(text, ["vec2", "vec3"]);
+                    let hint = crate::suggest::did_you_mean_only(text, ["vec2", "vec3"]);
                     messages::foreign_function(name, hint)
                 };
                 return self.fail(name.span(), &message);

@@ -72,7 +72,7 @@ impl Elaborator<'_> {
             Some((_, value)) => self.number(Number::Float(*value)).into(),
             None => {
                 let names = MATHEMATICS.iter().map(|(known, _)| *known);
-                let hint = super::suggest::did_you_mean_only(&name.to_string(), names);
+                let hint = crate::suggest::did_you_mean_only(&name.to_string(), names);
                 self.fail(place, &messages::unknown_name(name, hint))
             }
         }
@@ -106,7 +106,7 @@ impl Elaborator<'_> {
         let implementation = self.implementation;
         let Some(index) = implementation.constants.iter().position(|c| c.name == *name) else {
             let known: Vec<String> = implementation.constants.iter().map(|c| c.name.to_string()).collect();
-            let hint = super::suggest::did_you_mean_only(&name.to_string(), known.iter().map(String::as_str));
+            let hint = crate::suggest::did_you_mean_only(&name.to_string(), known.iter().map(String::as_str));
             return self.fail(name.span(), &messages::unknown_constant(name, hint));
         };
         match self.constants.get(index) {
@@ -137,7 +137,7 @@ impl Elaborator<'_> {
         let message = if self.coordinates.iter().any(|(known, _)| *known == text) {
             messages::coordinate_as_parameter(name)
         } else {
-            let hint = super::suggest::did_you_mean(&text, self.parameters.iter().map(|(n, _)| n.as_str()));
+            let hint = crate::suggest::did_you_mean(&text, self.parameters.iter().map(|(n, _)| n.as_str()));
             messages::unknown_parameter(name, hint)
         };
         self.fail(name.span(), &message)
@@ -156,7 +156,7 @@ impl Elaborator<'_> {
         {
             messages::rate_as_coordinate(name, base)
         } else {
-            let hint = super::suggest::did_you_mean(&text, self.coordinates.iter().map(|(n, _)| n.as_str()));
+            let hint = crate::suggest::did_you_mean(&text, self.coordinates.iter().map(|(n, _)| n.as_str()));
             messages::unknown_coordinate(name, hint)
         };
         self.fail(name.span(), &message)

@@ -226,7 +226,7 @@ impl<'a> Elaborator<'a> {
     /// A name that nothing in scope has.
     pub(super) fn unknown_variable(&mut self, name: &syn::Ident) -> Value {
         let known = self.frame().names();
-        let hint = super::suggest::did_you_mean_only(&name.to_string(), known.iter().map(String::as_str));
+        let hint = crate::suggest::did_you_mean_only(&name.to_string(), known.iter().map(String::as_str));
         self.fail(name.span(), &messages::unknown_name(name, hint))
     }
 }

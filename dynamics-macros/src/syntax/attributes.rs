@@ -8,8 +8,8 @@ use syn::{Attribute, Expr, Ident, Lit, Meta, Path, Token, UnOp};
 
 use super::structs::{Declaration, Field, FieldKind, Shape, length};
 use crate::diagnostics::{Diagnostics, Place};
-use crate::elaborate::suggest;
 use crate::messages;
+use crate::suggest;
 
 /// A generalized coordinate or an input, or an array of them.
 #[derive(Clone, Debug)]

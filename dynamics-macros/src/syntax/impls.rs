@@ -3,8 +3,8 @@
 use syn::{FnArg, Ident, ImplItem, ImplItemConst, ImplItemFn, ItemImpl, Meta, ReturnType};
 
 use crate::diagnostics::{Diagnostics, Place};
-use crate::elaborate::suggest;
 use crate::messages;
+use crate::suggest;
 
 /// What a function means to the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use crate::messages::ENTRIES;
-
 /// Entries that no model can bring about, with the reason.
 const WITHOUT_CASE: &[(&str, &str)] = &[
     ("finding", "the engine's findings are all worded; this is for those that it may learn"),
@@ -16,7 +14,7 @@ const SEVERAL: &[&str] = &["several_mistakes_at_once"];
 
 /// Text of every file of one kind below `tests/ui/`, by its stem.
 fn cases(extension: &str) -> BTreeMap<String, String> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/ui");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/ui");
     let entries = fs::read_dir(folder).expect("the workspace has the folder tests/ui");
     let paths = entries.map(|e| e.expect("readable").path());
     let wanted = paths.filter(|p| p.extension().is_some_and(|e| e == extension));
@@ -28,23 +26,37 @@ fn cases(extension: &str) -> BTreeMap<String, String> {
         .collect()
 }
 
+/// Names of the catalogue's entries, read from its source: one per line, `name(arguments) "text";`.
+fn entries() -> Vec<String> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/dynamics-macros/src/messages.rs");
+    let source = fs::read_to_string(path).expect("the catalogue is where it was");
+    let (_, table) = source.split_once("\ncatalogue! {").expect("the catalogue is a table");
+    let name = |line: &str| {
+        let (name, rest) = line.trim().split_once('(')?;
+        let plain = name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
+        (plain && rest.contains(") \"")).then(|| name.to_owned())
+    };
+    let entries: Vec<String> = table.lines().filter_map(name).collect();
+    assert!(entries.len() > 100, "the catalogue was not read: {entries:?}");
+    entries
+}
+
 /// The entry that a file is named after: the longest that it starts with.
-fn entry_of(stem: &str) -> Option<&'static str> {
-    let named = |e: &&&str| stem == **e || stem.starts_with(&format!("{e}_"));
-    ENTRIES.iter().filter(named).max_by_key(|e| e.len()).copied()
+fn entry_of<'a>(stem: &str, entries: &'a [String]) -> Option<&'a String> {
+    entries.iter().filter(|e| stem == **e || stem.starts_with(&format!("{e}_"))).max_by_key(|e| e.len())
 }
 
 #[test]
 fn every_message_has_a_case_and_every_case_a_message() {
-    let cases = cases("rs");
-    let missing: Vec<&&str> = ENTRIES
+    let (cases, entries) = (cases("rs"), entries());
+    let missing: Vec<&String> = entries
         .iter()
-        .filter(|e| !WITHOUT_CASE.iter().any(|(exempt, _)| exempt == *e))
-        .filter(|e| !cases.keys().any(|c| entry_of(c) == Some(*e)))
+        .filter(|e| !WITHOUT_CASE.iter().any(|(exempt, _)| exempt == e))
+        .filter(|e| !cases.keys().any(|c| entry_of(c, &entries) == Some(*e)))
         .collect();
     assert!(missing.is_empty(), "without a case: {missing:?}");
     let strangers: Vec<&String> =
-        cases.keys().filter(|c| entry_of(c).is_none() && !SEVERAL.contains(&c.as_str())).collect();
+        cases.keys().filter(|c| entry_of(c, &entries).is_none() && !SEVERAL.contains(&c.as_str())).collect();
     assert!(strangers.is_empty(), "named after no message: {strangers:?}");
 }
 
