@@ -11,7 +11,7 @@ mod program;
 mod state;
 mod traits;
 
-pub(crate) use bridge::{bridge, broken_bridge};
+pub(crate) use bridge::{bridge, broken_bridge, dead_bridge};
 pub(crate) use fallback::fallback;
 pub(crate) use traits::traits;
 

@@ -13,10 +13,15 @@ use crate::syntax::{self, Declaration, FieldKind, Implementation, Quantity, Role
 /// `#[derive(Dynamics)]`: the types with the model's names, and the bridge to `#[dynamics] impl`.
 pub(crate) fn derive(item: TokenStream) -> TokenStream {
     let mut diagnostics = Diagnostics::new();
-    let declaration = syntax::parse_struct(ungrouped(item), &mut diagnostics);
+    let declaration = syntax::parse_struct(ungrouped(item.clone()), &mut diagnostics);
     let errors = diagnostics.finish().err().unwrap_or_default();
     let errors = report(&errors);
-    let Some(declaration) = declaration else { return errors };
+    let Some(declaration) = declaration else {
+        // The impl block finds a bridge that drops it: its errors would only repeat the struct's.
+        let bridge = syn::parse2::<syn::DeriveInput>(item).map(|item| emit::dead_bridge(&item.ident));
+        let bridge = bridge.unwrap_or_default();
+        return quote!(#errors #bridge);
+    };
     let surface = surface(&declaration, None);
     let types = emit::named_types(&surface);
     if errors.is_empty() {

@@ -6,19 +6,28 @@
 
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
+use syn::Ident;
 
 use super::Surface;
 
 /// The macro that carries `item`, the struct without attributes of other macros.
 pub(crate) fn bridge(surface: &Surface, item: &TokenStream) -> TokenStream {
     let private = surface.private();
-    let name = &surface.name;
+    define(&surface.name, &quote!(#private::__model! { { #item } { $($implementation)* } }))
+}
+
+/// The macro of a struct that cannot be read: it drops the impl block.
+pub(crate) fn dead_bridge(name: &Ident) -> TokenStream {
+    define(name, &TokenStream::new())
+}
+
+fn define(name: &Ident, body: &TokenStream) -> TokenStream {
     let hidden = format_ident!("__dynamics_model_{}", name);
     quote! {
         #[doc(hidden)]
         #[allow(unused_macros)]
         macro_rules! #hidden {
-            ($($implementation:tt)*) => { #private::__model! { { #item } { $($implementation)* } } };
+            ($($implementation:tt)*) => { #body };
         }
         #[doc(hidden)]
         #[allow(unused_imports)]
