@@ -1,7 +1,8 @@
 //! The runtime of `dynamics`: what generated models implement, and what moves, judges and shows them.
 //!
 //! Users name only the façade crate `dynamics`.
-#![cfg_attr(not(feature = "std"), no_std)]
+// Unit tests run on a machine with the standard library, whatever the features.
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
