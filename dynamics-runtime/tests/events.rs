@@ -219,6 +219,27 @@ fn inputs_set_by_a_reset_are_held() {
     assert!(motion.summary().energy_drift < 1e-11);
 }
 
+/// A relay with memory: the mode stands in an input that only resets change, the law turns it into the force.
+#[test]
+fn an_inputs_law_sees_what_a_reset_set() {
+    let model = Driven { m: 1.0, k: 0.0, c: 0.0 };
+    let start = PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [2.0].into() };
+    let motion = model
+        .simulate(start)
+        .until(4.0)
+        .tolerance(1e-12)
+        .inputs(|_, s| [0.5 * s.inputs[0]])
+        .event("half way", |s| s.q[0] - 0.5)
+        .event("turned", |s| s.u[0])
+        .on_event("half way", Direction::Rising, |s| s.inputs[0] = -2.0)
+        .stop_at("turned", Direction::Falling)
+        .run()
+        .unwrap();
+    assert!((motion.end_time() - 2.0).abs() < 1e-10 && (motion.end().q[0] - 1.0).abs() < 1e-10);
+    assert_eq!((motion.at(0.5).inputs[0], motion.at(1.5).inputs[0]), (1.0, -1.0));
+    assert_eq!(motion.events()[0].after.inputs[0], -1.0);
+}
+
 #[test]
 fn the_state_at_an_event_has_the_accuracy_of_the_step() {
     let end = Kepler
@@ -232,6 +253,23 @@ fn the_state_at_an_event_has_the_accuracy_of_the_step() {
     let [late, off] = [end.end_time() - PI, (end.end().q[0] + 1.5).abs().max(end.end().q[1].abs())];
     assert!(late.abs() < 3e-12 && off < 3e-12, "{late:e}, {off:e}");
     assert!(end.end().q.dot(&end.end().u).abs() < 1e-15, "the event function is zero at the state itself");
+}
+
+/// The reset itself is fine, what it leads to cannot be evaluated: the motion ends before it, and no reset is in its account.
+#[test]
+fn a_reset_to_a_place_without_accelerations_is_not_kept() {
+    let model = Closure(|_, q, _| if q < 2.0 { 1.0 } else { f64::NAN });
+    let error = model
+        .simulate(at_rest_or_not([0.0], [0.0]))
+        .until(4.0)
+        .event("half", |s| s.q[0] - 0.5)
+        .on_event("half", Direction::Any, |s| s.q[0] = 3.0)
+        .run()
+        .unwrap_err();
+    assert!((error.time - 1.0).abs() < 1e-9, "{error}");
+    let motion = error.motion(&model).unwrap();
+    assert!(motion.events().is_empty() && motion.work().resets.is_empty());
+    assert!(motion.steps().map(|s| s.t).collect::<Vec<_>>().is_sorted_by(|a, b| a < b), "no state twice");
 }
 
 #[test]

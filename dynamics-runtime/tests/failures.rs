@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use common::*;
 use dynamics_runtime::motion::{
-    Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError, SimulationErrorKind,
+    Flow, Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError, SimulationErrorKind,
 };
 
 fn kind(simulation: Simulation<'_, Oscillator>) -> SimulationErrorKind {
@@ -93,6 +93,22 @@ fn inputs_without_value_or_with_a_bad_one_are_named() {
     assert_eq!(whole.at(0.25).inputs[0], 1.0);
     assert!((whole.at(0.25).q[0] - (1.0 - 0.25f64.cos())).abs() < 1e-9);
     assert!(whole.work().closure_error.abs() < 1e-9);
+}
+
+/// The interpolant of DOP853 asks for stages at 0.1, 0.2 and 7/9 of a step, which the step itself does without.
+#[test]
+fn a_step_without_interpolant_is_taken_back() {
+    let model = Driven { m: 1.0, k: 0.0, c: 0.0 };
+    let start = PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [0.0].into() };
+    let law = |t: f64, _: &PlainState<1, 1>| [if (t - 1.2).abs() < 1e-3 { f64::NAN } else { 1.0 }];
+    let run = || model.simulate(start).until(3.0).method(Method::Dop853).fixed_step(1.0).inputs(law);
+    assert_eq!(run().run().unwrap().end_time(), 3.0, "nobody asks there");
+    let error = run().event("far", |s| s.q[0] - 100.0).run().unwrap_err();
+    assert_eq!(error.kind, SimulationErrorKind::InputNotFinite { input: "force" });
+    assert_eq!(error.time, 1.0);
+    let motion = error.motion_with_inputs(&model, law).unwrap();
+    assert_eq!((motion.counts().steps, motion.steps().len(), motion.end_time()), (1, 2, 1.0));
+    assert!((motion.at(0.5).q[0] - 0.125).abs() < 1e-12, "½·1·½² = ⅛");
 }
 
 /// A bead that is shot up a cycloid reaches the cusp, where its inertia vanishes.
@@ -184,6 +200,15 @@ fn step_limits_and_cancelling_leave_the_motion_in_hand() {
         .unwrap_err();
     assert_eq!(error.kind, SimulationErrorKind::Cancelled);
     assert!(error.time > 0.0 && error.motion(&model).unwrap().end_time() == error.time);
+}
+
+#[test]
+fn nothing_is_shown_of_a_run_that_is_refused() {
+    let model = Oscillator { omega: 1.0 };
+    let observe = |state: &PlainState<1, 0>| -> Flow { panic!("shown: {state:?}") };
+    model.simulate(at_rest_or_not([f64::NAN], [0.0])).until(1.0).run_with(observe).unwrap_err();
+    model.simulate(at_rest_or_not([1.0], [0.0])).until(1.0).tolerance(-1.0).run_with(observe).unwrap_err();
+    model.simulate(at_rest_or_not([1.0], [0.0])).until(1.0).every(-1.0).run_with(observe).unwrap_err();
 }
 
 #[test]

@@ -86,6 +86,10 @@ fn observers_see_what_a_motion_keeps() {
         assert_eq!(a.t, b.t);
         assert!((a.q - b.q).norm() < 1e-13);
     }
+    // A motion of no length still has its start.
+    let mut seen = Vec::new();
+    model.simulate(start).until(0.0).output_times([0.0, 0.0]).run_with(|s| seen.push(*s)).unwrap();
+    assert_eq!(seen, [start, start]);
     let mut count = 0;
     let early = run()
         .run_with(|s| {

@@ -1,6 +1,6 @@
 //! DOP853: Dormand–Prince 8(5,3).
 //!
-//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁵ down to rounding.
+//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁴ down to rounding.
 //! * **Formula**: twelve stages of order 8; two embedded results of order 5 and 3 give the error estimate
 //!   ‖e₅‖² / √(‖e₅‖² + 0.01 ‖e₃‖²), which behaves like order 7 and is not fooled where e₅ vanishes by chance.
 //! * **Order** 8; error estimate 7.

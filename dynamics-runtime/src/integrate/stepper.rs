@@ -49,7 +49,8 @@ pub enum StepError<E> {
     },
 }
 
-/// Rejections in a row before a step is given up: each shrinks it at least to half.
+/// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one whose error is too
+/// large shrinks as the power law of the error says: neither takes half as many.
 const MOST_REJECTIONS: u32 = 60;
 /// Steps between two looks at stiffness while nothing is suspected.
 const STIFFNESS_INTERVAL: u64 = 32;

@@ -134,12 +134,14 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let h = step.h;
         let at = |kind| Halt { kind, h };
         let Plan { plant, watch, .. } = &mut *self.plan;
-        let dense = self.stepper.dense(plant, &step).map_err(|e| at(evaluation::<M>(e)))?;
+        // What the interpolant or the scan objects to lies within this step: the motion ends before it.
+        let dense = match self.stepper.dense(plant, &step) {
+            Ok(dense) => dense,
+            Err(error) => return Err(self.take_back(&step, at(evaluation::<M>(error)))),
+        };
         let state = |theta: f64| state_within::<M, _>(&dense, &step, theta, |t, q, u| plant.state(t, q, u));
         if let Err(kind) = watch.scan(&step, S::SCAN, state) {
-            // What the scan objects to lies within this step: the motion ends before it.
-            self.stepper.undo(&step);
-            return Err(at(kind));
+            return Err(self.take_back(&step, at(kind)));
         }
         let passive = watch.first_acting().unwrap_or(watch.found.len());
         for crossing in &watch.found[..passive] {
@@ -152,10 +154,20 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         };
         self.plan.watch.cut_after(acting);
         let crossing = self.plan.watch.found[acting];
-        let moves = self.end_at(&mut step, &dense, &crossing)?;
+        let whole = step;
+        let moves = match self.end_at(&mut step, &dense, &crossing) {
+            Ok(moves) => moves,
+            Err(halt) => return Err(self.take_back(&whole, halt)),
+        };
         let flow = if moves { self.hand_over(sink, &step).map_err(at)? } else { Flow::Continue };
         let acted = self.act(sink, acting, step.h)?;
         Ok(if flow == Flow::Stop { flow } else { acted })
+    }
+
+    /// Takes back a step that the sink has not seen: what it got ends where the step begins.
+    fn take_back(&mut self, step: &Step<M::Vector>, halt: Halt) -> Halt {
+        self.stepper.undo(step);
+        halt
     }
 
     /// Ends the step at the crossing, by the method itself and not by its interpolant; a few secant corrections put the event
@@ -221,13 +233,12 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         }
         let changed = before != after;
         if changed {
-            sink.stand(Record::new(self.stepper.now(), self.plan.plant.held, 0.0));
             let plant = &mut self.plan.plant;
-            if plant.law.is_none() {
-                plant.held = *after.inputs();
-            }
+            let stand = Record::new(self.stepper.now(), plant.held, 0.0);
+            hold(&mut plant.held, before.inputs(), after.inputs());
             let y = Phase { q: *after.q(), u: *after.u() };
             self.stepper.restart(plant, before.t(), y).map_err(halt::<M>)?;
+            sink.stand(stand);
         }
         // With an inputs law the state after carries what the law says of it.
         let resumed = self.now();
@@ -239,6 +250,15 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             self.plan.watch.resume(acting, &before, &resumed, h).map_err(at)?;
         }
         Ok(flow)
+    }
+}
+
+/// Holds the inputs that a reset changed; an inputs law, whose values the others may be, sees them in its state.
+fn hold<V: Vector>(held: &mut V, before: &V, after: &V) {
+    for i in 0..V::LEN {
+        if after[i] != before[i] {
+            held[i] = after[i];
+        }
     }
 }
 
@@ -312,7 +332,7 @@ impl<M: Model> Sink<M> for Keep<M> {
 /// Shows states to an observer and keeps nothing but the last.
 pub(crate) struct Show<'o, M: Model> {
     pub(crate) observer: &'o mut dyn FnMut(&M::State) -> Flow,
-    /// Output times not yet met, in the order of the motion; all accepted steps where `None`.
+    /// Output times after `next`, in the order of the motion; all accepted steps where `None`.
     pub(crate) times: Option<alloc::vec::IntoIter<f64>>,
     pub(crate) next: Option<f64>,
     pub(crate) last: Option<Record<M>>,

@@ -163,7 +163,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Calls `action` with the state at every crossing of an event in the given direction (along the motion): an impact changes
     /// velocities, a switch changes inputs. It may return [`Flow::Stop`] to end the simulation there. Inputs that it sets are
-    /// held, unless [`Simulation::inputs`] supplies them.
+    /// held; where [`Simulation::inputs`] supplies them, the closure sees what was set in the state that it gets.
     pub fn on_event<R: Into<Flow>>(
         mut self,
         name: &str,
@@ -195,9 +195,10 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     /// Runs the simulation and keeps its motion.
-    pub fn run(self) -> Result<Motion<'m, M>, SimulationError<M>> {
+    pub fn run(mut self) -> Result<Motion<'m, M>, SimulationError<M>> {
+        let checked = self.check()?;
         let mut keep = Keep { records: Vec::new(), events: Vec::new() };
-        let (run, result) = self.prepare_and_run(&mut keep)?;
+        let (run, result) = self.fly(checked, &mut keep)?;
         let trajectory = Trajectory { records: keep.records, events: keep.events, ..run.trajectory };
         match result {
             Ok(()) => Ok(Motion::new(run.model, run.constants, run.law, trajectory)),
@@ -208,23 +209,25 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     /// Runs the simulation and keeps nothing: shows every accepted state, or the states at the output times where such are
     /// given, to `observer`, which may end it. Returns the last state.
     pub fn run_with<R: Into<Flow>>(
-        self,
+        mut self,
         mut observer: impl FnMut(&M::State) -> R,
     ) -> Result<M::State, SimulationError<M>> {
-        let times = self.output_list().map_err(|error| self.refused(error.into()))?;
-        let mut times = times.map(Vec::into_iter);
-        let next = times.as_mut().and_then(Iterator::next);
+        let checked = self.check()?;
         let mut observer = |state: &M::State| observer(state).into();
         let start = self.start;
-        if times.is_none() {
-            // The run itself shows the ends of its steps.
-            let first = with_inputs::<M>(self.law.as_ref(), start);
+        let times = checked.output_times.clone();
+        // The start is shown here, as often as it is asked for; the run itself shows what its steps reach.
+        let at_start = times.as_ref().map_or(1, |times| times.iter().take_while(|t| **t == start.t()).count());
+        let first = with_inputs::<M>(self.law.as_ref(), start);
+        for _ in 0..at_start {
             if observer(&first) == Flow::Stop {
                 return Ok(first);
             }
         }
+        let mut times = times.map(|mut times| times.split_off(at_start).into_iter());
+        let next = times.as_mut().and_then(Iterator::next);
         let mut show = Show { observer: &mut observer, times, next, last: None };
-        let (run, result) = self.prepare_and_run(&mut show)?;
+        let (run, result) = self.fly(checked, &mut show)?;
         let last = show.last.unwrap_or_else(|| Record::unmoved(start));
         match result {
             Ok(()) => Ok(with_inputs::<M>(run.law.as_ref(), last.state)),
@@ -232,16 +235,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         }
     }
 
-    /// Checks the options and runs into a sink.
-    #[allow(clippy::type_complexity)]
-    fn prepare_and_run(
-        mut self,
-        sink: &mut impl Sink<M>,
-    ) -> Result<(Ran<'m, M>, Result<(), Halt>), SimulationError<M>> {
-        let checked = match self.check() {
-            Ok(checked) => checked,
-            Err(kind) => return Err(self.refused(kind)),
-        };
+    /// Runs into a sink, with the options checked.
+    fn fly(mut self, checked: Checked<'m, M>, sink: &mut impl Sink<M>) -> Result<Landed<'m, M>, SimulationError<M>> {
         let constants = match self.model.constants() {
             Ok(constants) => constants,
             Err(error) => return Err(self.refused(SimulationErrorKind::SingularMassMatrix(error))),
@@ -297,7 +292,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         SimulationError { kind, time: start.t(), step: 0.0, state: Box::new(start), trajectory: None }
     }
 
-    fn check(&mut self) -> Result<Checked<'m, M>, SimulationErrorKind> {
+    fn check(&mut self) -> Result<Checked<'m, M>, SimulationError<M>> {
+        self.check_options().map_err(|error| self.refused(error.into()))
+    }
+
+    fn check_options(&mut self) -> Result<Checked<'m, M>, OptionError> {
         self.check_start()?;
         let end = self.end.ok_or(OptionError::NoEnd)?;
         number("until", end, end.is_finite(), "a finite time")?;
@@ -433,6 +432,9 @@ struct Ran<'m, M: Simulate> {
     law: Option<InputLaw<'m, M>>,
     trajectory: Trajectory<M>,
 }
+
+/// A run with how it ended.
+type Landed<'m, M> = (Ran<'m, M>, Result<(), Halt>);
 
 fn number(option: &'static str, value: f64, good: bool, admissible: &'static str) -> Result<(), OptionError> {
     if good { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
