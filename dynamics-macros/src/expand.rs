@@ -178,7 +178,7 @@ fn kept(implementation: &Implementation) -> TokenStream {
         if let ImplItem::Fn(function) = entry {
             let known = implementation.functions.iter().find(|f| f.name == function.sig.ident);
             if known.is_some_and(|f| f.role != Role::Helper) {
-                function.attrs.push(syn::parse_quote!(#[allow(dead_code)]));
+                function.attrs.push(syn::parse_quote!(#[allow(dead_code, clippy::unused_self)]));
             }
         }
     }

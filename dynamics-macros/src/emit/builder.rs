@@ -21,7 +21,7 @@ pub(super) fn builder(surface: &Surface) -> TokenStream {
     quote! {
         #[doc = #doc]
         #derive
-        #[allow(dead_code)]
+        #[allow(dead_code, clippy::exhaustive_structs)]
         #[must_use]
         #vis struct #name {
             state: #state,

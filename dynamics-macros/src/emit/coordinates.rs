@@ -25,7 +25,7 @@ pub(super) fn coordinates(surface: &Surface) -> TokenStream {
     quote! {
         #[doc = #doc]
         #derive
-        #[allow(dead_code)]
+        #[allow(dead_code, clippy::exhaustive_structs)]
         #vis struct #name {
             #(#coordinates)*
             #(#inputs)*

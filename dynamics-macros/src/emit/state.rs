@@ -27,7 +27,7 @@ pub(super) fn state(surface: &Surface) -> TokenStream {
     quote! {
         #[doc = #doc]
         #derive
-        #[allow(dead_code)]
+        #[allow(dead_code, clippy::exhaustive_structs)]
         #vis struct #name {
             /// Time.
             #vis t: #private::f64,
