@@ -1,6 +1,7 @@
 //! Tests of everything up to the engine, on token strings: outside of a macro `proc_macro2` keeps the source, so that spans can be read.
 
 mod errors;
+mod expansion;
 mod models;
 mod robustness;
 mod vocabulary;
