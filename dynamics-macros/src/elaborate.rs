@@ -13,6 +13,7 @@ mod dimensions;
 mod expressions;
 mod operators;
 mod origins;
+mod outside;
 mod paths;
 mod patterns;
 mod roles;
@@ -26,8 +27,6 @@ mod vector_methods;
 use std::collections::BTreeSet;
 
 use dynamics_symbolic::mechanics::Model;
-use proc_macro2::{TokenStream, TokenTree};
-use quote::ToTokens;
 
 use crate::diagnostics::Diagnostics;
 use crate::syntax::{Declaration, Implementation};
@@ -95,30 +94,6 @@ pub(crate) fn elaborate(
     elaborator.declare();
     elaborator.roles();
     elaborator.name_inferred_units();
-    let outside = implementation.functions.iter().enumerate().filter(|(i, _)| !elaborator.reached.contains(i));
-    let mut read_elsewhere = BTreeSet::new();
-    for (_, function) in outside {
-        fields_read(function.item.block.to_token_stream(), &mut read_elsewhere);
-    }
-    elaborator.model.read_elsewhere = read_elsewhere.into_iter().collect();
+    elaborator.readers_outside();
     Elaborated { model: elaborator.model, origins: elaborator.origins }
-}
-
-/// Names after `self.` in a function that is not elaborated.
-fn fields_read(tokens: TokenStream, names: &mut BTreeSet<String>) {
-    let mut before = [String::new(), String::new()];
-    for tree in tokens {
-        if let TokenTree::Group(group) = &tree {
-            fields_read(group.stream(), names);
-        }
-        let text = match &tree {
-            TokenTree::Group(_) => String::new(),
-            tree => tree.to_string(),
-        };
-        if before == ["self", "."] {
-            names.insert(text.clone());
-        }
-        let [_, last] = before;
-        before = [last, text];
-    }
 }

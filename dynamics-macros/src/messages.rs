@@ -64,6 +64,7 @@ catalogue! {
     two_roles(function, first, second) "`{function}` is both `#[{first}]` and `#[{second}]`; give each role its own function";
     duplicate_role(name, first) "`#[{name}]` is already on `{first}`; a model has only one";
     misspelt_role(name, role) "no role is called `{name}`; did you mean `#[{role}]`?";
+    forgotten_role(function, field) "`{function}` has no role and no function calls it, yet only it reads `{field}`; mark it `#[potential]`, `#[force]`, `#[output]` or what it is meant to be";
     no_kinetic_energy(name) "`{name}` has no kinetic energy; mark a function `#[kinetic]` or `#[lagrangian]`";
     role_signature(role, form) "`#[{role}]` needs another signature; write `{form}`";
     role_result(role, expected, found) "`#[{role}]` returns {found} here; return {expected}";
