@@ -499,6 +499,82 @@ mod everything {
     }
 }
 
+mod choices {
+    use super::*;
+
+    /// A ball that meets a wall with Hertz's law on one side, held by a rope that can be slack on the other: the branch not taken is outside
+    /// of its domain, 0/0 or a root of a negative number.
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x, y)]
+    struct Ball {
+        m: f64,
+        wall: f64,
+        rope: f64,
+        length: f64,
+        damping: f64,
+    }
+
+    #[dynamics]
+    impl Ball {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * vec2(q.x, q.y).dt().norm_squared()
+        }
+        #[potential]
+        fn contact(&self, q: &Coordinates<Self>) -> Expr {
+            if q.x < 0.0 { self.wall * (-q.x).powf(2.5) } else { Expr::ZERO }
+        }
+        #[potential]
+        fn rope(&self, q: &Coordinates<Self>) -> Expr {
+            let stretch = vec2(q.x, q.y).norm() - self.length;
+            if stretch > 0.0 { 0.5 * self.rope * stretch.powi(2) } else { Expr::ZERO }
+        }
+        #[force]
+        fn damper(&self, q: &Coordinates<Self>) -> Force {
+            let closing = if q.x < 0.0 { (-q.x).sqrt() * q.x.dt() } else { Expr::ZERO };
+            Force::along(q.x, -self.damping * closing) + Force::along(q.y, -self.damping * (q.y.sqrt()).max(1.0).ln())
+        }
+    }
+
+    fn model(p: &[f64]) -> Ball {
+        Ball { m: p[0], wall: p[1], rope: p[2], length: p[3], damping: p[4] }
+    }
+
+    #[test]
+    fn by_two_routes_on_every_side() {
+        let parameters = [1.2, 30.0, 20.0, 1.5, 0.4];
+        for center in [2.5, 0.95] {
+            let model = model(&parameters);
+            verify(
+                &model,
+                center,
+                |q| model.kinetic(q) - model.contact(q) - model.rope(q),
+                |q| model.damper(q).power(),
+            );
+        }
+        verify_parameters(model, &parameters, 2.5);
+    }
+
+    #[test]
+    fn the_branch_not_taken_leaks_nothing() {
+        let model = model(&[1.2, 30.0, 20.0, 1.5, 0.4]);
+        for (x, y) in [(0.0, 0.0), (0.3, 0.2), (-0.2, 0.1), (3.0, 2.0), (-2.0, 0.5)] {
+            let state = model.state().x(x).y(y).x_rate(0.3).y_rate(-0.1).build().unwrap();
+            let a = model.accelerations(&state).unwrap();
+            let jacobian = model.state_jacobian(&state).unwrap();
+            let numbers = a.iter().chain(jacobian.by_q.iter()).chain(jacobian.by_u.iter());
+            assert!(numbers.into_iter().all(|v| v.is_finite()), "at ({x}, {y}): {a} {jacobian:?}");
+            if x > 0.0 && x.hypot(y) < 1.5 {
+                assert_eq!(a[0], 0.0, "nothing touches the ball at ({x}, {y})");
+            }
+        }
+        // In the wall: −∂V/∂x = 2.5 k (−x)^1.5, less the damper.
+        let state = model.state().x(-0.2).y(0.1).x_rate(0.3).build().unwrap();
+        let expected = (2.5 * 30.0 * 0.2f64.powf(1.5) - 0.4 * 0.2f64.sqrt() * 0.3) / 1.2;
+        near(model.accelerations(&state).unwrap()[0], expected, expected, 1e-14, "force of the wall");
+    }
+}
+
 #[test]
 fn a_linear_change_of_coordinates_gives_the_same_motion() {
     // The double pendulum of above in the coordinates (θ₁, θ₂ − θ₁): relative instead of absolute angles.

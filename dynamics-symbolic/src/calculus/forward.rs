@@ -2,7 +2,7 @@
 
 use crate::graph::{Graph, Node, NodeId, Symbol};
 
-use super::local::partials;
+use super::local::{Choice, partials};
 
 /// Derivatives of `roots` along the direction in which every symbol s moves with velocity `seed(s)` (`None`: it does not move).
 pub fn directional(
@@ -20,6 +20,13 @@ pub fn directional(
             continue;
         }
         if node.children().all(|c| tangent[c.index()].is_none()) {
+            continue;
+        }
+        if let Some(choice) = Choice::of(node) {
+            let zero = g.zero();
+            let [then, otherwise] = [choice.then, choice.otherwise].map(|c| tangent[c.index()].unwrap_or(zero));
+            let chosen = choice.between(g, then, otherwise);
+            tangent[id.index()] = Some(chosen).filter(|s| !g.is_zero(*s));
             continue;
         }
         let locals = partials(g, id, &|c| tangent[c.index()].is_some());

@@ -5,6 +5,39 @@
 
 use crate::graph::{Binary, Comparison, Graph, Node, NodeId, Number, Unary};
 
+/// A node that takes the value of one of two others.
+///
+/// Its derivative is a choice between their derivatives. A sum of both, weighted by 1 and 0, will not do: 0 · NaN is NaN, and the branch
+/// not taken is often outside of its domain, which is why it is not taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Choice {
+    comparison: Comparison,
+    left: NodeId,
+    right: NodeId,
+    pub(super) then: NodeId,
+    pub(super) otherwise: NodeId,
+}
+
+impl Choice {
+    /// The choice that a node is, if it is one.
+    pub(super) fn of(node: Node) -> Option<Self> {
+        let comparison = Comparison::LessEqual;
+        match node {
+            Node::Select { comparison, left, right, then, otherwise } => {
+                Some(Self { comparison, left, right, then, otherwise })
+            }
+            Node::Binary(Binary::Min, a, b) => Some(Self { comparison, left: a, right: b, then: a, otherwise: b }),
+            Node::Binary(Binary::Max, a, b) => Some(Self { comparison, left: b, right: a, then: a, otherwise: b }),
+            _ => None,
+        }
+    }
+
+    /// The same choice between two other nodes.
+    pub(super) fn between(self, g: &mut Graph, then: NodeId, otherwise: NodeId) -> NodeId {
+        g.select(self.comparison, self.left, self.right, then, otherwise)
+    }
+}
+
 /// Partial derivatives of `node` with respect to the arguments for which `wanted` holds: (argument, partial).
 pub(super) fn partials(g: &mut Graph, id: NodeId, wanted: &dyn Fn(NodeId) -> bool) -> Vec<(NodeId, NodeId)> {
     let mut out = Vec::with_capacity(2);
@@ -39,15 +72,8 @@ pub(super) fn partials(g: &mut Graph, id: NodeId, wanted: &dyn Fn(NodeId) -> boo
             }
         }
         Node::Binary(f, a, b) => binary(g, id, f, (a, b), wanted, &mut out),
-        Node::Select { comparison, left, right, then, otherwise } => {
-            let (one, zero) = (g.one(), g.zero());
-            if wanted(then) {
-                out.push((then, g.select(comparison, left, right, one, zero)));
-            }
-            if wanted(otherwise) {
-                out.push((otherwise, g.select(comparison, left, right, zero, one)));
-            }
-        }
+        // Choices have no partial derivatives that could be multiplied: see [`Choice`].
+        Node::Select { .. } => {}
         Node::Smooth { function, order, argument } => {
             if wanted(argument) {
                 out.push((argument, g.smooth(function, order + 1, argument)));
@@ -150,15 +176,6 @@ fn binary(
                 out.push((b, g.mul(id, log)));
             }
         }
-        Binary::Min | Binary::Max => {
-            let (one, zero) = (g.one(), g.zero());
-            let (x, y) = if f == Binary::Min { (a, b) } else { (b, a) };
-            if wanted(a) {
-                out.push((a, g.select(Comparison::LessEqual, x, y, one, zero)));
-            }
-            if wanted(b) {
-                out.push((b, g.select(Comparison::LessEqual, x, y, zero, one)));
-            }
-        }
+        Binary::Min | Binary::Max => {}
     }
 }
