@@ -6,6 +6,7 @@
 //! A motion keeps for each step only its start. The interpolant of a step is computed again where it is asked for, with the same
 //! stages that made the step, and so has the method's own dense order; a run pays for it only where events are watched.
 
+mod conditioning;
 mod error;
 mod leave;
 mod plant;
@@ -19,6 +20,7 @@ mod watch;
 mod work;
 
 pub use crate::integrate::{Direction, Method};
+pub use conditioning::Conditioning;
 pub(crate) use error::suggest;
 pub use error::{MotionError, OptionError, SimulationError, SimulationErrorKind};
 pub use query::{Motion, Sampler};

@@ -215,6 +215,34 @@ fn summaries_read_well() {
     assert!((largest - motion.summary().energy_drift).abs() <= 1e-3 * largest);
 }
 
+/// A light bob above a heavy one: S = [[1, r], [r, 1]] with r = cos(θ₁ − θ₂) √(m₂/(m₁ + m₂)), so κ = (1 + |r|)/(1 − |r|).
+#[test]
+fn the_worst_conditioning_is_found_whatever_the_units() {
+    for (m1, m2, l1, l2) in [(1.0, 1.0, 1.0, 1.0), (1e-6, 1.0, 1.0, 1.0), (1.0, 2.0, 1e3, 1e-3)] {
+        let model = DoublePendulum { m1, m2, l1, l2, g: 9.8 };
+        let motion = model.simulate(at_rest_or_not([0.3, -0.5], [0.0, 0.0])).until(1.0).run().unwrap();
+        let number = |s: &PlainState<2, 0>| {
+            let r = ((s.q[0] - s.q[1]).cos() * (m2 / (m1 + m2)).sqrt()).abs();
+            (1.0 + r) / (1.0 - r)
+        };
+        let worst = motion.steps().max_by(|a, b| number(a).total_cmp(&number(b))).unwrap();
+        let found = motion.summary().conditioning;
+        assert!((found.largest / number(&worst) - 1.0).abs() < 1e-8, "{found:?} instead of {}", number(&worst));
+        assert_eq!(found.time, worst.t);
+        let line = format!("conditioning mass matrix {:.1e} at most, at t = ", found.largest);
+        assert!(motion.summary().to_string().contains(&line), "{}", motion.summary());
+    }
+    let model = Oscillator { omega: 1.0 };
+    let motion = model.simulate(at_rest_or_not([1.0], [0.0])).until(1.0).run().unwrap();
+    assert_eq!(motion.summary().conditioning.largest, 1.0);
+    assert!(!motion.summary().to_string().contains("conditioning"));
+    // At the cusp the bead has no inertia.
+    let cusp = at_rest_or_not([std::f64::consts::PI], [1.0]);
+    let bead = CycloidBead { radius: 1.0, g: 9.81 };
+    let error = bead.simulate(cusp).until(1.0).run().unwrap_err();
+    assert_eq!(error.motion(&bead).unwrap().summary().conditioning.largest, f64::INFINITY);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 

@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 
+use super::conditioning::Conditioning;
 use super::query::Motion;
 use super::simulate::Simulate;
 use crate::integrate::Method;
@@ -50,6 +51,8 @@ pub struct Summary {
     pub has_work: bool,
     /// Drift of every quantity that the model knows to be conserved, beside the energy.
     pub conserved: Vec<Drift>,
+    /// Worst conditioning of the mass matrix over the accepted states.
+    pub conditioning: Conditioning,
     /// Names of the events and how often each happened.
     pub events: Vec<(String, usize)>,
     /// Whether an event ended the motion: its name.
@@ -59,8 +62,8 @@ pub struct Summary {
 }
 
 impl<M: Simulate> Motion<'_, M> {
-    /// Method, costs, drift and events. Computes energies and works along the motion, so it costs about as much as the run where the
-    /// model has forces.
+    /// Method, costs, drift, conditioning and events. Computes energies, works and condition numbers along the motion, so it costs about as
+    /// much as the run.
     #[must_use]
     pub fn summary(&self) -> Summary {
         let history = self.energy_history();
@@ -90,6 +93,7 @@ impl<M: Simulate> Motion<'_, M> {
             energy_name: if M::POWERS.is_empty() { kept.unwrap_or("energy") } else { "energy less work" },
             has_work: !M::POWERS.is_empty(),
             conserved: self.drifts().into_iter().filter(|drift| !is_energy(&drift.name)).collect(),
+            conditioning: self.conditioning(),
             events,
             stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
             stiff_at: counts.stiff_at,
@@ -148,6 +152,10 @@ impl fmt::Display for Summary {
             } else {
                 write!(f, "\n               {name} stays within {largest:.1e} of its start")?;
             }
+        }
+        let Conditioning { largest, time } = self.conditioning;
+        if largest != 1.0 {
+            write!(f, "\n  conditioning mass matrix {largest:.1e} at most, at t = {}", Rounded(time))?;
         }
         for (i, (name, count)) in self.events.iter().enumerate() {
             let label = if i == 0 { "events" } else { "" };
