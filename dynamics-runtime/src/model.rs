@@ -3,7 +3,7 @@
 //! The traits are implemented by the code that `#[dynamics]` emits; a hand-written implementation is as good as
 //! a generated one, and the tests use such to check the runtime by itself.
 
-use core::fmt::Debug;
+use core::fmt::{self, Debug};
 use core::ops::{Index, IndexMut};
 
 use nalgebra::SVector;
@@ -168,14 +168,38 @@ pub trait Linearize: Dynamics {
 }
 
 /// q̈ and its derivatives with respect to the state.
-#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateJacobian<M: Model> {
     /// q̈.
     pub accelerations: M::Vector,
-    /// ∂q̈/∂q, row i column j = ∂q̈ᵢ/∂qⱼ.
+    /// ∂q̈/∂q, N×N, row i column j = ∂q̈ᵢ/∂qⱼ.
     pub by_q: M::Matrix,
-    /// ∂q̈/∂q̇.
+    /// ∂q̈/∂q̇, N×N, row i column j = ∂q̈ᵢ/∂q̇ⱼ.
     pub by_u: M::Matrix,
+}
+
+// By hand, because a derive would ask the same of the model.
+impl<M: Model> Clone for StateJacobian<M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M: Model> Copy for StateJacobian<M> {}
+
+impl<M: Model> PartialEq for StateJacobian<M> {
+    fn eq(&self, other: &Self) -> bool {
+        self.accelerations == other.accelerations && self.by_q == other.by_q && self.by_u == other.by_u
+    }
+}
+
+impl<M: Model> Debug for StateJacobian<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("StateJacobian")
+            .field("accelerations", &self.accelerations)
+            .field("by_q", &self.by_q)
+            .field("by_u", &self.by_u)
+            .finish()
+    }
 }
 
 /// Power of everything that changes the energy function: dE/dt = Σ powers.

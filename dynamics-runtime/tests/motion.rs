@@ -5,6 +5,7 @@ mod common;
 use common::*;
 use dynamics_runtime::model::ModelState;
 use dynamics_runtime::motion::{Flow, Method, Simulate};
+use nalgebra::SMatrix;
 use proptest::prelude::*;
 
 const METHODS: [Method; 3] = [Method::Rk4, Method::DormandPrince5, Method::Dop853];
@@ -213,6 +214,24 @@ fn summaries_read_well() {
     assert_eq!(errors.len(), motion.steps().len());
     let largest = errors.iter().map(|(_, e)| e.abs()).fold(0.0, f64::max);
     assert!((largest - motion.summary().energy_drift).abs() <= 1e-3 * largest);
+}
+
+/// Jacobians are values whatever the model is: the oscillator is neither `Copy` nor `Debug` nor comparable.
+#[test]
+fn jacobians_are_values() {
+    use dynamics_runtime::model::StateJacobian;
+    let jacobian = StateJacobian::<Oscillator> {
+        accelerations: [1.0].into(),
+        by_q: SMatrix::<f64, 1, 1>::new(-4.0),
+        by_u: SMatrix::<f64, 1, 1>::new(0.0),
+    };
+    let copy = jacobian;
+    assert_eq!(jacobian, copy);
+    assert_ne!(jacobian, StateJacobian { by_u: SMatrix::<f64, 1, 1>::new(1.0), ..copy });
+    assert!(
+        format!("{jacobian:?}").starts_with("StateJacobian { accelerations: [[1.0]], by_q: [[-4.0]]"),
+        "{jacobian:?}"
+    );
 }
 
 /// A light bob above a heavy one: S = [[1, r], [r, 1]] with r = cos(θ₁ − θ₂) √(m₂/(m₁ + m₂)), so κ = (1 + |r|)/(1 − |r|).

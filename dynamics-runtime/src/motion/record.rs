@@ -61,6 +61,7 @@ pub struct EventRecord<S> {
 
 impl<S: ModelState> EventRecord<S> {
     /// When it happened.
+    #[must_use]
     pub fn time(&self) -> f64 {
         self.before.t()
     }
