@@ -44,9 +44,15 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream) -> TokenStrea
         diagnostics.error(Place::of(&arguments), &messages::attribute_arguments());
     }
     let errors = report(&diagnostics.finish().err().unwrap_or_default());
-    let bridge = match syn::parse2::<ItemImpl>(header(item.clone())) {
+    let header = header(item.clone());
+    if !is_shallow(&header) {
+        return syn::Error::new(Span::call_site(), messages::not_an_impl()).to_compile_error();
+    }
+    let bridge = match syn::parse2::<ItemImpl>(header) {
         Ok(ItemImpl { self_ty, trait_: None, .. }) => match *self_ty {
-            Type::Path(ty) if ty.qself.is_none() => Ok(ty.path),
+            Type::Path(ty) if ty.qself.is_none() && ty.path.segments.first().is_some_and(|s| s.ident != "Self") => {
+                Ok(ty.path)
+            }
             // The block itself would be rustc's second error.
             other => return syn::Error::new_spanned(other, messages::impl_of_other_type()).to_compile_error(),
         },
@@ -63,6 +69,14 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream) -> TokenStrea
             quote!(#error #item)
         }
     }
+}
+
+/// Whether `syn` may see the tokens; what is too deep is reported by whoever parses in earnest.
+fn is_shallow(tokens: &TokenStream) -> bool {
+    let mut depth = Diagnostics::new();
+    let shallow = syntax::check_nesting(tokens, &mut depth).is_some();
+    let _ = depth.finish();
+    shallow
 }
 
 /// An item with nothing in its last braces: all that is needed to know whose `impl` it is, however deep the functions nest.
@@ -187,11 +201,11 @@ fn kept(implementation: &Implementation) -> TokenStream {
 
 /// The impl block of a model with errors: signatures remain for who calls them; bodies do not, since rustc would report their mistakes again.
 fn stubbed(implementation: TokenStream) -> TokenStream {
-    let mut depth = Diagnostics::new();
-    let readable = syntax::check_nesting(&implementation, &mut depth).is_some();
     // That it is too deep is among the model's errors already.
-    let _ = depth.finish();
-    let shown = if readable { implementation.clone() } else { header(implementation.clone()) };
+    let shown = if is_shallow(&implementation) { implementation.clone() } else { header(implementation.clone()) };
+    if !is_shallow(&shown) {
+        return TokenStream::new();
+    }
     let Ok(mut item) = syn::parse2::<ItemImpl>(shown) else { return implementation };
     if !item.generics.params.is_empty() {
         // A generic struct has no coordinates that the signatures could name.

@@ -5,7 +5,7 @@ mod common;
 use common::{Builder, chain};
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::compile::{LIMIT, compile};
-use dynamics_symbolic::graph::{FunctionId, Origin};
+use dynamics_symbolic::graph::{FunctionId, Number, Origin};
 use dynamics_symbolic::mechanics::{EnergyRole, Function};
 
 #[test]
@@ -94,4 +94,36 @@ fn a_smooth_function_is_not_differentiated_more_than_three_times() {
     b.energy("potential", EnergyRole::Potential, bend);
     let found = compile(b.model).expect_err("a fourth derivative");
     assert_eq!(found, [Finding::TooManyDerivatives { name: "track".into(), origin: Origin(7) }]);
+}
+
+#[test]
+fn products_of_numbers_beyond_f64_end() {
+    // 4·2¹⁰²³ is no f64 and stays a product, which no rule may take apart and put together again for ever.
+    let mut b = Builder::new("Huge");
+    let (p, x) = (b.parameter("p"), b.coordinate("x"));
+    let large = b.g().number(Number::Float(2f64.powi(1023)));
+    let four = b.ratio(4, 1);
+    let beyond = b.mul(four, large);
+    for symbol in [p, x] {
+        let (product, inside) = (b.mul(beyond, symbol), b.mul(large, symbol));
+        let around = b.mul(four, inside);
+        let again = b.mul(around, beyond);
+        let sum = b.add(product, again);
+        let doubled = b.add(sum, sum);
+        assert_eq!(product, around);
+        assert!(!b.g().is_zero(doubled));
+    }
+}
+
+#[test]
+fn integers_beyond_the_modulus_of_fingerprints_are_told_apart() {
+    let mut b = Builder::new("Modulus");
+    let modulus = (1i64 << 61) - 1;
+    for n in [modulus, modulus + 1, -modulus, 1 << 60, (1 << 60) - 1] {
+        let (large, reduced) = (b.g().integer(n), b.g().integer(n % modulus));
+        let (above, below) = (b.g().integer(n / 2 + 1), b.g().integer(n / 2 + 1 - modulus));
+        assert!(n.abs() < modulus || large != reduced, "{n}");
+        assert_ne!(above, below, "{n}");
+        assert!(!b.g().is_zero(large) && !b.g().is_one(large), "{n}");
+    }
 }

@@ -13,7 +13,11 @@ impl Graph {
     pub(super) fn folded(&mut self, number: Number, value: Fingerprint) -> NodeId {
         match number {
             Number::Rational(..) => self.number(number),
-            Number::Float(_) => self.intern(Node::Number(number), value),
+            // Powers of two reach 1 modulo 2⁶¹ − 1: what another number already owns is not this number's.
+            Number::Float(x) => match self.known(&Node::Number(number), value).and_then(|id| self.as_number(id)) {
+                Some(other) if (other.value() - x).abs() > 1e-9 * x.abs() => self.number(number),
+                _ => self.intern(Node::Number(number), value),
+            },
         }
     }
     /// An integer.
@@ -67,12 +71,18 @@ impl Graph {
         self.dependence(id).within(Dependence::PARAMETERS)
     }
 
+    /// Whether a node contains no symbol: a number, or an operation on numbers that could not be folded.
+    fn is_numeric(&self, id: NodeId) -> bool {
+        self.dependence(id).within(Dependence::NONE)
+    }
+
     /// Two nodes as (factor, rest): a parameter-only factor, or, where both are parameter-only, a number. Numbers stand outside parameters and
     /// parameters outside everything else, so that like terms meet and parameter-only work can be hoisted.
     fn split(&mut self, a: NodeId, b: NodeId) -> [(NodeId, NodeId); 2] {
         let numbers = self.is_constant(a) && self.is_constant(b);
         [a, b].map(|id| {
-            let is_factor = |x| if numbers { self.as_number(x).is_some() } else { self.is_constant(x) };
+            // A product of numbers that is beyond f64 stays a node; it is a number all the same.
+            let is_factor = |x| if numbers { self.is_numeric(x) } else { self.is_constant(x) };
             match self.node(id) {
                 _ if is_factor(id) => (id, self.one()),
                 Node::Mul(factor, rest) if is_factor(factor) => (factor, rest),
@@ -217,9 +227,10 @@ impl Graph {
             return known;
         }
         let [(p, x), (r, y)] = self.split(a, b);
-        let trivial = self.is_one(x) || self.is_one(y);
+        // Factors without a rest are already as far outside as they can be.
+        let rests = [x, y].iter().filter(|x| !self.is_one(**x)).count();
         let factors = [p, r].iter().filter(|f| !self.is_one(**f)).count();
-        if factors == 2 || factors == 1 && !trivial {
+        if factors == 2 && rests > 0 || factors == 1 && rests == 2 {
             let (factor, rest) = (self.mul(p, r), self.mul(x, y));
             return self.mul(factor, rest);
         }

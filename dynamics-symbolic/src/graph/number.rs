@@ -44,8 +44,9 @@ fn divide(n: i128, d: i128) -> f64 {
     if n < 0 { -value } else { value }
 }
 
-/// Largest magnitude of numerator and denominator, so that products of two fit into `i128`.
-const LIMIT: i128 = 1 << 62;
+/// Bound of numerator and denominator: products of two fit into `i128`, and two integers below it differ by less than the fingerprints' modulus
+/// 2⁶¹ − 1, or 2⁶¹ would be taken for 1.
+const LIMIT: i128 = 1 << 60;
 
 impl Number {
     /// Zero.

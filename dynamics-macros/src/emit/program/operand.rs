@@ -8,11 +8,11 @@ use super::super::{Surface, local};
 use super::Printer;
 
 /// Where a function finds what it does not compute.
-pub(in crate::emit) struct Access<'a> {
+pub(in super::super) struct Access<'a> {
     /// The nodes.
-    pub(in crate::emit) graph: &'a Graph,
+    pub(in super::super) graph: &'a Graph,
     /// Path of what generated code uses.
-    pub(in crate::emit) private: TokenStream,
+    pub(in super::super) private: TokenStream,
     /// Expressions of the parameters, in order.
     parameters: Vec<TokenStream>,
     /// Expressions of the smooth functions, in order.
@@ -21,7 +21,7 @@ pub(in crate::emit) struct Access<'a> {
 
 impl<'a> Access<'a> {
     /// Parameters and functions are fields of `model`.
-    pub(in crate::emit) fn new(surface: &Surface, graph: &'a Graph) -> Self {
+    pub(in super::super) fn new(surface: &Surface, graph: &'a Graph) -> Self {
         let model = local("model");
         Self {
             graph,

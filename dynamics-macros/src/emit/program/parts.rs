@@ -11,28 +11,28 @@ use super::super::{Surface, local};
 use super::{Access, PART, Printer, SPLIT, all_steps, defined, read};
 
 /// A printed program.
-pub(in crate::emit) struct Printed {
+pub(in super::super) struct Printed {
     /// Functions that the body calls, to stand beside it.
-    pub(in crate::emit) functions: TokenStream,
+    pub(in super::super) functions: TokenStream,
     /// Statements that compute the results.
-    pub(in crate::emit) statements: TokenStream,
+    pub(in super::super) statements: TokenStream,
     /// The results in order, as expressions after the statements.
-    pub(in crate::emit) results: Vec<TokenStream>,
+    pub(in super::super) results: Vec<TokenStream>,
 }
 
 /// What a function body can read, by these names: `model`, `t`, `q`, `u`, `w` and, where `staged`, the constants `k`.
-pub(in crate::emit) struct Body<'a> {
+pub(in super::super) struct Body<'a> {
     /// Where values come from.
-    pub(in crate::emit) access: &'a Access<'a>,
+    pub(in super::super) access: &'a Access<'a>,
     /// The types in signatures.
-    pub(in crate::emit) surface: &'a Surface,
+    pub(in super::super) surface: &'a Surface,
     /// Constants computed before, in order; empty where nothing is staged.
-    pub(in crate::emit) constants: &'a [NodeId],
+    pub(in super::super) constants: &'a [NodeId],
 }
 
 impl Body<'_> {
     /// Prints the steps that `results` need.
-    pub(in crate::emit) fn print(&self, program: &Program, steps: &[Step], results: &[NodeId]) -> Printed {
+    pub(in super::super) fn print(&self, program: &Program, steps: &[Step], results: &[NodeId]) -> Printed {
         let wanted: BTreeSet<NodeId> = results.iter().copied().collect();
         if steps.len() <= SPLIT {
             let mut printer = self.printer();
@@ -44,7 +44,7 @@ impl Body<'_> {
     }
 
     /// A program without staging.
-    pub(in crate::emit) fn whole(&self, program: &Program) -> Printed {
+    pub(in super::super) fn whole(&self, program: &Program) -> Printed {
         self.print(program, &all_steps(program, false), &program.results)
     }
 

@@ -8,7 +8,7 @@ use super::super::{Surface, local, plain, quiet};
 
 /// Names and units of the scalars of a model.
 #[derive(Default)]
-pub(in crate::emit) struct Names {
+pub(in super::super) struct Names {
     coordinates: Vec<(String, String)>,
     inputs: Vec<(String, String)>,
     parameters: Vec<(String, String)>,
@@ -16,7 +16,7 @@ pub(in crate::emit) struct Names {
 
 impl Names {
     /// As declared and inferred.
-    pub(in crate::emit) fn of(model: &dynamics_symbolic::mechanics::Model) -> Self {
+    pub(in super::super) fn of(model: &dynamics_symbolic::mechanics::Model) -> Self {
         Self {
             coordinates: model.coordinates.iter().map(|c| (c.name.clone(), c.unit.clone())).collect(),
             inputs: model.inputs.iter().map(|c| (c.name.clone(), c.unit.clone())).collect(),
@@ -32,7 +32,7 @@ pub(super) fn quantities<'a>(private: &TokenStream, named: impl Iterator<Item = 
 }
 
 /// `impl Model`.
-pub(in crate::emit) fn model(surface: &Surface, names: &Names) -> TokenStream {
+pub(in super::super) fn model(surface: &Surface, names: &Names) -> TokenStream {
     let (model, private, quiet) = (&surface.target, surface.private(), quiet());
     let (n, m, f64) = (surface.degrees(), surface.input_count(), quote!(#private::f64));
     let list = |named: &[(String, String)]| quantities(&private, named.iter().map(|(n, u)| (n.as_str(), u.as_str())));
