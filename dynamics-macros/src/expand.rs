@@ -18,8 +18,8 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
     let errors = report(&errors);
     let Some(declaration) = declaration else {
         // The impl block finds a bridge that drops it: its errors would only repeat the struct's.
-        let bridge = syn::parse2::<syn::DeriveInput>(item).map(|item| emit::dead_bridge(&item.ident));
-        let bridge = bridge.unwrap_or_default();
+        let named = is_shallow(&item).then(|| syn::parse2::<syn::DeriveInput>(item).ok()).flatten();
+        let bridge = named.map(|item| emit::dead_bridge(&item.ident));
         return quote!(#errors #bridge);
     };
     let surface = surface(&declaration, None);
@@ -151,13 +151,19 @@ fn own_tokens(mut item: ItemStruct) -> TokenStream {
 
 /// Tokens that passed through the bridge's body resolve inside it; errors on them should read as errors on the user's own.
 fn resolved_like(tokens: TokenStream, user: &TokenStream) -> TokenStream {
-    let Some(context) = user.clone().into_iter().next().map(|tree| tree.span()) else { return tokens };
+    match user.clone().into_iter().next() {
+        Some(tree) if is_shallow(&tokens) => resolved_at(tokens, tree.span()),
+        _ => tokens,
+    }
+}
+
+fn resolved_at(tokens: TokenStream, context: Span) -> TokenStream {
     tokens
         .into_iter()
         .map(|mut tree| {
             let span = tree.span().resolved_at(context);
             if let TokenTree::Group(group) = &mut tree {
-                *group = proc_macro2::Group::new(group.delimiter(), resolved_like(group.stream(), user));
+                *group = proc_macro2::Group::new(group.delimiter(), resolved_at(group.stream(), context));
             }
             tree.set_span(span);
             tree
@@ -167,11 +173,15 @@ fn resolved_like(tokens: TokenStream, user: &TokenStream) -> TokenStream {
 
 /// Takes the invisible group off single tokens: a `$n:literal` of the user's own macro is as good as the literal.
 fn ungrouped(tokens: TokenStream) -> TokenStream {
+    if is_shallow(&tokens) { ungrouped_within(tokens) } else { tokens }
+}
+
+fn ungrouped_within(tokens: TokenStream) -> TokenStream {
     tokens
         .into_iter()
         .map(|tree| {
             let TokenTree::Group(group) = tree else { return tree };
-            let (delimiter, inner) = (group.delimiter(), ungrouped(group.stream()));
+            let (delimiter, inner) = (group.delimiter(), ungrouped_within(group.stream()));
             let mut trees = inner.clone().into_iter();
             match (delimiter, trees.next(), trees.next()) {
                 (Delimiter::None, Some(only), None) => only,

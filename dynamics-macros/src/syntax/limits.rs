@@ -17,6 +17,7 @@ pub(crate) fn check_nesting(tokens: &TokenStream, diagnostics: &mut Diagnostics)
     let mut left = vec![(tokens.clone(), 0)];
     while let Some((stream, depth)) = left.pop() {
         let (mut chain, mut right) = (0usize, 0usize);
+        let mut arrow = false;
         for tree in stream {
             chain += 1;
             match &tree {
@@ -30,9 +31,12 @@ pub(crate) fn check_nesting(tokens: &TokenStream, diagnostics: &mut Diagnostics)
                     }
                     left.push((g.stream(), depth + 1));
                 }
+                // `fn() -> fn() -> ..` nests; a lone `>` closes or compares.
+                TokenTree::Punct(p) if p.as_char() == '>' && arrow => {}
                 TokenTree::Punct(p) if "+/%>".contains(p.as_char()) => right = right.saturating_sub(1),
                 _ => {}
             }
+            arrow = matches!(&tree, TokenTree::Punct(p) if p.as_char() == '-');
             if depth > DEPTH || chain > CHAIN || right > RIGHT {
                 diagnostics.error(tree.span(), &messages::nested_too_deeply());
                 return None;

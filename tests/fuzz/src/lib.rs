@@ -15,9 +15,10 @@ mod macros {
     pub(crate) mod emit;
     pub(crate) mod expand;
     pub(crate) mod messages;
+    pub(crate) mod suggest;
     pub(crate) mod syntax;
 }
-use macros::{compile, diagnostics, elaborate, emit, expand, messages, syntax};
+use macros::{compile, diagnostics, elaborate, emit, expand, messages, suggest, syntax};
 
 pub mod corpus;
 pub mod engine;
