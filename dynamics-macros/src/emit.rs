@@ -118,9 +118,9 @@ fn offsets(slots: &[Slot]) -> impl Iterator<Item = (usize, &Slot)> {
     })
 }
 
-/// An identifier for a local of generated code.
+/// An identifier for a local of generated code; what programs print as text finds it by its name.
 fn local(name: &str) -> Ident {
-    Ident::new(name, Span::mixed_site())
+    Ident::new(name, Span::call_site())
 }
 
 /// Attributes of everything that is generated: no lint of the user's crate concerns it.

@@ -11,13 +11,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dynamics_symbolic::graph::{Graph, Node, NodeId};
 use dynamics_symbolic::schedule::{Program, Step};
-use proc_macro2::{Ident, TokenStream};
+use proc_macro2::TokenStream;
 use quote::quote;
 
 pub(super) use operand::Access;
 pub(super) use parts::{Body, Printed};
-
-use super::local;
 
 /// Most `let`s of one block.
 const BLOCK: usize = 256;
@@ -47,31 +45,47 @@ pub(super) fn read(graph: &Graph, step: &Step) -> Vec<NodeId> {
 }
 
 /// Prints the steps of one function: where every value is found, and the `let`s.
+///
+/// Statements are printed as text and parsed once: handing tens of thousands of tokens to the compiler one by one took most of the time of a
+/// large model.
 struct Printer<'a> {
     access: &'a Access<'a>,
     /// Values at hand and how they are written.
-    values: BTreeMap<NodeId, TokenStream>,
+    values: BTreeMap<NodeId, String>,
+    /// Values that are read once, in the block that computes them: they are written where they are read.
+    inline: BTreeSet<NodeId>,
+    /// How deep the expression of such a value is nested.
+    depths: BTreeMap<NodeId, usize>,
     /// Locals used so far, for their numbers.
     locals: usize,
 }
 
+/// Deepest nesting of values that are written where they are read.
+const DEPTH: usize = 8;
+
 impl<'a> Printer<'a> {
     fn new(access: &'a Access<'a>) -> Self {
-        Self { access, values: BTreeMap::new(), locals: 0 }
+        Self { access, values: BTreeMap::new(), inline: BTreeSet::new(), depths: BTreeMap::new(), locals: 0 }
     }
 
     /// How a value is read here.
-    fn value(&self, id: NodeId) -> TokenStream {
+    fn value(&self, id: NodeId) -> String {
         self.values.get(&id).cloned().unwrap_or_else(|| self.access.leaf(id))
     }
 
-    fn fresh(&mut self) -> Ident {
-        self.locals += 1;
-        local(&format!("v{}", self.locals - 1))
+    /// How a value is read here, as tokens.
+    fn result(&self, id: NodeId) -> TokenStream {
+        parsed(&self.value(id))
     }
 
-    /// Steps in blocks; `wanted` is what must be at hand afterwards.
-    fn steps(&mut self, steps: &[Step], wanted: &BTreeSet<NodeId>) -> TokenStream {
+    /// Steps in blocks, with what they refer to; `wanted` is what must be at hand afterwards.
+    fn statements(&mut self, steps: &[Step], wanted: &BTreeSet<NodeId>) -> TokenStream {
+        let (imports, steps) = (self.access.imports(), parsed(&self.steps(steps, wanted)));
+        quote!(#imports #steps)
+    }
+
+    fn steps(&mut self, steps: &[Step], wanted: &BTreeSet<NodeId>) -> String {
+        self.find_inline(steps, wanted);
         if steps.len() <= BLOCK {
             return steps.iter().map(|step| self.step(step)).collect();
         }
@@ -84,74 +98,90 @@ impl<'a> Printer<'a> {
         blocks.iter().zip(&needed).map(|(block, needed)| self.block(block, needed)).collect()
     }
 
-    /// One block that returns those of its values that are needed later.
-    fn block(&mut self, steps: &[Step], needed: &BTreeSet<NodeId>) -> TokenStream {
-        let body: TokenStream = steps.iter().map(|step| self.step(step)).collect();
-        let out: Vec<TokenStream> =
-            steps.iter().flat_map(defined).filter(|id| needed.contains(id)).map(|id| self.value(id)).collect();
-        quote! {
-            let (#(#out,)*) = {
-                #body
-                (#(#out,)*)
-            };
+    /// Fewer `let`s are less work for the compiler, which sees the same operations in the same order.
+    fn find_inline(&mut self, steps: &[Step], wanted: &BTreeSet<NodeId>) {
+        let mut readers: BTreeMap<NodeId, (usize, usize)> = BTreeMap::new();
+        for (i, step) in steps.iter().enumerate() {
+            for id in read(self.access.graph, step) {
+                let (count, block) = readers.entry(id).or_default();
+                (*count, *block) = (*count + 1, i / BLOCK);
+            }
         }
+        self.inline = steps
+            .iter()
+            .enumerate()
+            .filter_map(|(i, step)| match step {
+                Step::Node(id) if !wanted.contains(id) && readers.get(id) == Some(&(1, i / BLOCK)) => Some(*id),
+                _ => None,
+            })
+            .collect();
     }
 
-    fn step(&mut self, step: &Step) -> TokenStream {
+    /// One block that returns those of its values that are needed later.
+    fn block(&mut self, steps: &[Step], needed: &BTreeSet<NodeId>) -> String {
+        let body: String = steps.iter().map(|step| self.step(step)).collect();
+        let out: String = steps
+            .iter()
+            .flat_map(defined)
+            .filter(|id| needed.contains(id))
+            .map(|id| format!("{},", self.value(id)))
+            .collect();
+        format!("let ({out})={{{body}({out})}};\n")
+    }
+
+    fn step(&mut self, step: &Step) -> String {
         match step {
             Step::Node(id) => {
                 let value = self.operation(*id);
-                let name = self.fresh();
-                self.values.insert(*id, quote!(#name));
-                quote!(let #name = #value;)
+                let below = self.access.graph.node(*id).children().filter_map(|c| self.depths.get(&c)).max();
+                let depth = below.map_or(1, |depth| depth + 1);
+                if depth <= DEPTH && self.inline.contains(id) {
+                    self.values.insert(*id, format!("({value})"));
+                    self.depths.insert(*id, depth);
+                    return String::new();
+                }
+                format!("let {}={value};\n", self.define(*id))
             }
             Step::SinCos { angle, sin, cos } => self.sin_cos(*angle, *sin, *cos),
             Step::Smooth { orders } => self.smooth(orders),
         }
     }
 
-    fn sin_cos(&mut self, angle: NodeId, sin: Option<NodeId>, cos: Option<NodeId>) -> TokenStream {
-        let private = &self.access.private;
+    fn sin_cos(&mut self, angle: NodeId, sin: Option<NodeId>, cos: Option<NodeId>) -> String {
         let angle = self.value(angle);
-        let call = match (sin, cos) {
-            (Some(_), Some(_)) => quote!(#private::math::sin_cos(#angle)),
-            (Some(_), None) => quote!(#private::math::sin(#angle)),
-            _ => quote!(#private::math::cos(#angle)),
-        };
-        let names: Vec<Ident> = [sin, cos].into_iter().flatten().map(|id| self.define(id)).collect();
-        match names.as_slice() {
-            [one] => quote!(let #one = #call;),
-            names => quote!(let (#(#names),*) = #call;),
+        let mut name = |id: Option<NodeId>| id.map(|id| self.define(id));
+        match (name(sin), name(cos)) {
+            (Some(sin), Some(cos)) => format!("let ({sin},{cos})=__math::sin_cos({angle});\n"),
+            (Some(sin), None) => format!("let {sin}=__math::sin({angle});\n"),
+            (None, Some(cos)) => format!("let {cos}=__math::cos({angle});\n"),
+            (None, None) => String::new(),
         }
     }
 
-    fn define(&mut self, id: NodeId) -> Ident {
-        let name = self.fresh();
-        self.values.insert(id, quote!(#name));
+    /// Names the value that is computed next.
+    fn define(&mut self, id: NodeId) -> String {
+        let name = format!("v{}", self.locals);
+        self.locals += 1;
+        self.values.insert(id, name.clone());
         name
     }
 
-    fn smooth(&mut self, orders: &[Option<NodeId>; 4]) -> TokenStream {
+    fn smooth(&mut self, orders: &[Option<NodeId>; 4]) -> String {
         let Some((function, argument)) = orders.iter().flatten().find_map(|id| match self.access.graph.node(*id) {
             Node::Smooth { function, argument, .. } => Some((function, argument)),
             _ => None,
         }) else {
-            return TokenStream::new();
+            return String::new();
         };
-        let (private, argument) = (&self.access.private, self.value(argument));
-        let function = self.access.function(function);
-        let call = quote!(#private::SmoothFunction::derivatives(&#function, #argument));
-        let names = orders.map(|order| {
-            order.map_or_else(
-                || quote!(_),
-                |id| {
-                    let name = self.define(id);
-                    quote!(#name)
-                },
-            )
-        });
-        quote!(let [#(#names),*] = #call;)
+        let (function, argument) = (self.access.function(function), self.value(argument));
+        let names = orders.map(|order| order.map_or_else(|| "_".to_owned(), |id| self.define(id)));
+        format!("let [{}]=__Smooth::derivatives(&{function},{argument});\n", names.join(","))
     }
+}
+
+/// Printed code as tokens.
+fn parsed(code: &str) -> TokenStream {
+    code.parse().expect("printed statements are Rust")
 }
 
 /// Steps of `program` that are computed where `hoisted` says: with the body, or apart.

@@ -138,5 +138,6 @@ fn no_block_is_longer_than_rustc_bears() {
     let file = syn::parse2::<syn::File>(expand::model(quote::quote!({ #item } { #implementation }))).expect("items");
     let mut longest = Longest(0);
     syn::visit::Visit::visit_file(&mut longest, &file);
-    assert!((200..=300).contains(&longest.0), "{} statements in one block", longest.0);
+    // Steps that are read once are written where they are read: a block of 256 steps has fewer statements.
+    assert!((60..=300).contains(&longest.0), "{} statements in one block", longest.0);
 }

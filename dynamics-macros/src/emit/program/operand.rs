@@ -1,10 +1,10 @@
 //! Where values come from, and how one operation is written.
 
 use dynamics_symbolic::graph::{Binary, Comparison, FunctionId, Graph, Node, NodeId, Number, Symbol, Unary};
-use proc_macro2::{Ident, Literal, TokenStream};
+use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::super::{Surface, local};
+use super::super::Surface;
 use super::Printer;
 
 /// Where a function finds what it does not compute.
@@ -14,36 +14,40 @@ pub(in super::super) struct Access<'a> {
     /// Path of what generated code uses.
     pub(in super::super) private: TokenStream,
     /// Expressions of the parameters, in order.
-    parameters: Vec<TokenStream>,
+    parameters: Vec<String>,
     /// Expressions of the smooth functions, in order.
-    functions: Vec<TokenStream>,
+    functions: Vec<String>,
 }
 
 impl<'a> Access<'a> {
     /// Parameters and functions are fields of `model`.
     pub(in super::super) fn new(surface: &Surface, graph: &'a Graph) -> Self {
-        let model = local("model");
         Self {
             graph,
             private: surface.private(),
-            parameters: surface.parameters.iter().map(|place| quote!(#model #place)).collect(),
-            functions: surface.functions.iter().map(|field| quote!(#model.#field)).collect(),
+            parameters: surface.parameters.iter().map(|place| quote!(model #place).to_string()).collect(),
+            functions: surface.functions.iter().map(|field| quote!(model.#field).to_string()).collect(),
         }
     }
 
-    pub(super) fn function(&self, id: FunctionId) -> &TokenStream {
+    /// What statements refer to by short names.
+    pub(super) fn imports(&self) -> TokenStream {
+        let private = &self.private;
+        quote!(use #private::{SmoothFunction as __Smooth, math as __math};)
+    }
+
+    pub(super) fn function(&self, id: FunctionId) -> &str {
         &self.functions[id.0 as usize]
     }
 
     /// A number or symbol.
-    pub(super) fn leaf(&self, id: NodeId) -> TokenStream {
-        let (q, u, w, t) = (local("q"), local("u"), local("w"), local("t"));
+    pub(super) fn leaf(&self, id: NodeId) -> String {
         match self.graph.node(id) {
             Node::Number(number) => literal(number),
-            Node::Symbol(Symbol::Time) => quote!(#t),
-            Node::Symbol(Symbol::Coordinate(i)) => element(&q, i),
-            Node::Symbol(Symbol::Rate(i)) => element(&u, i),
-            Node::Symbol(Symbol::Input(i)) => element(&w, i),
+            Node::Symbol(Symbol::Time) => "t".into(),
+            Node::Symbol(Symbol::Coordinate(i)) => format!("q[{i}]"),
+            Node::Symbol(Symbol::Rate(i)) => format!("u[{i}]"),
+            Node::Symbol(Symbol::Input(i)) => format!("w[{i}]"),
             Node::Symbol(Symbol::Parameter(i)) => self.parameters[i as usize].clone(),
             // The engine replaces accelerations by their values and schedules every operation before its use.
             node => unreachable!("{node:?} is read before it is computed"),
@@ -51,18 +55,11 @@ impl<'a> Access<'a> {
     }
 }
 
-fn element(array: &Ident, index: u32) -> TokenStream {
-    let index = Literal::usize_unsuffixed(index as usize);
-    quote!(#array[#index])
-}
-
 /// The shortest literal that reads back as the same `f64`.
-fn literal(number: Number) -> TokenStream {
+fn literal(number: Number) -> String {
     let value = number.value();
     // `{:?}` of a finite f64 is a Rust float literal: shortest digits that round-trip, with `.0` or an exponent.
-    let text = format!("{:?}", value.abs());
-    let literal: Literal = text.parse().expect("a finite f64 prints as a literal");
-    if value.is_sign_negative() && value != 0.0 { quote!((-#literal)) } else { quote!(#literal) }
+    if value.is_sign_negative() && value != 0.0 { format!("({value:?})") } else { format!("{:?}", value.abs()) }
 }
 
 fn unary_name(function: Unary) -> &'static str {
@@ -97,43 +94,29 @@ fn binary_name(function: Binary) -> &'static str {
 
 impl Printer<'_> {
     /// The operation of a node.
-    pub(super) fn operation(&self, id: NodeId) -> TokenStream {
-        let private = &self.access.private;
+    pub(super) fn operation(&self, id: NodeId) -> String {
         let v = |id| self.value(id);
-        let call = |name: &str, arguments: &[NodeId]| {
-            let (name, arguments) = (local(name), arguments.iter().map(|a| v(*a)));
-            quote!(#private::math::#name(#(#arguments),*))
-        };
         match self.access.graph.node(id) {
             Node::Number(_) | Node::Symbol(_) => self.access.leaf(id),
-            Node::Add(a, b) => binary(&v(a), &quote!(+), &v(b)),
-            Node::Sub(a, b) => binary(&v(a), &quote!(-), &v(b)),
-            Node::Mul(a, b) => binary(&v(a), &quote!(*), &v(b)),
-            Node::Div(a, b) => binary(&v(a), &quote!(/), &v(b)),
-            Node::Neg(a) => {
-                let a = v(a);
-                quote!(-#a)
-            }
-            Node::Unary(function, a) => call(unary_name(function), &[a]),
-            Node::Binary(function, a, b) => call(binary_name(function), &[a, b]),
+            Node::Add(a, b) => format!("{}+{}", v(a), v(b)),
+            Node::Sub(a, b) => format!("{}-{}", v(a), v(b)),
+            Node::Mul(a, b) => format!("{}*{}", v(a), v(b)),
+            Node::Div(a, b) => format!("{}/{}", v(a), v(b)),
+            Node::Neg(a) => format!("-{}", v(a)),
+            Node::Unary(function, a) => format!("__math::{}({})", unary_name(function), v(a)),
+            Node::Binary(function, a, b) => format!("__math::{}({},{})", binary_name(function), v(a), v(b)),
             Node::Select { comparison, left, right, then, otherwise } => {
-                let (left, right, then, otherwise) = (v(left), v(right), v(then), v(otherwise));
                 let comparison = match comparison {
-                    Comparison::Less => quote!(<),
-                    Comparison::LessEqual => quote!(<=),
-                    Comparison::Equal => quote!(==),
+                    Comparison::Less => "<",
+                    Comparison::LessEqual => "<=",
+                    Comparison::Equal => "==",
                 };
-                quote!(if #left #comparison #right { #then } else { #otherwise })
+                let (left, right, then, otherwise) = (v(left), v(right), v(then), v(otherwise));
+                format!("if {left} {comparison} {right} {{{then}}} else {{{otherwise}}}")
             }
             Node::Smooth { function, order, argument } => {
-                let (function, order) = (self.access.function(function), Literal::usize_unsuffixed(order.into()));
-                let argument = v(argument);
-                quote!(#private::SmoothFunction::derivatives(&#function, #argument)[#order])
+                format!("__Smooth::derivatives(&{},{})[{order}]", self.access.function(function), v(argument))
             }
         }
     }
-}
-
-fn binary(a: &TokenStream, operator: &TokenStream, b: &TokenStream) -> TokenStream {
-    quote!(#a #operator #b)
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::schedule::{Program, Step};
-use proc_macro2::{Literal, TokenStream};
+use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::super::{Surface, local};
@@ -36,8 +36,8 @@ impl Body<'_> {
         let wanted: BTreeSet<NodeId> = results.iter().copied().collect();
         if steps.len() <= SPLIT {
             let mut printer = self.printer();
-            let statements = printer.steps(steps, &wanted);
-            let results = results.iter().map(|id| printer.value(*id)).collect();
+            let statements = printer.statements(steps, &wanted);
+            let results = results.iter().map(|id| printer.result(*id)).collect();
             return Printed { functions: TokenStream::new(), statements, results };
         }
         self.print_parts(program, steps, results, &wanted)
@@ -50,10 +50,8 @@ impl Body<'_> {
 
     fn printer(&self) -> Printer<'_> {
         let mut printer = Printer::new(self.access);
-        let k = local("k");
         for (i, id) in self.constants.iter().enumerate() {
-            let i = Literal::usize_unsuffixed(i);
-            printer.values.insert(*id, quote!(#k[#i]));
+            printer.values.insert(*id, format!("k[{i}]"));
         }
         printer
     }
@@ -75,14 +73,14 @@ impl Body<'_> {
         for (i, (part, needed)) in parts.iter().zip(&needs).enumerate() {
             let mut printer = self.printer();
             place_array(&mut printer, &available);
-            let body = printer.steps(part, needed);
+            let body = printer.statements(part, needed);
             let live: Vec<NodeId> = available
                 .iter()
                 .copied()
                 .chain(part.iter().flat_map(defined))
                 .filter(|id| needed.contains(id))
                 .collect();
-            let out: Vec<TokenStream> = live.iter().map(|id| printer.value(*id)).collect();
+            let out: Vec<TokenStream> = live.iter().map(|id| printer.result(*id)).collect();
             let name = local(&format!("{}_part_{}", program.name, i + 1));
             let signature = self.signature(available.len(), live.len());
             functions.extend(quote! {
@@ -94,7 +92,7 @@ impl Body<'_> {
         }
         let mut printer = self.printer();
         place_array(&mut printer, &available);
-        let results = results.iter().map(|id| printer.value(*id)).collect();
+        let results = results.iter().map(|id| printer.result(*id)).collect();
         let k = if self.constants.is_empty() { quote!(let #k = &[];) } else { TokenStream::new() };
         Printed { functions, statements: quote!(#k let #x = &[]; #statements), results }
     }
@@ -117,9 +115,7 @@ impl Body<'_> {
 
 /// Lets the printer find the live values in the array `x`.
 fn place_array(printer: &mut Printer<'_>, live: &[NodeId]) {
-    let x = local("x");
     for (i, id) in live.iter().enumerate() {
-        let i = Literal::usize_unsuffixed(i);
-        printer.values.insert(*id, quote!(#x[#i]));
+        printer.values.insert(*id, format!("x[{i}]"));
     }
 }
