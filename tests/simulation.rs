@@ -186,3 +186,54 @@ fn explicit_time_does_work_of_its_own() {
     assert!(account.forces[0].name == "explicit time" && account.forces[0].work.abs() > 0.01, "{account}");
     assert!(account.closure_error.abs() < 1e-10 * account.scale, "{account}");
 }
+
+/// The same spring with its anchor as an input.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+#[inputs(anchor)]
+pub struct Pulled {
+    pub m: f64,
+    pub k: f64,
+}
+
+#[dynamics]
+impl Pulled {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.k * (q.x - q.anchor).powi(2)
+    }
+}
+
+/// Held, the input does no work and its jumps are in the account; as a function of time it does work that only its rate would tell, and
+/// no drift of the energy is made of that.
+#[test]
+fn inputs_in_energies_are_accounted_for_or_said_to_be_unknown() {
+    let model = Pulled { m: 1.0, k: 9.0 };
+    let start = model.state().x(0.1).anchor(0.0).build().unwrap();
+    let run = || model.simulate(start).until(5.0).tolerance(1e-12);
+    let switched = run()
+        .event("one second", |s| s.t - 1.0)
+        .on_event("one second", Direction::Rising, |s| s.inputs[0] = 0.3)
+        .run()
+        .unwrap();
+    let account = switched.work();
+    assert!(account.resets[0].work.abs() > 0.01 && account.closure_error.abs() < 1e-10 * account.scale, "{account}");
+    assert!(switched.summary().energy_drift < 1e-10);
+
+    let pulled = run().inputs(|t, _| [0.3 * (2.0 * t).sin()]).run().unwrap();
+    let account = pulled.work();
+    assert!(account.forces.last().unwrap().name == "changing inputs" && account.closure_error.is_nan(), "{account}");
+    let summary = pulled.summary();
+    assert!(
+        summary.energy_drift.is_nan() && summary.to_string().contains("energy cannot be accounted for"),
+        "{summary}"
+    );
+    // The input moves the anchor as explicit time does.
+    let timed = Driven { m: 1.0, k: 9.0, a: 0.3 };
+    let reference = timed.simulate(timed.state().x(0.1).build().unwrap()).until(5.0).tolerance(1e-12).run().unwrap();
+    assert!((pulled.end().x() - reference.end().x()).abs() < 1e-10);
+}

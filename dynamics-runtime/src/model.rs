@@ -205,8 +205,11 @@ impl<M: Model> Debug for StateJacobian<M> {
 /// Power of everything that changes the energy function: dE/dt = Σ powers.
 pub trait Powers: Dynamics {
     /// One entry per `#[force]` and per `#[dissipation]` function (by its name), and a last one, `explicit time`, where the Lagrangian
-    /// contains time or inputs: −∂L/∂t.
+    /// contains time: −∂L/∂t.
     const POWERS: &'static [Quantity];
+    /// Whether the energy function contains inputs. While they are held the powers are complete; the work of inputs that change
+    /// contains their rates, which are not known.
+    const ENERGY_HAS_INPUTS: bool = false;
     /// The powers at a state, written to `values`.
     fn powers(&self, state: &Self::State, values: &mut [f64]);
 }

@@ -41,7 +41,8 @@ pub struct Summary {
     pub evaluations: u64,
     /// Time the run took; `None` without the standard library.
     pub wall_time: Option<Duration>,
-    /// Largest |E − E₀ − work| over the accepted steps, relative to `energy_scale`.
+    /// Largest |E − E₀ − work| over the accepted steps, relative to `energy_scale`; NaN where inputs do work that is not known, as
+    /// [`Motion::work`] says.
     pub energy_drift: f64,
     /// Largest of |½ q̇·∂L/∂q̇|, |E − ½ q̇·∂L/∂q̇|, |E| met: of T and V for natural systems.
     pub energy_scale: f64,
@@ -142,7 +143,11 @@ impl fmt::Display for Summary {
         if let Some(time) = self.wall_time {
             writeln!(f, "  wall time    {time:.3?}")?;
         }
-        write!(f, "  drift        {} {:.1e} of {:.6e}", self.energy_name, self.energy_drift, self.energy_scale)?;
+        if self.energy_drift.is_nan() {
+            write!(f, "  drift        energy cannot be accounted for: inputs or their rates are not known")?;
+        } else {
+            write!(f, "  drift        {} {:.1e} of {:.6e}", self.energy_name, self.energy_drift, self.energy_scale)?;
+        }
         for Drift { name, largest, scale } in &self.conserved {
             // A quantity whose value is no larger than its drift, such as the momentum of a system at rest, has no scale of its own.
             if *largest < 0.1 * scale {

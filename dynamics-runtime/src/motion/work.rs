@@ -27,7 +27,8 @@ pub struct WorkRow {
 /// The work–energy account of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkAccount {
-    /// Work of every power that the model names, in its order.
+    /// Work of every power that the model names, in its order; then `changing inputs`, NaN, where a closure supplies inputs that are in the
+    /// energies: their rates are not known.
     pub forces: Vec<WorkRow>,
     /// Energy change at resets, by event.
     pub resets: Vec<WorkRow>,
@@ -74,6 +75,7 @@ impl<M: Simulate> Motion<'_, M> {
         let mut resets: Vec<WorkRow> = Vec::new();
         let mut errors = Vec::with_capacity(records.len());
         let mut scale = 0.0f64;
+        let unknown = M::ENERGY_HAS_INPUTS && self.trajectory.has_law;
         let (mut first, mut energy, mut brought) = (0.0, 0.0, 0.0);
         for (index, record) in records.iter().enumerate() {
             let state = self.complete(record.state);
@@ -88,10 +90,14 @@ impl<M: Simulate> Motion<'_, M> {
                 Some(last) => self.add_work(last, &mut work),
             }
             scale = scale.max(self.energy_scale(&state, energy));
-            errors.push((state.t(), energy - first - brought - work.iter().sum::<f64>()));
+            let unknown = if index > 0 && unknown { f64::NAN } else { 0.0 };
+            errors.push((state.t(), energy - first - brought - work.iter().sum::<f64>() - unknown));
         }
-        let forces: Vec<WorkRow> =
+        let mut forces: Vec<WorkRow> =
             M::POWERS.iter().zip(&work).map(|(power, work)| WorkRow { name: power.name.into(), work: *work }).collect();
+        if unknown {
+            forces.push(WorkRow { name: "changing inputs".into(), work: f64::NAN });
+        }
         let largest = forces.iter().chain(&resets).fold(scale, |s, row| s.max(row.work.abs()));
         let account = WorkAccount {
             forces,

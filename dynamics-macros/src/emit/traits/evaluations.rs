@@ -1,5 +1,6 @@
 //! Evaluations without a solve: M, Q, energies, momenta, conserved quantities, powers.
 
+use dynamics_symbolic::graph::Dependence;
 use dynamics_symbolic::mechanics::Named;
 use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
@@ -71,10 +72,13 @@ impl Emission<'_> {
         let (model, private) = (&self.surface.target, &self.private);
         let names = self.named(&self.compiled.equations.powers);
         let (functions, method) = self.writing(&self.compiled.programs.powers, "powers");
+        let energy = self.access.graph.dependence(self.compiled.equations.energy_function);
+        let (bool, driven) = (quote!(#private::bool), energy.on(Dependence::INPUTS));
         quote! {
             #functions
             impl #private::Powers for #model {
                 const POWERS: &'static [#private::Quantity] = #names;
+                const ENERGY_HAS_INPUTS: #bool = #driven;
                 #method
             }
         }
