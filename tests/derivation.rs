@@ -218,6 +218,20 @@ mod pendulum {
     }
 
     #[test]
+    fn negative_and_vanishing_inertia_are_errors() {
+        let evaluate = |m: f64| {
+            let model = Pendulum { m, l: 1.3, g: 9.81, c: 0.2 };
+            let state = model.state().theta(0.3).build().unwrap();
+            model.accelerations(&state).map_err(|e| e.to_string())
+        };
+        assert!(evaluate(0.7).is_ok());
+        let message = evaluate(-0.7).unwrap_err();
+        assert!(message.contains("`theta` has negative inertia"), "{message}");
+        let message = evaluate(0.0).unwrap_err();
+        assert!(message.contains("singular") && message.contains("`theta`"), "{message}");
+    }
+
+    #[test]
     fn by_two_routes() {
         let model = Pendulum { m: 0.7, l: 1.3, g: 9.81, c: 0.2 };
         verify(

@@ -13,10 +13,19 @@ pub struct SingularMassMatrix {
     pub name: &'static str,
     /// The pivot.
     pub pivot: f64,
+    /// The pivot is negative although M comes from a kinetic energy: M is regular, but not positive definite.
+    pub negative: bool,
 }
 
 impl fmt::Display for SingularMassMatrix {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.negative {
+            let (name, pivot) = (self.name, self.pivot);
+            return write!(
+                f,
+                "the mass matrix is not positive definite: coordinate `{name}` has negative inertia at this state (pivot {pivot:e})"
+            );
+        }
         write!(
             f,
             "the mass matrix is singular: coordinate `{}` has no inertia of its own at this state (pivot {:e})",

@@ -39,27 +39,41 @@ pub fn matrix<const R: usize, const C: usize>(columns: [[f64; R]; C]) -> SMatrix
     SMatrix::from_array_storage(ArrayStorage(columns))
 }
 
-/// Whether some pivot Dᵢ vanishes against its diagonal element Mᵢᵢ; `pivots` holds the pairs.
+/// Whether a pivot vanishes against its diagonal element, or, where T has to be positive, is negative.
 ///
-/// A pivot that is NaN does not count: it comes from a state or force that is not a number, and a run reports that as such.
+/// A pivot that is NaN is neither: it comes from a state or force that is not a number, and a run reports that as such.
 #[inline(always)]
-#[must_use]
-pub fn singular<const N: usize>(pivots: &[[f64; 2]; N]) -> bool {
-    // Without branches: the common case is that none vanishes.
-    pivots.iter().fold(false, |any, [pivot, diagonal]| any | (pivot.abs() <= PIVOT_TOLERANCE * diagonal.abs()))
+fn fails<const POSITIVE: bool>(&[pivot, diagonal]: &[f64; 2]) -> bool {
+    let size = if POSITIVE { pivot } else { pivot.abs() };
+    size <= PIVOT_TOLERANCE * diagonal.abs()
 }
 
-/// The error that names the first vanishing pivot; `coordinates` says whose they are.
+/// Whether some pivot Dᵢ fails against its diagonal element Mᵢᵢ; `pivots` holds the pairs. `POSITIVE`: M comes from a kinetic energy, so
+/// that a negative pivot is negative inertia; a `#[lagrangian]` may be indefinite.
+#[inline(always)]
+#[must_use]
+pub fn singular<const POSITIVE: bool, const N: usize>(pivots: &[[f64; 2]; N]) -> bool {
+    // Without branches: the common case is that none fails.
+    pivots.iter().fold(false, |any, pair| any | fails::<POSITIVE>(pair))
+}
+
+/// The error that names the first failing pivot; `coordinates` says whose they are.
 #[cold]
 #[inline(never)]
 #[must_use]
-pub fn name_singular(pivots: &[[f64; 2]], coordinates: &[usize], names: &[Quantity]) -> SingularMassMatrix {
-    let at = pivots.iter().position(|[pivot, diagonal]| pivot.abs() <= PIVOT_TOLERANCE * diagonal.abs()).unwrap_or(0);
+pub fn name_singular<const POSITIVE: bool>(
+    pivots: &[[f64; 2]],
+    coordinates: &[usize],
+    names: &[Quantity],
+) -> SingularMassMatrix {
+    let at = pivots.iter().position(fails::<POSITIVE>).unwrap_or(0);
     let coordinate = coordinates.get(at).copied().unwrap_or(0);
     SingularMassMatrix {
         coordinate,
         name: names.get(coordinate).map_or("", |quantity| quantity.name),
         pivot: pivots.get(at).map_or(f64::NAN, |[pivot, _]| *pivot),
+        negative: POSITIVE
+            && pivots.get(at).is_some_and(|[pivot, diagonal]| *pivot < -PIVOT_TOLERANCE * diagonal.abs()),
     }
 }
 
@@ -68,20 +82,31 @@ mod tests {
     use super::*;
 
     #[test]
+    fn negative_inertia_is_an_error_of_a_kinetic_energy_alone() {
+        let names = [Quantity { name: "x", unit: "" }];
+        let pivots = [[-1.0, -1.0]];
+        assert!(singular::<true, 1>(&pivots) && !singular::<false, 1>(&pivots));
+        let error = name_singular::<true>(&pivots, &[0], &names);
+        assert!(error.negative && error.to_string().contains("negative inertia"), "{error}");
+        assert!(!name_singular::<true>(&[[1e-15, 1.0]], &[0], &names).negative);
+        assert!(!singular::<true, 1>(&[[f64::NAN, 1.0]]));
+    }
+
+    #[test]
     fn a_vanishing_pivot_is_found_and_named() {
         let names =
             [Quantity { name: "x", unit: "" }, Quantity { name: "y", unit: "" }, Quantity { name: "z", unit: "" }];
-        assert!(!singular(&[[1.0, 2.0], [1e-12, 1.0]]));
+        assert!(!singular::<true, 2>(&[[1.0, 2.0], [1e-12, 1.0]]));
         let pivots = [[1.0, 2.0], [-1e-14, 1.0]];
-        assert!(singular(&pivots));
-        let error = name_singular(&pivots, &[0, 2], &names);
+        assert!(singular::<false, 2>(&pivots));
+        let error = name_singular::<false>(&pivots, &[0, 2], &names);
         assert_eq!((error.coordinate, error.name, error.pivot), (2, "z", -1e-14));
     }
 
     #[test]
     fn no_inertia_at_all_is_singular_and_nan_is_not() {
-        assert!(singular(&[[0.0, 0.0]]));
-        assert!(!singular(&[[f64::NAN, 1.0]]));
+        assert!(singular::<true, 1>(&[[0.0, 0.0]]));
+        assert!(!singular::<false, 1>(&[[f64::NAN, 1.0]]));
     }
 
     #[test]

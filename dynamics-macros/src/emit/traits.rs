@@ -79,19 +79,21 @@ impl Emission<'_> {
         quote!(&self, #state: &<Self as Model>::State)
     }
 
-    /// Refuses pivots that vanish against their diagonal elements: (coordinate, Dᵢ, Mᵢᵢ) as expressions.
+    /// Refuses pivots that vanish against their diagonal elements, and negative ones of a kinetic energy: (coordinate, Dᵢ, Mᵢᵢ) as expressions.
     fn check(&self, pivots: &[(usize, TokenStream, TokenStream)]) -> TokenStream {
         if pivots.is_empty() {
             return TokenStream::new();
         }
         let private = &self.private;
+        // A Lagrangian may be indefinite, a kinetic energy may not.
+        let positive = self.compiled.equations.energies.is_some();
         let coordinates = pivots.iter().map(|(coordinate, ..)| coordinate);
         let values = pivots.iter().map(|(_, pivot, diagonal)| quote!([#pivot, #diagonal]));
         let at = local("pivots");
         quote! {
             let #at = [#(#values),*];
-            if #private::singular(&#at) {
-                return Err(#private::name_singular(&#at, &[#(#coordinates),*], <Self as Model>::COORDINATES));
+            if #private::singular::<#positive, _>(&#at) {
+                return Err(#private::name_singular::<#positive>(&#at, &[#(#coordinates),*], <Self as Model>::COORDINATES));
             }
         }
     }

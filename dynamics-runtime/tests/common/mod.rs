@@ -397,7 +397,7 @@ impl ByHand<1, 0> for CycloidBead {
     fn q_ddot(&self, s: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SingularMassMatrix> {
         let inertia = self.mass(s)[0];
         if inertia < 1e-9 {
-            return Err(SingularMassMatrix { coordinate: 0, name: "theta", pivot: inertia });
+            return Err(SingularMassMatrix { coordinate: 0, name: "theta", pivot: inertia, negative: false });
         }
         let force = self.radius * (self.radius * s.u[0] * s.u[0] - self.g) * s.q[0].sin();
         Ok(SVector::<f64, 1>::new(force / inertia))
