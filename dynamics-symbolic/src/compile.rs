@@ -125,6 +125,10 @@ fn findings(model: &mut Model, reason: &Underivable) -> Vec<Finding> {
 fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
     let named = [&e.powers, &e.conserved, &e.outputs, &e.events].into_iter().flatten().map(|n| n.node);
     let mut roots: Vec<NodeId> = e.accelerations.iter().copied().chain(named).collect();
+    // What cancels in the accelerations is still printed by the functions that return it.
+    roots.extend(e.mass_matrix.iter().flatten().chain(&e.generalized_force).chain(&e.momenta));
+    roots.extend(e.pivots.iter().flat_map(|p| [p.pivot, p.diagonal]));
+    roots.extend(e.energies.into_iter().flat_map(|(t, v)| [t, v]).chain([e.energy_function]));
     if let Ok(j) = &e.jacobians {
         roots.extend([&j.by_q, &j.by_u, &j.by_inputs, &j.by_parameters].into_iter().flatten().flatten());
     }

@@ -5,7 +5,7 @@ mod common;
 use common::{Builder, chain};
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::compile::{LIMIT, compile};
-use dynamics_symbolic::graph::{FunctionId, Number, Origin};
+use dynamics_symbolic::graph::{FunctionId, Number, Origin, Symbol};
 use dynamics_symbolic::mechanics::{EnergyRole, Function};
 
 #[test]
@@ -126,4 +126,20 @@ fn integers_beyond_the_modulus_of_fingerprints_are_told_apart() {
         assert_ne!(above, below, "{n}");
         assert!(!b.g().is_zero(large) && !b.g().is_one(large), "{n}");
     }
+}
+
+#[test]
+fn a_fourth_derivative_that_only_the_energy_shows_is_found() {
+    let mut b = Builder::new("Driven");
+    let x = b.coordinate("x");
+    let t = b.g().symbol(Symbol::Time);
+    b.model.functions.push(Function { name: "track".into(), unit: String::new(), origin: Origin(7) });
+    let fourth = b.g().smooth(FunctionId(0), 4, t);
+    let m = b.parameter("m");
+    let kinetic = b.kinetic(m, &[x]);
+    let potential = b.add(fourth, x);
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    b.energy("potential", EnergyRole::Potential, potential);
+    let found = compile(b.model).expect_err("a fourth derivative");
+    assert_eq!(found, [Finding::TooManyDerivatives { name: "track".into(), origin: Origin(7) }]);
 }

@@ -12,25 +12,30 @@ const CHAIN: usize = 4000;
 /// Tokens of one stretch that make a parser recurse to the right: prefix operators, assignments, closures, generics.
 const RIGHT: usize = 200;
 
+/// Keywords after which an expression, a type or an item goes on inside itself.
+const ENTERING: &[&str] = &[
+    "return", "break", "yield", "else", "if", "while", "match", "for", "in", "let", "loop", "move", "static", "async",
+    "unsafe", "const", "fn", "dyn", "impl", "mut", "ref",
+];
+
 /// Refuses streams that a recursive parser should not see. `None` after an error.
 pub(crate) fn check_nesting(tokens: &TokenStream, diagnostics: &mut Diagnostics) -> Option<()> {
     let mut left = vec![(tokens.clone(), 0)];
     while let Some((stream, depth)) = left.pop() {
         let (mut chain, mut right) = (0usize, 0usize);
-        let mut arrow = false;
+        let (mut arrow, mut block) = (false, false);
         for tree in stream {
             chain += 1;
+            // A `{ .. }` ends a statement or item, unless `else` or an operator goes on.
+            if block && !goes_on(&tree) {
+                right = 0;
+            }
+            (block, chain) = if is_block(&tree) { (true, 0) } else { (false, chain) };
             match &tree {
                 TokenTree::Punct(p) if matches!(p.as_char(), ';' | ',') => (chain, right) = (0, 0),
                 TokenTree::Punct(p) if "!&=|<-*#".contains(p.as_char()) => right += 1,
-                TokenTree::Ident(i) if *i == "return" || *i == "break" || *i == "else" || *i == "move" => right += 1,
-                TokenTree::Group(g) => {
-                    // A `{ .. }` ends a statement or item as far as chains are concerned; `else` after it goes on counting.
-                    if g.delimiter() == proc_macro2::Delimiter::Brace {
-                        chain = 0;
-                    }
-                    left.push((g.stream(), depth + 1));
-                }
+                TokenTree::Ident(i) if ENTERING.iter().any(|keyword| i == keyword) => right += 1,
+                TokenTree::Group(g) => left.push((g.stream(), depth + 1)),
                 // `fn() -> fn() -> ..` nests; a lone `>` closes or compares.
                 TokenTree::Punct(p) if p.as_char() == '>' && arrow => {}
                 TokenTree::Punct(p) if "+/%>".contains(p.as_char()) => right = right.saturating_sub(1),
@@ -44,4 +49,17 @@ pub(crate) fn check_nesting(tokens: &TokenStream, diagnostics: &mut Diagnostics)
         }
     }
     Some(())
+}
+
+fn is_block(tree: &TokenTree) -> bool {
+    matches!(tree, TokenTree::Group(g) if g.delimiter() == proc_macro2::Delimiter::Brace)
+}
+
+/// Whether what stands after a block belongs to the same expression.
+fn goes_on(tree: &TokenTree) -> bool {
+    match tree {
+        TokenTree::Ident(i) => i == "else",
+        TokenTree::Punct(p) => p.as_char() != '#',
+        _ => false,
+    }
 }

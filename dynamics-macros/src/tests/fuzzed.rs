@@ -13,7 +13,15 @@ fn deep(before: &str, after: &str) -> TokenStream {
 
 #[test]
 fn an_impl_block_beyond_the_parser_is_refused_and_not_parsed() {
-    for (before, after) in [("return ", ""), ("{ ", "}"), ("0.0 as fn() -> ", ""), ("fn() -> ", "")] {
+    for (before, after) in [
+        ("return ", ""),
+        ("yield ", ""),
+        ("if ", ""),
+        ("a = {} ", ""),
+        ("{ ", "}"),
+        ("0.0 as fn() -> ", ""),
+        ("fn() -> ", ""),
+    ] {
         let implementation = deep(before, after);
         assert!(expand::attribute(TokenStream::new(), implementation.clone()).to_string().starts_with("A ! {"));
         let both = quote::quote!({ #[coordinates(x)] struct A { m: f64 } } { #implementation });
@@ -34,4 +42,18 @@ fn a_struct_beyond_the_parser_is_refused_and_not_parsed() {
         let item = text.parse().expect("balanced");
         assert!(expand::derive(item).to_string().contains("compile_error"), "{before}");
     }
+}
+
+#[test]
+fn many_functions_one_after_the_other_are_not_deep() {
+    let functions: String = (0..500)
+        .map(|i| {
+            format!(
+                "#[output] fn f{i}(&self, q: &Coordinates<Self>) -> Expr {{ if q.x > 0.0 {{ -q.x }} else {{ q.x }} }} "
+            )
+        })
+        .collect();
+    let kinetic = "#[kinetic] fn t(&self, q: &Coordinates<Self>) -> Expr { self.m * q.x.dt() * q.x.dt() }";
+    let both = format!("{{ #[coordinates(x)] struct A {{ m: f64 }} }} {{ impl A {{ {kinetic} {functions} }} }}");
+    assert!(!expand::model(both.parse().expect("balanced")).to_string().contains("compile_error"));
 }

@@ -9,7 +9,7 @@
 #![no_main]
 
 use libfuzzer_sys::{fuzz_mutator, fuzz_target, fuzzer_mutate};
-use std::sync::LazyLock;
+use std::cell::LazyCell;
 
 use dynamics_fuzz::corpus::{self, Seed};
 use dynamics_fuzz::mutate::mutate;
@@ -17,7 +17,10 @@ use dynamics_fuzz::random::Random;
 use dynamics_fuzz::target::{check, check_raw};
 use dynamics_fuzz::trees::{parsed, stream};
 
-static SEEDS: LazyLock<Vec<Seed>> = LazyLock::new(corpus::read);
+thread_local! {
+    // Tokens stay on their thread.
+    static SEEDS: LazyCell<Vec<Seed>> = LazyCell::new(corpus::read);
+}
 
 fuzz_target!(|data: &[u8]| {
     proc_macro2::extra::invalidate_current_thread_spans();
@@ -46,7 +49,7 @@ fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
     let mut random = Random::new(seed.into());
     for _ in 0..=random.below(3) {
         let list = if random.one_in(4) { &mut declaration } else { &mut implementation };
-        mutate(list, &mut random, &SEEDS);
+        SEEDS.with(|seeds| mutate(list, &mut random, seeds));
     }
     let changed = format!("{}\n---\n{}", stream(&declaration), stream(&implementation));
     if changed.len() > max_size {
