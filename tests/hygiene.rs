@@ -267,3 +267,55 @@ mod from_macro {
         assert!((other.kinetic_energy(&state) - 0.5).abs() < 1e-15);
     }
 }
+
+/// Conditional compilation where rustc settles it before the macros run, and in a drawing, which they do not follow.
+mod conditional {
+    use dynamics::prelude::*;
+
+    /// An oscillator.
+    #[derive(Debug, Dynamics)]
+    #[coordinates(x)]
+    struct Oscillator {
+        m: f64,
+        #[cfg(not(test))]
+        k: f32,
+        #[cfg(test)]
+        k: f64,
+    }
+
+    #[cfg(test)]
+    #[dynamics]
+    #[cfg(test)]
+    impl Oscillator {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * q.x.dt().powi(2)
+        }
+        #[potential]
+        fn potential(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * q.x.powi(2)
+        }
+        #[drawing]
+        fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
+            #[cfg(not(test))]
+            let q = None;
+            Drawing::new().dot(vec2(q.x, 0.0))
+        }
+    }
+
+    #[dynamics]
+    #[cfg(not(test))]
+    impl Oscillator {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            7.0 * self.m * q.x.dt().powi(2)
+        }
+    }
+
+    #[test]
+    fn what_is_switched_on_is_derived() {
+        let model = Oscillator { m: 1.0, k: 4.0 };
+        let state = model.state().x(0.5).build().expect("a finite state");
+        assert!((model.accelerations(&state).expect("inertia")[0] + 2.0).abs() < 1e-15);
+    }
+}

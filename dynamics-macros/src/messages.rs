@@ -18,6 +18,11 @@ impl Display for Message {
     }
 }
 
+/// A number as people write it: with an exponent where plain digits would be mostly zeros.
+pub(crate) fn number(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e16).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
+}
+
 macro_rules! catalogue {
     ($($name:ident($($argument:ident),*) $text:literal;)*) => {
         $(pub(crate) fn $name($($argument: impl Display),*) -> Message {
@@ -59,6 +64,8 @@ catalogue! {
     trait_impl() "`#[dynamics]` describes a model in its inherent impl block; write `impl Model {{ .. }}` without a trait";
     macro_in_model(name) "the macro call `{name}!` cannot be followed; write its code out";
     constraint_role(name) "`#[{name}]` is not supported yet; choose coordinates that satisfy the constraint by themselves";
+    cfg_in_model(name) "`#[{name}]` is not known to the macro, which would derive the model as if it held; keep it out of the model: choose by a parameter, or put functions that the model does not use into an `impl` block of their own";
+    lagrangian_beside(role, function) "`#[lagrangian]` stands for T − V as a whole, yet `{function}` is marked `#[{role}]`; put everything into `#[lagrangian]`, or use `#[kinetic]` and `#[potential]` alone";
     role_with_arguments(name) "`#[{name}]` takes no arguments; write it bare";
     role_twice(name, function) "`{function}` is marked `#[{name}]` twice; remove one";
     two_roles(function, first, second) "`{function}` is both `#[{first}]` and `#[{second}]`; give each role its own function";
@@ -161,7 +168,7 @@ catalogue! {
     no_inertia(direction) "no kinetic energy moves `{direction}`: the mass matrix is singular everywhere; give it inertia or remove it";
     too_large(function, operations, limit) "`{function}` would take {operations} operations, the limit is {limit}; use fewer coordinates or simpler expressions";
     zero_denominator() "something divides by an expression that is zero on every motion; check the denominators of outputs and events";
-    not_quadratic(name) "`{name}` is not quadratic in the velocities; mark it `#[lagrangian]` if it is meant so";
+    not_quadratic(name) "`{name}` is not quadratic in the velocities; if it is meant so, write T − V as one `#[lagrangian]`";
     contains(role, name, what, reason) "the {role} `{name}` contains {what}; {reason}";
     no_effect(role, name, reason) "the {role} `{name}` {reason}; remove it or correct it";
     negative_inertia(direction, when) "the kinetic energy is negative where `{direction}` moves{when}; check its signs";

@@ -1,6 +1,7 @@
 //! Tokens → spanned declarations. Nothing is interpreted here beyond names, lengths and roles.
 
 mod attributes;
+mod conditions;
 mod impls;
 mod limits;
 mod structs;

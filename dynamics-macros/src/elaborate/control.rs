@@ -264,7 +264,9 @@ impl<'a> Elaborator<'a> {
     /// `for pattern in range-or-array { .. }`, unrolled.
     pub(super) fn for_loop(&mut self, e: &'a ExprForLoop) -> Value {
         if let Some(label) = &e.label {
-            self.fail(Place::of(label), &messages::unsupported("labels", "write loops without labels"));
+            // What its rounds would have assigned is not known.
+            self.frame().scopes.iter_mut().flatten().for_each(|variable| variable.value = Value::Poison);
+            return self.fail(Place::of(label), &messages::unsupported("labels", "write loops without labels"));
         }
         let items = match self.expression(&e.expr) {
             Value::Array(items) | Value::Sequence(items) => items,

@@ -219,11 +219,14 @@ impl<'a> Elaborator<'a> {
         if let Some(op) = compound(&e.op) {
             return self.assign_compound(op, &e.left, &e.right, e.op.span());
         }
+        let at = e.op.span();
+        if matches!(e.op, BitXor(_)) {
+            // It binds weaker than `+`: whatever its sides are, they are not what was meant.
+            return self.fail(at, &messages::caret_as_power());
+        }
         let left = self.expression(&e.left);
         let right = self.expression(&e.right);
-        let at = e.op.span();
         match (&e.op, left, right) {
-            (BitXor(_), ..) => self.fail(at, &messages::caret_as_power()),
             (_, Value::Poison, _) | (_, _, Value::Poison) => Value::Poison,
             (And(_), Value::Condition(a), Value::Condition(b)) => Value::Condition(a.and(b)),
             (Or(_), Value::Condition(a), Value::Condition(b)) => Value::Condition(a.or(b)),

@@ -80,10 +80,15 @@ impl<'a> Elaborator<'a> {
     }
 
     /// All identifiers of a pattern that is not understood, as poison.
-    fn bind_names(&mut self, pattern: &Pat) {
-        for tree in pattern.to_token_stream() {
-            if let proc_macro2::TokenTree::Ident(name) = tree {
-                self.frame().declare(name.to_string(), Value::Poison);
+    pub(super) fn bind_names(&mut self, pattern: &Pat) {
+        let mut left = vec![pattern.to_token_stream()];
+        while let Some(tokens) = left.pop() {
+            for tree in tokens {
+                match tree {
+                    proc_macro2::TokenTree::Ident(name) => self.frame().declare(name.to_string(), Value::Poison),
+                    proc_macro2::TokenTree::Group(group) => left.push(group.stream()),
+                    _ => {}
+                }
             }
         }
     }

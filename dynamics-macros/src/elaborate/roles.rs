@@ -2,6 +2,7 @@
 
 use dynamics_symbolic::check::units::Dimension;
 use dynamics_symbolic::mechanics::{Energy, EnergyRole, Event, Force, ForceTerm, Output};
+use syn::{ReceiverKind, Type};
 
 use super::Elaborator;
 use super::dimensions::product;
@@ -59,8 +60,16 @@ impl<'a> Elaborator<'a> {
             Some(name) => allowed.contains(&name.as_str()) || !VOCABULARY.contains(&name.as_str()),
             None => !matches!(signature.output, syn::ReturnType::Default),
         };
-        let by_reference = signature.receiver().is_some_and(|r| r.mutability.is_none());
-        let plain = signature.asyncness.is_none() && signature.generics.params.is_empty();
+        let by_reference = signature.receiver().is_some_and(|receiver| match &receiver.kind {
+            ReceiverKind::Reference(_, _, mutability) => mutability.is_none(),
+            ReceiverKind::Typed(_, ty) => matches!(&**ty, Type::Reference(reference) if reference.mutability.is_none()),
+            _ => false,
+        });
+        let plain = signature.asyncness.is_none()
+            && signature.constness.is_none()
+            && matches!(signature.safety, syn::Safety::Default)
+            && signature.abi.is_none()
+            && signature.generics.params.is_empty();
         let fits = fitting && by_reference && plain && function.takes_coordinates_only();
         if !fits {
             let form = format!("fn {}(&self, q: &Coordinates<Self>) -> {returned}", function.name);

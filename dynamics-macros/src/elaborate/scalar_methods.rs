@@ -115,7 +115,8 @@ impl Elaborator<'_> {
                 if let (Some(l), Some(h)) = (self.value_of(low), self.value_of(high))
                     && l > h
                 {
-                    self.diagnostics.error(name.span(), &messages::clamp_order(l, h));
+                    self.diagnostics
+                        .error(name.span(), &messages::clamp_order(messages::number(l), messages::number(h)));
                     return None;
                 }
                 let raised = self.equal_units(Binary::Max, x, low, name)?;
@@ -146,7 +147,7 @@ impl Elaborator<'_> {
                 _ => true,
             };
             if !inside {
-                self.diagnostics.error(name.span(), &messages::domain(name, value));
+                self.diagnostics.error(name.span(), &messages::domain(name, messages::number(value)));
                 return None;
             }
         }
@@ -203,7 +204,7 @@ impl Elaborator<'_> {
         match (self.value_of(x), self.model.graph.as_number(y.node)) {
             (_, Some(n)) if whole(n.value()) => self.multiplied_out(x, n.value() as i128, name),
             (Some(base), Some(n)) if base < 0.0 && n.value().fract() != 0.0 => {
-                self.diagnostics.error(name.span(), &messages::domain(name, base));
+                self.diagnostics.error(name.span(), &messages::domain(name, messages::number(base)));
                 None
             }
             (_, Some(n)) if n.value() == 0.5 => self.unary_function(Unary::Sqrt, Rule::Power(Exponent::HALF), x, name),

@@ -65,6 +65,7 @@ impl<'a> Elaborator<'a> {
                 if let Some((else_token, _)) = &init.diverge {
                     let message = messages::unsupported("`let .. else`", "use `let` and `if` on a comparison");
                     self.diagnostics.error(else_token.span, &message);
+                    return self.bind_names(&local.pat);
                 }
                 self.expression(&init.expr)
             }

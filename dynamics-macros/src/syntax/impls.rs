@@ -2,6 +2,7 @@
 
 use syn::{FnArg, Ident, ImplItem, ImplItemConst, ImplItemFn, ItemImpl, Meta, ReturnType};
 
+use super::conditions;
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 use crate::suggest;
@@ -111,6 +112,7 @@ pub(crate) struct Constant {
 /// Reads the impl block.
 pub(crate) fn implementation(mut item: ItemImpl, d: &mut Diagnostics) -> Option<Implementation> {
     check_inherent(&item, d)?;
+    conditions::check(&item, d);
     let mut functions: Vec<Function> = Vec::new();
     let mut constants = Vec::new();
     for inner in &mut item.items {
@@ -127,6 +129,7 @@ pub(crate) fn implementation(mut item: ItemImpl, d: &mut Diagnostics) -> Option<
         }
     }
     check_one_drawing(&functions, d);
+    check_lagrangian_alone(&functions, d);
     Some(Implementation { item, functions, constants })
 }
 
@@ -151,6 +154,20 @@ fn check_one_drawing(functions: &[Function], d: &mut Diagnostics) {
             d.error(second.role_place, &messages::duplicate_role("drawing", &first.name));
         }
     }
+}
+
+/// L is T − V already: energies beside it would be counted twice, or be half of a model. Several functions may add up to L.
+fn check_lagrangian_alone(functions: &[Function], d: &mut Diagnostics) {
+    let lagrangian = functions.iter().find(|f| f.role == Role::Lagrangian);
+    let energy = functions.iter().find(|f| matches!(f.role, Role::Kinetic | Role::Potential));
+    if let (Some(lagrangian), Some(energy)) = (lagrangian, energy) {
+        d.error(lagrangian.role_place, &messages::lagrangian_beside(energy.role.name(), &energy.name));
+    }
+}
+
+/// Whether an attribute is `#[drawing]`.
+pub(super) fn is_drawing(attribute: &syn::Attribute) -> bool {
+    attribute.path().is_ident(Role::Drawing.name())
 }
 
 /// Takes the role's attribute off a function.

@@ -2,7 +2,6 @@
 
 use proc_macro2::TokenStream;
 use quote::quote;
-use syn::spanned::Spanned;
 use syn::{Expr, Fields, GenericArgument, Ident, ItemStruct, Lit, Path, PathArguments, Type, Visibility};
 
 use super::attributes::{self, Nominal, Quantity, UnitText};
@@ -128,8 +127,14 @@ pub(crate) const MAX_LENGTH: usize = 10_000;
 /// Reads the struct and its attributes.
 pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration {
     check_no_generics(&item, d);
-    let attributes = attributes::read(&item.attrs, d);
+    let mut attributes = attributes::read(&item.attrs, d);
+    let before = d.len();
     let mut fields = fields(&item, d);
+    if d.len() > before {
+        // A field that is refused is no field any more; that its unit names none would be a second error.
+        attributes.units.retain(|(name, _)| fields.iter().any(|f| f.name == *name));
+        attributes.nominal.retain(|(name, _)| fields.iter().any(|f| f.name == *name));
+    }
     attributes::attach_units(&mut fields, attributes.units, d);
     attributes::attach_nominal(&mut fields, attributes.nominal, d);
     let mut declaration = Declaration {
@@ -208,11 +213,102 @@ enum Kind {
     Wrong,
 }
 
-/// Names of Rust's integer types, `f32` and `bool`: none of them is a parameter.
+/// Names of the language's and the standard library's types that are neither parameters nor functions.
 const NOT_PARAMETERS: &[&str] = &[
-    "i8", "i16", "i32", "i64", "i128", "isize", "u8", "u16", "u32", "u64", "u128", "usize", "f32", "bool", "char",
-    "String", "str",
+    "i8",
+    "i16",
+    "i32",
+    "i64",
+    "i128",
+    "isize",
+    "u8",
+    "u16",
+    "u32",
+    "u64",
+    "u128",
+    "usize",
+    "f32",
+    "bool",
+    "char",
+    "str",
+    "String",
+    "Vec",
+    "VecDeque",
+    "BTreeMap",
+    "BTreeSet",
+    "Option",
+    "Result",
+    "Cell",
+    "RefCell",
+    "Mutex",
+    "RwLock",
+    "Cow",
+    "PhantomData",
+    "Duration",
 ];
+
+/// nalgebra's types of numbers; of these, `Vector3<f64>` and `Matrix3<f64>` are parameters.
+const ALGEBRA: &[&str] = &[
+    "Vector1",
+    "Vector2",
+    "Vector3",
+    "Vector4",
+    "Vector5",
+    "Vector6",
+    "Matrix1",
+    "Matrix2",
+    "Matrix3",
+    "Matrix4",
+    "Matrix5",
+    "Matrix6",
+    "SVector",
+    "SMatrix",
+    "DVector",
+    "DMatrix",
+    "Point2",
+    "Point3",
+    "Quaternion",
+    "UnitQuaternion",
+];
+
+/// Pointers through which a smooth function is one.
+const POINTERS: &[&str] = &["Box", "Rc", "Arc"];
+
+/// Whether no type of this form is a smooth function; what the user's own names stand for is not known here.
+fn never_smooth(ty: &Type) -> bool {
+    match ty {
+        Type::Paren(inner) => never_smooth(&inner.elem),
+        Type::Group(inner) => never_smooth(&inner.elem),
+        Type::Reference(inner) => inner.mutability.is_some() || never_smooth(&inner.elem),
+        Type::Path(path) => path.path.segments.last().is_some_and(|last| {
+            let name = last.ident.to_string();
+            let types: Vec<&Type> = match &last.arguments {
+                PathArguments::AngleBracketed(a) => a.args.iter().filter_map(of_type).collect(),
+                _ => Vec::new(),
+            };
+            let own = path.path.segments.len() == 1;
+            let foreign =
+                path.path.segments.first().is_some_and(|s| s.ident == "std" || s.ident == "core" || s.ident == "alloc");
+            match name.as_str() {
+                name if POINTERS.contains(&name) && (own || foreign) => types.iter().any(|inner| never_smooth(inner)),
+                name if NOT_PARAMETERS.contains(&name) => own || foreign,
+                name if ALGEBRA.contains(&name) => !types.is_empty(),
+                "f64" => last.arguments.is_none(),
+                "Vec2" | "Vec3" | "Mat3" => true,
+                _ => false,
+            }
+        }),
+        Type::TraitObject(_) | Type::Macro(_) | Type::Infer(_) | Type::Verbatim(_) => false,
+        _ => true,
+    }
+}
+
+fn of_type(argument: &GenericArgument) -> Option<&Type> {
+    match argument {
+        GenericArgument::Type(ty) => Some(ty),
+        _ => None,
+    }
+}
 
 /// What a field's type makes of it.
 fn shape(ty: &Type, d: &mut Diagnostics) -> Kind {
@@ -233,10 +329,6 @@ fn shape(ty: &Type, d: &mut Diagnostics) -> Kind {
         Type::Path(path) => {
             let Some(last) = path.path.segments.last() else { return Kind::Function };
             let name = last.ident.to_string();
-            if NOT_PARAMETERS.contains(&name.as_str()) && path.path.segments.len() == 1 {
-                d.error(ty.span(), &messages::parameter_type(name));
-                return Kind::Wrong;
-            }
             let of_f64 = match &last.arguments {
                 PathArguments::AngleBracketed(a) => {
                     matches!(a.args.first(), Some(GenericArgument::Type(Type::Path(t))) if t.path.is_ident("f64"))
@@ -253,15 +345,31 @@ fn shape(ty: &Type, d: &mut Diagnostics) -> Kind {
                     d.error(Place::of(ty), &messages::parameter_without_f64(name));
                     Kind::Wrong
                 }
-                _ => Kind::Function,
+                _ => function(ty, d),
             }
         }
-        Type::Tuple(_) | Type::Slice(_) | Type::Never(_) => {
-            d.error(Place::of(ty), &messages::parameter_type(quote!(#ty)));
-            Kind::Wrong
-        }
-        _ => Kind::Function,
+        _ => function(ty, d),
     }
+}
+
+/// A smooth function, unless the type cannot be one.
+fn function(ty: &Type, d: &mut Diagnostics) -> Kind {
+    if never_smooth(ty) {
+        d.error(Place::of(ty), &messages::parameter_type(type_text(ty)));
+        return Kind::Wrong;
+    }
+    Kind::Function
+}
+
+/// A type as it is usually written, without the blanks between tokens that do not need them.
+fn type_text(ty: &Type) -> String {
+    let mut text = quote!(#ty).to_string();
+    for (spaced, tight) in
+        [(" < ", "<"), (" >", ">"), (" ,", ","), (" :: ", "::"), ("& ", "&"), ("( ", "("), (" )", ")"), (" ;", ";")]
+    {
+        text = text.replace(spaced, tight);
+    }
+    text
 }
 
 /// An array length: a macro sees tokens, so a named constant has no value here.

@@ -1,0 +1,32 @@
+use dynamics::prelude::*;
+
+#[derive(Dynamics)]
+#[coordinates(x, y)]
+struct Oscillator {
+    m: f64,
+    k: f64,
+}
+
+#[dynamics]
+impl Oscillator {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        'outer: for i in 0..2 {
+            for j in 0..2 {
+                if i == j {
+                    continue 'outer;
+                }
+                sum += self.k * q.x * q.y;
+            }
+        }
+        sum / sum
+    }
+}
+
+fn main() {}
