@@ -90,7 +90,7 @@ pub mod __private {
     pub use core::{assert, unreachable};
     pub use dynamics_macros::__model;
     pub use dynamics_runtime::error::{SingularMassMatrix, StateError};
-    pub use dynamics_runtime::generated::{Declared, matrix, name_singular, singular, vector};
+    pub use dynamics_runtime::generated::{OnlyOneDynamicsImplPerModel, matrix, name_singular, singular, vector};
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{

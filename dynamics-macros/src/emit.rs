@@ -15,7 +15,9 @@ pub(crate) use bridge::{bridge, broken_bridge, dead_bridge};
 pub(crate) use fallback::fallback;
 pub(crate) use traits::traits;
 
-use proc_macro2::{Span, TokenStream};
+use std::mem;
+
+use proc_macro2::{Delimiter, Group, Span, TokenStream, TokenTree};
 use quote::{format_ident, quote};
 use syn::{Ident, Path, Visibility};
 
@@ -26,6 +28,8 @@ pub(crate) struct Surface {
     pub(crate) name: Ident,
     /// How the impl block names it; the struct may stand in another module.
     pub(crate) target: TokenStream,
+    /// Where the block has its `impl` and its braces.
+    pub(crate) block: Option<[Span; 2]>,
     /// Its visibility, which the generated types share.
     pub(crate) vis: Visibility,
     /// Path of the façade crate.
@@ -128,10 +132,40 @@ fn quiet() -> TokenStream {
     quote!(#[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)])
 }
 
+/// What two blocks for one struct collide on first.
+fn only_one(surface: &Surface) -> TokenStream {
+    let (model, private) = (&surface.target, surface.private());
+    quote!(impl #private::OnlyOneDynamicsImplPerModel for #model {})
+}
+
+/// Puts generated impls where the user's block is, so that rustc names it where they collide with those of a second block.
+fn at_block(surface: &Surface, tokens: TokenStream) -> TokenStream {
+    let Some(spans) = surface.block else { return tokens };
+    let [keyword, braces] = spans.map(|span| Span::call_site().located_at(span));
+    let mut of_impl = false;
+    let tokens = tokens.into_iter().map(|mut tree| {
+        match &mut tree {
+            TokenTree::Ident(word) if word == "impl" => {
+                of_impl = true;
+                word.set_span(keyword);
+            }
+            TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => {
+                let inner = if of_impl { group.stream() } else { at_block(surface, group.stream()) };
+                let span = if mem::take(&mut of_impl) { braces } else { group.span() };
+                *group = Group::new(Delimiter::Brace, inner);
+                group.set_span(span);
+            }
+            _ => {}
+        }
+        tree
+    });
+    tokens.collect()
+}
+
 /// The types that carry the names of a model: coordinates, state and its builder. They need the struct alone.
 pub(crate) fn named_types(surface: &Surface) -> TokenStream {
     let (coordinates, state, builder) =
         (coordinates::coordinates(surface), state::state(surface), builder::builder(surface));
-    let declared = coordinates::declared(surface);
-    quote!(#coordinates #state #builder #declared)
+    let model = coordinates::model(surface);
+    quote!(#coordinates #state #builder #model)
 }

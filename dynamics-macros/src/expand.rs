@@ -264,6 +264,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>) -
     Surface {
         name: declaration.name.clone(),
         target: implementation.map_or_else(|| declaration.name.to_token_stream(), |i| i.item.self_ty.to_token_stream()),
+        block: implementation.map(|i| [i.item.impl_token.span, i.item.brace_token.span.join()]),
         vis: declaration.visibility.clone(),
         krate: declaration.crate_path.clone().unwrap_or_else(|| syn::parse_quote!(::dynamics)),
         coordinates: declaration.coordinates.iter().map(slot).collect(),

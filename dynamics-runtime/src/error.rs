@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::model::{Model, ModelState, Quantity, Vector};
+use crate::model::{Dynamics, ModelState, Quantity, Vector};
 
 /// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its diagonal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub enum StateError {
 
 impl StateError {
     /// Checks that all values of a state are finite; inputs may be NaN, which means not set.
-    pub fn check<M: Model>(state: &M::State) -> Result<(), Self> {
+    pub fn check<M: Dynamics>(state: &M::State) -> Result<(), Self> {
         fn all(what: &'static str, values: &[f64], names: &'static [Quantity]) -> Result<(), StateError> {
             match values.iter().zip(names).find(|(value, _)| !value.is_finite()) {
                 Some((&value, quantity)) => Err(StateError::NotFinite { what, name: quantity.name, value }),

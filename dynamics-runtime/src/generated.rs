@@ -3,23 +3,11 @@
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 use crate::error::SingularMassMatrix;
-use crate::model::{ModelState, Quantity};
+use crate::model::Quantity;
 
-/// What the derive gives to the impl block: the types with a model's names.
-#[diagnostic::on_unimplemented(
-    message = "`{Self}` has no coordinates",
-    note = "put `#[derive(Dynamics)]` and `#[coordinates(..)]` on the struct"
-)]
-pub trait Declared {
-    /// The state type.
-    type State: ModelState;
-    /// The struct of time jets.
-    type Coordinates;
-    /// `SVector<f64, N>`.
-    type Accelerations;
-    /// Time jets at a state with given accelerations.
-    fn coordinates_with(state: &Self::State, accelerations: &Self::Accelerations) -> Self::Coordinates;
-}
+/// Implemented once per `#[dynamics] impl`, before anything else: a second block for the same struct then begins with an error
+/// that says what is wrong.
+pub trait OnlyOneDynamicsImplPerModel {}
 
 /// A pivot of M = LDLᵀ below this fraction of its diagonal element is rounding noise: eliminations of n ≤ 100 coordinates leave
 /// about n·ε ≈ 2·10⁻¹⁴ of it at worst.

@@ -75,11 +75,10 @@ pub trait ModelState: Copy + PartialEq + Debug + Send + Sync + 'static {
     fn inputs_mut(&mut self) -> &mut Self::Inputs;
 }
 
-/// Names, sizes and types of a model. Every declared model has it.
+/// Sizes and types of a model: what `#[derive(Dynamics)]` knows from the struct alone.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` has no equations of motion",
-    label = "not a model yet",
-    note = "put `#[derive(Dynamics)]` on the struct and `#[dynamics]` on its impl block with the energies"
+    message = "`{Self}` is not declared as a model; put `#[derive(Dynamics)]` and `#[coordinates(..)]` on the struct",
+    label = "has no coordinates"
 )]
 pub trait Model: Sized {
     /// `SVector<f64, N>` for N generalized coordinates.
@@ -95,12 +94,6 @@ pub trait Model: Sized {
 
     /// The name of the struct.
     const NAME: &'static str;
-    /// The generalized coordinates in the order of q, arrays flattened.
-    const COORDINATES: &'static [Quantity];
-    /// The inputs in order.
-    const INPUTS: &'static [Quantity];
-    /// The scalar parameters in order, arrays, vectors and matrices flattened; smooth functions are not listed.
-    const PARAMETERS: &'static [Quantity];
 
     /// Time jets at a state, with accelerations q̈ as given: what helper functions, outputs and drawings are called with.
     fn coordinates_with(state: &Self::State, accelerations: &Self::Vector) -> Self::Coordinates;
@@ -112,8 +105,19 @@ pub type State<M> = <M as Model>::State;
 /// What the functions of a model take as `q`: time jets of its coordinates, inputs and time.
 pub type Coordinates<M> = <M as Model>::Coordinates;
 
-/// The equations of motion M(q,t) q̈ = Q(q,q̇,t) and what is derived from them.
+/// The equations of motion M(q,t) q̈ = Q(q,q̇,t) and what is derived from them, the units of all quantities included.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no equations of motion; put `#[dynamics]` on the `impl` block with its energies",
+    label = "no `#[dynamics] impl` for this"
+)]
 pub trait Dynamics: Model {
+    /// The generalized coordinates in the order of q, arrays flattened.
+    const COORDINATES: &'static [Quantity];
+    /// The inputs in order.
+    const INPUTS: &'static [Quantity];
+    /// The scalar parameters in order, arrays, vectors and matrices flattened; smooth functions are not listed.
+    const PARAMETERS: &'static [Quantity];
+
     /// What depends on parameters alone, computed once per model.
     type Constants: Copy + Send + Sync;
 

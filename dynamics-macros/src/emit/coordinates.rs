@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::{Slot, Surface, docs, local, offsets, quiet};
+use super::{Slot, Surface, docs, local, offsets, plain, quiet};
 
 /// `XCoordinates`, one time jet per coordinate and input, and time.
 pub(super) fn coordinates(surface: &Surface) -> TokenStream {
@@ -35,20 +35,24 @@ pub(super) fn coordinates(surface: &Surface) -> TokenStream {
     }
 }
 
-/// `impl Declared`: how the impl block, perhaps in another module, finds the types.
-pub(super) fn declared(surface: &Surface) -> TokenStream {
+/// `impl Model`: how the impl block, perhaps in another module, finds the types.
+pub(super) fn model(surface: &Surface) -> TokenStream {
     let (model, private, quiet) = (&surface.name, surface.private(), quiet());
-    let (state_type, coordinates_type, n) = (surface.state_type(), surface.coordinates_type(), surface.degrees());
+    let (state_type, coordinates_type, name) = (surface.state_type(), surface.coordinates_type(), plain(&surface.name));
+    let (n, m, f64) = (surface.degrees(), surface.input_count(), quote!(#private::f64));
     let (state, accelerations, assembly) = (local("state"), local("accelerations"), assembly(surface));
     quote! {
         #quiet
         #[automatically_derived]
-        impl #private::Declared for #model {
+        impl #private::Model for #model {
+            type Vector = #private::SVector<#f64, #n>;
+            type Matrix = #private::SMatrix<#f64, #n, #n>;
+            type Inputs = #private::SVector<#f64, #m>;
             type State = #state_type;
             type Coordinates = #coordinates_type;
-            type Accelerations = #private::SVector<#private::f64, #n>;
+            const NAME: &'static #private::str = #name;
             #[inline]
-            fn coordinates_with(#state: &Self::State, #accelerations: &Self::Accelerations) -> Self::Coordinates {
+            fn coordinates_with(#state: &Self::State, #accelerations: &Self::Vector) -> Self::Coordinates {
                 #assembly
             }
         }

@@ -3,12 +3,12 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::{Surface, quiet};
+use super::{Surface, only_one, quiet};
 
 /// Stub impls of everything that [`traits`](super::traits) implements. They never run: the errors stop the build.
 pub(crate) fn fallback(surface: &Surface) -> TokenStream {
     let (model, private, quiet) = (&surface.target, surface.private(), quiet());
-    let identity = super::traits::model(surface, &super::traits::Names::default());
+    let quantities = super::traits::named(surface, &super::traits::Names::default());
     let (vis, never) = (surface.impl_vis(), quote!(#private::unreachable!()));
     let f64 = quote!(#private::f64);
     let error = quote!(#private::SingularMassMatrix);
@@ -18,8 +18,9 @@ pub(crate) fn fallback(surface: &Surface) -> TokenStream {
     let (unit, jacobian) = (result(&quote!(())), result(&quote!(#private::StateJacobian<Self>)));
     let (input, parameter) = (result(&quote!(Self::InputJacobian)), result(&quote!(Self::ParameterJacobian)));
     let names = quote!(&'static [#private::Quantity] = &[];);
+    let only_one = only_one(surface);
     quote! {
-        #identity
+        #only_one
         #quiet
         impl #model {
             #vis const REPORT: &'static #private::str = "";
@@ -31,6 +32,7 @@ pub(crate) fn fallback(surface: &Surface) -> TokenStream {
         const _: () = {
             impl #private::Dynamics for #model {
                 type Constants = ();
+                #quantities
                 const CONSERVED: #names
                 fn constants(&self) -> #private::Result<(), #error> { #never }
                 fn accelerations_with(&self, _: &(), _: &Self::State) -> #to_vector { #never }

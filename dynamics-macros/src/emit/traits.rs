@@ -11,23 +11,22 @@ use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
 use quote::quote;
 
-pub(super) use identity::{Names, model};
+pub(super) use identity::{Names, named};
 
 use super::program::{Access, Body, Printed};
-use super::{Surface, local, quiet};
+use super::{Surface, at_block, local, only_one, quiet};
 
 /// Everything that a compiled model implements.
 pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
     let emission =
         Emission { surface, compiled, access: Access::new(surface, &compiled.model.graph), private: surface.private() };
-    let identity = model(surface, &Names::of(&compiled.model));
     let texts = identity::texts(surface, compiled);
     let (dynamics, energies) = (emission.dynamics(), emission.energies());
     let (linearize, powers) = (emission.linearize(), emission.powers());
     let (outputs, events) = (emission.outputs(), emission.events());
-    let (draw, quiet) = (identity::draw(surface), quiet());
-    quote! {
-        #identity
+    let (draw, only_one, quiet) = (identity::draw(surface), only_one(surface), quiet());
+    let impls = quote! {
+        #only_one
         #texts
         #quiet
         const _: () = {
@@ -39,7 +38,8 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
             #events
             #draw
         };
-    }
+    };
+    at_block(surface, impls)
 }
 
 /// What all impls of one model share.
@@ -93,7 +93,7 @@ impl Emission<'_> {
         quote! {
             let #at = [#(#values),*];
             if #private::singular::<#positive, _>(&#at) {
-                return Err(#private::name_singular::<#positive>(&#at, &[#(#coordinates),*], <Self as Model>::COORDINATES));
+                return Err(#private::name_singular::<#positive>(&#at, &[#(#coordinates),*], <Self as #private::Dynamics>::COORDINATES));
             }
         }
     }

@@ -6,7 +6,7 @@ use core::fmt;
 
 use super::record::Trajectory;
 use crate::error::SingularMassMatrix;
-use crate::model::{Model, ModelState};
+use crate::model::{Dynamics, Model, ModelState};
 
 /// A simulation that stopped before its end. What was computed up to there is still in hand: [`SimulationError::motion`].
 pub struct SimulationError<M: Model> {
@@ -220,7 +220,7 @@ impl fmt::Display for SimulationErrorKind {
     }
 }
 
-impl<M: Model> fmt::Display for SimulationError<M> {
+impl<M: Dynamics> fmt::Display for SimulationError<M> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if matches!(self.kind, SimulationErrorKind::Option(_)) {
             return write!(f, "`{}` was not simulated: {}", M::NAME, self.kind);
@@ -238,7 +238,7 @@ impl<M: Model> fmt::Display for SimulationError<M> {
     }
 }
 
-impl<M: Model> fmt::Debug for SimulationError<M> {
+impl<M: Dynamics> fmt::Debug for SimulationError<M> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("SimulationError")
             .field("kind", &self.kind)
@@ -249,7 +249,7 @@ impl<M: Model> fmt::Debug for SimulationError<M> {
     }
 }
 
-impl<M: Model> core::error::Error for SimulationError<M> {}
+impl<M: Dynamics> core::error::Error for SimulationError<M> {}
 
 /// Why a motion has no answer to a question.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use super::plant::{EvaluationError, Plant};
 use super::record::{Counts, EventRecord, Record};
 use super::watch::{Flow, Watch, state_within};
 use crate::integrate::{Crossing, Phase, Scheme, Step, StepError, StepOptions, Stepper};
-use crate::model::{Model, ModelState, Vector};
+use crate::model::{Dynamics, Model, ModelState, Vector};
 use crate::motion::Simulate;
 
 /// What a run needs to know.
@@ -282,14 +282,14 @@ fn check_reset<M: Simulate>(event: &str, before: &M::State, after: &M::State) ->
     }
 }
 
-fn evaluation<M: Model>(error: EvaluationError) -> Kind {
+fn evaluation<M: Dynamics>(error: EvaluationError) -> Kind {
     match error {
         EvaluationError::Singular(error) => Kind::SingularMassMatrix(error),
         EvaluationError::Input(i) => Kind::InputNotFinite { input: M::INPUTS[i].name },
     }
 }
 
-fn halt<M: Model>(error: StepError<EvaluationError>) -> Halt {
+fn halt<M: Dynamics>(error: StepError<EvaluationError>) -> Halt {
     let name = |i: usize| M::COORDINATES[i].name;
     match error {
         StepError::Evaluation(error) => Halt { kind: evaluation::<M>(error), h: 0.0 },

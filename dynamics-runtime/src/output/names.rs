@@ -4,7 +4,7 @@ use alloc::format;
 use alloc::string::String;
 
 use super::text;
-use crate::model::{Model, Outputs, Quantity};
+use crate::model::{Dynamics, Outputs, Quantity};
 
 /// A named sequence of numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub(super) fn time<M: Outputs>() -> Column {
     Column { name: "t".into(), unit: time_unit::<M>().into() }
 }
 
-pub(super) fn coordinates<M: Model>() -> impl Iterator<Item = Column> {
+pub(super) fn coordinates<M: Dynamics>() -> impl Iterator<Item = Column> {
     plain(M::COORDINATES)
 }
 

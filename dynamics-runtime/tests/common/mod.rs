@@ -72,15 +72,15 @@ macro_rules! by_hand {
             type State = PlainState<$n, $m>;
             type Coordinates = (PlainState<$n, $m>, SVector<f64, $n>);
             const NAME: &'static str = stringify!($model);
-            const COORDINATES: &'static [Quantity] = &names::<$n>($q);
-            const INPUTS: &'static [Quantity] = &names::<$m>($inputs);
-            const PARAMETERS: &'static [Quantity] = &[];
             fn coordinates_with(state: &Self::State, accelerations: &Self::Vector) -> Self::Coordinates {
                 (*state, *accelerations)
             }
         }
         impl Dynamics for $model {
             type Constants = ();
+            const COORDINATES: &'static [Quantity] = &names::<$n>($q);
+            const INPUTS: &'static [Quantity] = &names::<$m>($inputs);
+            const PARAMETERS: &'static [Quantity] = &[];
             const CONSERVED: &'static [Quantity] = &names($conserved);
             fn constants(&self) -> Result<(), SingularMassMatrix> {
                 Ok(())

@@ -1,7 +1,7 @@
 //! Names, sizes, types and texts.
 
 use dynamics_symbolic::compile::Compiled;
-use proc_macro2::TokenStream;
+use proc_macro2::{Ident, Span, TokenStream};
 use quote::quote;
 
 use super::super::{Surface, local, plain, quiet};
@@ -31,33 +31,16 @@ pub(super) fn quantities<'a>(private: &TokenStream, named: impl Iterator<Item = 
     quote!(&[#(#items),*])
 }
 
-/// `impl Model`.
-pub(in super::super) fn model(surface: &Surface, names: &Names) -> TokenStream {
-    let (model, private, quiet) = (&surface.target, surface.private(), quiet());
-    let (n, m, f64) = (surface.degrees(), surface.input_count(), quote!(#private::f64));
+/// The names of a model's quantities, as constants of `impl Dynamics`.
+pub(in super::super) fn named(surface: &Surface, names: &Names) -> TokenStream {
+    let private = surface.private();
     let list = |named: &[(String, String)]| quantities(&private, named.iter().map(|(n, u)| (n.as_str(), u.as_str())));
     let (coordinates, inputs, parameters) = (list(&names.coordinates), list(&names.inputs), list(&names.parameters));
-    let name = plain(&surface.name);
-    let (state, accelerations) = (local("state"), local("accelerations"));
     let quantity_list = quote!(&'static [#private::Quantity]);
     quote! {
-        #quiet
-        #[automatically_derived]
-        impl #private::Model for #model {
-            type Vector = #private::SVector<#f64, #n>;
-            type Matrix = #private::SMatrix<#f64, #n, #n>;
-            type Inputs = #private::SVector<#f64, #m>;
-            type State = <Self as #private::Declared>::State;
-            type Coordinates = <Self as #private::Declared>::Coordinates;
-            const NAME: &'static #private::str = #name;
-            const COORDINATES: #quantity_list = #coordinates;
-            const INPUTS: #quantity_list = #inputs;
-            const PARAMETERS: #quantity_list = #parameters;
-            #[inline]
-            fn coordinates_with(#state: &Self::State, #accelerations: &Self::Vector) -> Self::Coordinates {
-                <Self as #private::Declared>::coordinates_with(#state, #accelerations)
-            }
-        }
+        const COORDINATES: #quantity_list = #coordinates;
+        const INPUTS: #quantity_list = #inputs;
+        const PARAMETERS: #quantity_list = #parameters;
     }
 }
 
@@ -66,18 +49,29 @@ pub(super) fn texts(surface: &Surface, compiled: &Compiled) -> TokenStream {
     let (model, vis, private, quiet) = (&surface.target, surface.impl_vis(), surface.private(), quiet());
     let Compiled { report, listing, equations_text, latex, .. } = compiled;
     let shown = format!("The equations of motion as readable text:\n\n```text\n{}\n```", equations_text.trim_end());
-    let text = quote!(&'static #private::str);
+    let at = surface.block.map_or_else(Span::call_site, |[keyword, _]| Span::call_site().located_at(keyword));
+    let text = |name: &str, value: &str| -> TokenStream {
+        let name = Ident::new(name, at);
+        let constant = quote!(#vis const #name: &'static #private::str = #value;);
+        let respanned = constant.into_iter().map(|mut tree| {
+            tree.set_span(at);
+            tree
+        });
+        respanned.collect()
+    };
+    let (report, listing) = (text("REPORT", report), text("LISTING", listing));
+    let (equations, latex) = (text("EQUATIONS", equations_text), text("LATEX", latex));
     quote! {
         #quiet
         impl #model {
             /// What the model is: degrees of freedom, conserved quantities, structure, what was simplified, cost.
-            #vis const REPORT: #text = #report;
+            #report
             /// The derived program as stable text with operation counts, for snapshot tests.
-            #vis const LISTING: #text = #listing;
+            #listing
             #[doc = #shown]
-            #vis const EQUATIONS: #text = #equations_text;
+            #equations
             /// The equations of motion in LaTeX.
-            #vis const LATEX: #text = #latex;
+            #latex
         }
     }
 }

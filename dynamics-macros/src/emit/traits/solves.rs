@@ -10,7 +10,7 @@ use quote::quote;
 
 use super::super::local;
 use super::super::program::{Printed, defined, read};
-use super::Emission;
+use super::{Emission, Names, identity};
 
 /// Accelerations in two stages.
 struct Staged {
@@ -30,6 +30,7 @@ impl Emission<'_> {
         let staged = self.staged();
         let count = staged.constants.len();
         let (f64, names) = (self.float(), self.named(&self.compiled.equations.conserved));
+        let quantities = identity::named(self.surface, &Names::of(&self.compiled.model));
         let (f1, constants) = self.constants(&staged);
         let (f2, accelerations) = self.accelerations(&staged);
         let to_vector = |r: &[TokenStream]| self.vector(r);
@@ -43,6 +44,7 @@ impl Emission<'_> {
             #f1 #f2 #f3 #f4 #f5 #f6 #f7
             impl #private::Dynamics for #model {
                 type Constants = [#f64; #count];
+                #quantities
                 const CONSERVED: &'static [#private::Quantity] = #names;
                 #constants #accelerations #mass #force #momenta #energy #conserved
             }

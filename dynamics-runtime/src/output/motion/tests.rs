@@ -59,9 +59,6 @@ impl Model for Springs {
     type State = SpringsState;
     type Coordinates = [Expr; 2];
     const NAME: &'static str = "Springs";
-    const COORDINATES: &'static [Quantity] = &[quantity("x", "m"), quantity("y[0]", "m")];
-    const INPUTS: &'static [Quantity] = &[];
-    const PARAMETERS: &'static [Quantity] = &[];
     fn coordinates_with(state: &SpringsState, a: &Self::Vector) -> [Expr; 2] {
         [0, 1].map(|k| Expr::coordinate(state.q[k], state.u[k], a[k]))
     }
@@ -69,6 +66,9 @@ impl Model for Springs {
 
 impl Dynamics for Springs {
     type Constants = ();
+    const COORDINATES: &'static [Quantity] = &[quantity("x", "m"), quantity("y[0]", "m")];
+    const INPUTS: &'static [Quantity] = &[];
+    const PARAMETERS: &'static [Quantity] = &[];
     const CONSERVED: &'static [Quantity] = &[];
     fn constants(&self) -> Result<(), SingularMassMatrix> {
         Ok(())
