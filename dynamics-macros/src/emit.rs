@@ -140,7 +140,14 @@ fn only_one(surface: &Surface) -> TokenStream {
 
 /// Puts generated impls where the user's block is, so that rustc names it where they collide with those of a second block.
 fn at_block(surface: &Surface, tokens: TokenStream) -> TokenStream {
-    let Some(spans) = surface.block else { return tokens };
+    match surface.block {
+        Some(spans) => respanned(spans, tokens, 2),
+        None => tokens,
+    }
+}
+
+/// The impls in `tokens` and in braces at most `depth` deep: the bodies of functions are long and hold none.
+fn respanned(spans: [Span; 2], tokens: TokenStream, depth: usize) -> TokenStream {
     let [keyword, braces] = spans.map(|span| Span::call_site().located_at(span));
     let mut of_impl = false;
     let tokens = tokens.into_iter().map(|mut tree| {
@@ -150,7 +157,8 @@ fn at_block(surface: &Surface, tokens: TokenStream) -> TokenStream {
                 word.set_span(keyword);
             }
             TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => {
-                let inner = if of_impl { group.stream() } else { at_block(surface, group.stream()) };
+                let inner =
+                    if of_impl || depth == 0 { group.stream() } else { respanned(spans, group.stream(), depth - 1) };
                 let span = if mem::take(&mut of_impl) { braces } else { group.span() };
                 *group = Group::new(Delimiter::Brace, inner);
                 group.set_span(span);
