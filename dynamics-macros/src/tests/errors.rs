@@ -104,3 +104,19 @@ fn helpers_that_no_role_calls_may_hold_any_rust() {
     let helper = "fn table(&self) -> Vec<String> { (0..3).map(|i| format!(\"{i}\")).collect() }";
     assert_eq!(with(helper), Ok(()));
 }
+
+#[test]
+fn pointers_to_smooth_functions_are_smooth_functions() {
+    let held = ["Box<dyn SmoothFunction>", "std::sync::Arc<Track>", "Rc<cams::Track>", "&'static Track", "Track"];
+    let refused =
+        ["Box<f64>", "Arc<[f64]>", "Rc<Vec<f64>>", "&'static str", "Vector3<f32>", "fn(f64) -> f64", "Box<Box<u8>>"];
+    let implementation =
+        "impl M { #[lagrangian] fn first(&self, q: &Coordinates<Self>) -> Expr { 0.5 * q.x.dt().powi(2) }
+        #[lagrangian] fn second(&self, q: &Coordinates<Self>) -> Expr { -self.f.at(q.x) } }";
+    for (types, accepted) in [(&held[..], true), (&refused[..], false)] {
+        for ty in types {
+            let item = format!("#[coordinates(x)] struct M {{ f: {ty} }}");
+            assert_eq!(super::try_model(&item, implementation).is_ok(), accepted, "{ty}");
+        }
+    }
+}
