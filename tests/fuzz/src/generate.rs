@@ -26,7 +26,7 @@ pub fn input(case: u64, seeds: &[Seed]) -> Input {
     match r.below(20) {
         0 => Input::Tokens(stream(&soup(r, 4))),
         1 | 2 => deep(r),
-        3..6 => Input::Engine(r.next()),
+        3..6 => Input::Engine(r.draw()),
         _ => mutated(r, seeds),
     }
 }

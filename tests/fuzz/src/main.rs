@@ -216,7 +216,7 @@ fn worker(
     let seeds = corpus::read();
     while Instant::now() < end {
         // Neighbouring numbers share nothing after one step of the generator.
-        let case = Random::new(next.fetch_add(1, Ordering::Relaxed)).next();
+        let case = Random::new(next.fetch_add(1, Ordering::Relaxed)).draw();
         notes.write_all_at(&case.to_le_bytes(), 8 * slot).expect("notes can be written");
         let begin = Instant::now();
         running.lock().expect("no holder panics")[slot as usize] = Some((case, begin));

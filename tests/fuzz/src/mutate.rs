@@ -389,9 +389,9 @@ pub fn mutate(list: &mut Vec<Tree>, random: &mut Random, seeds: &[Seed]) {
 /// Another literal, wherever the place is one.
 fn literal(tree: &mut Tree, random: &mut Random) {
     let made = match random.below(4) {
-        0 => Literal::f64_unsuffixed(f64::from_bits(random.next() >> 1).min(f64::MAX).abs()),
-        1 => Literal::u64_unsuffixed(random.next() >> random.below(64)),
-        2 => Literal::u128_unsuffixed(u128::from(random.next()) << random.below(64)),
+        0 => Literal::f64_unsuffixed(f64::from_bits(random.draw() >> 1).min(f64::MAX).abs()),
+        1 => Literal::u64_unsuffixed(random.draw() >> random.below(64)),
+        2 => Literal::u128_unsuffixed(u128::from(random.draw()) << random.below(64)),
         _ => {
             if let Some([only]) = parsed(random.pick(LITERALS)).as_deref() {
                 *tree = only.clone();
@@ -406,7 +406,11 @@ fn literal(tree: &mut Tree, random: &mut Random) {
 fn name(list: &mut [Tree], i: usize, random: &mut Random) {
     let j = random.below(list.len());
     if let (Tree::Leaf(TokenTree::Ident(_)), Tree::Leaf(TokenTree::Ident(name))) = (&list[i], &list[j]) {
-        let name = if random.one_in(4) { Ident::new(&format!("{name}_"), Span::call_site()) } else { name.clone() };
+        let name = if random.one_in(4) {
+            Ident::new(&format!("{}_", name.to_string().trim_start_matches("r#")), Span::call_site())
+        } else {
+            name.clone()
+        };
         list[i] = Tree::Leaf(name.into());
     }
 }
