@@ -220,7 +220,19 @@ fn vertical(axis: &Axis, range: Range, height: f64) -> Side {
 
 /// Ticks of x, farther apart than any label is wide.
 fn horizontal(axis: &Axis, range: Range, width: f64) -> Side {
-    let ticks = some_ticks(axis, range, width / 62.0, width / 56.0);
+    let mut ticks = some_ticks(axis, range, width / 62.0, width / 56.0);
+    // Round values on a logarithmic axis do not keep the mean distance: a label that would come too close leaves its tick bare.
+    let mut end = f64::NEG_INFINITY;
+    let (labelled, bare): (Vec<_>, Vec<_>) = ticks.major.into_iter().partition(|(at, label)| {
+        let (middle, half) = (range.part(*at) * width, 0.5 * measure::width(label, FONT));
+        let free = middle - half > end + 6.0;
+        if free {
+            end = middle + half;
+        }
+        free
+    });
+    ticks.major = labelled;
+    ticks.minor.extend(bare.into_iter().map(|(at, _)| at));
     side(axis, range, ticks, width)
 }
 
