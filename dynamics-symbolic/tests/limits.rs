@@ -143,3 +143,17 @@ fn a_fourth_derivative_that_only_the_energy_shows_is_found() {
     let found = compile(b.model).expect_err("a fourth derivative");
     assert_eq!(found, [Finding::TooManyDerivatives { name: "track".into(), origin: Origin(7) }]);
 }
+
+#[test]
+fn powers_of_two_are_not_taken_for_one() {
+    use dynamics_symbolic::graph::{Graph, Number, Symbol};
+    let mut g = Graph::new();
+    let p = g.symbol(Symbol::Parameter(0));
+    // 2³¹ · (2³⁰ · p), literal by literal: modulo a Mersenne prime this would be p.
+    for (high, low) in [(31, 30), (60, 1), (59, 2), (40, 21)] {
+        let [high, low] = [high, low].map(|n| g.number(Number::integer(1 << n)));
+        let inner = g.mul(low, p);
+        let product = g.mul(high, inner);
+        assert_ne!(g.fingerprint(product), g.fingerprint(p));
+    }
+}

@@ -1,6 +1,6 @@
 //! Every direction of motion has inertia: M has no null vector that holds in every state.
 //!
-//! The null space of M is found by elimination modulo 2⁶¹ − 1 at random states. Directions that are the same everywhere are named (`x - 2 y`);
+//! The null space of M is found by elimination modulo 2⁶¹ − 31 at random states. Directions that are the same everywhere are named (`x - 2 y`);
 //! of others only the coordinates that take part are known.
 
 use crate::calculus::{directional, gradient};

@@ -1,8 +1,8 @@
-//! Linear algebra modulo 2⁶¹ − 1: null spaces of sampled matrices, and the rational numbers that their entries stand for.
+//! Linear algebra modulo 2⁶¹ − 31: null spaces of sampled matrices, and the rational numbers that their entries stand for.
 
 use crate::graph::Fingerprint;
 
-const P: i128 = (1 << 61) - 1;
+const P: i128 = crate::graph::MODULUS as i128;
 
 /// A basis of the vectors x of length n with `rows`·x = 0, one for every free column, that column's entry 1 and the other free ones 0.
 pub(super) fn null_space(mut rows: Vec<Vec<Fingerprint>>, n: usize) -> Vec<Vec<Fingerprint>> {

@@ -1,7 +1,7 @@
 //! Conserved quantities: the energy function, momenta of ignorable coordinates, and of constant combinations of coordinates.
 //!
 //! ṗ = ∂L/∂q + applied forces = Q + (∂p/∂q)q̇ + ∂p/∂t. A constant vector c with cᵀṗ ≡ 0 makes cᵀp constant; such vectors are the null space of ṗ
-//! sampled at random points, modulo 2⁶¹ − 1, and every one is verified by the fingerprint of cᵀṗ. Combinations with parameters as coefficients are
+//! sampled at random points, modulo 2⁶¹ − 31, and every one is verified by the fingerprint of cᵀṗ. Combinations with parameters as coefficients are
 //! not looked for.
 
 use crate::calculus::directional;

@@ -13,7 +13,7 @@ impl Graph {
     pub(super) fn folded(&mut self, number: Number, value: Fingerprint) -> NodeId {
         match number {
             Number::Rational(..) => self.number(number),
-            // Powers of two reach 1 modulo 2⁶¹ − 1: what another number already owns is not this number's.
+            // Rounded numbers of many digits may meet modulo the prime: what another number already owns is not this number's.
             Number::Float(x) => match self.known(&Node::Number(number), value).and_then(|id| self.as_number(id)) {
                 Some(other) if (other.value() - x).abs() > 1e-9 * x.abs() => self.number(number),
                 _ => self.intern(Node::Number(number), value),

@@ -45,7 +45,7 @@ fn divide(n: i128, d: i128) -> f64 {
 }
 
 /// Bound of numerator and denominator: products of two fit into `i128`, and two integers below it differ by less than the fingerprints' modulus
-/// 2⁶¹ − 1, or 2⁶¹ would be taken for 1.
+/// 2⁶¹ − 31, or two of them could be taken for one.
 const LIMIT: i128 = 1 << 60;
 
 impl Number {

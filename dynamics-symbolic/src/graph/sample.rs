@@ -1,9 +1,9 @@
-//! Values of nodes modulo 2⁶¹ − 1 at further random points, for exact linear algebra with random evaluations.
+//! Values of nodes modulo 2⁶¹ − 31 at further random points, for exact linear algebra with random evaluations.
 
 use super::fingerprint::{Circle, Fingerprint};
 use super::{Graph, Node, NodeId, Number, Symbol, Unary};
 
-/// Evaluates some nodes modulo 2⁶¹ − 1 at points of the caller's choice, with the same conventions as the fingerprints: sines and cosines on the
+/// Evaluates some nodes modulo 2⁶¹ − 31 at points of the caller's choice, with the same conventions as the fingerprints: sines and cosines on the
 /// rational circle, other functions opaque. Two nodes with equal fingerprints have equal samples.
 #[derive(Clone, Debug)]
 pub struct Sampler<'g> {
