@@ -1,5 +1,6 @@
 //! Model checks: one rule per file, called from a visible list.
 
+mod choices;
 mod contents;
 mod definite;
 mod effect;

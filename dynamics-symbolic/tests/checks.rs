@@ -5,7 +5,7 @@ mod common;
 use common::{Builder, chain, double_pendulum};
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::compile::compile;
-use dynamics_symbolic::graph::{NodeId, Origin, Symbol, Unary};
+use dynamics_symbolic::graph::{Comparison, NodeId, Origin, Symbol, Unary};
 use dynamics_symbolic::mechanics::{EnergyRole, Event, Force, ForceTerm, Input, Model};
 
 fn findings(model: Model) -> Vec<Finding> {
@@ -322,4 +322,33 @@ fn time_and_inputs_in_the_energies_spoil_the_energy() {
         b.energy("spring", EnergyRole::Potential, v);
         assert_eq!(names(b.model), [""; 0]);
     }
+}
+
+/// Two masses on lines, and V = `then` or `otherwise` of (x, y) as `decider` of (x, y, t) is below 1 or not.
+fn switched(
+    decider: fn(&mut Builder, [NodeId; 3]) -> NodeId,
+    branches: fn(&mut Builder, NodeId, NodeId) -> [NodeId; 2],
+) -> Model {
+    let (mut b, x, m) = particle();
+    let y = b.coordinate("y");
+    let t = b.kinetic(m, &[y]);
+    b.energy("other", EnergyRole::Kinetic, t);
+    let time = b.g().symbol(Symbol::Time);
+    let (one, decider) = (b.g().one(), decider(&mut b, [x, y, time]));
+    let [then, otherwise] = branches(&mut b, x, y);
+    let v = b.g().select(Comparison::Less, decider, one, then, otherwise);
+    b.energy("switched", EnergyRole::Potential, v);
+    b.model
+}
+
+/// The slopes of both branches keep the energy and the momentum of y; only what decides between them tells that the choice does not.
+#[test]
+fn what_decides_a_choice_has_to_be_invariant_too() {
+    let wells = |b: &mut Builder, x, _| [b.cos(x), b.mul(x, x)];
+    assert_eq!(names(switched(|_, [_, _, t]| t, wells)), ["momentum of y"], "time decides");
+    assert_eq!(names(switched(|_, [_, y, _]| y, wells)), ["energy"], "y decides");
+    assert_eq!(names(switched(|_, [x, _, _]| x, wells)), ["energy", "momentum of y"], "x decides");
+    let levels = |b: &mut Builder, _, _| [b.ratio(1, 2), b.ratio(3, 1)];
+    let between = |b: &mut Builder, [x, y, _]: [NodeId; 3]| b.sub(x, y);
+    assert_eq!(names(switched(between, levels)), ["energy", "momentum of x + y"], "the distance decides");
 }

@@ -3,11 +3,15 @@
 //! ṗ = ∂L/∂q + applied forces = Q + (∂p/∂q)q̇ + ∂p/∂t. A constant vector c with cᵀṗ ≡ 0 makes cᵀp constant; such vectors are the null space of ṗ
 //! sampled at random points, modulo 2⁶¹ − 31, and every one is verified by the fingerprint of cᵀṗ. Combinations with parameters as coefficients are
 //! not looked for.
+//!
+//! All this holds between the switches of choices. What decides a choice in L or in the place where a force acts has to be invariant as well,
+//! along t for the energy, along c for a momentum: otherwise the quantity may jump where the choice switches.
 
-use crate::calculus::directional;
+use crate::calculus::{directional, gradient};
 use crate::graph::{Dependence, Fingerprint, NodeId, Number, Sampler, Symbol};
-use crate::mechanics::{Equations, Model, Named};
+use crate::mechanics::{EnergyRole, Equations, ForceTerm, Model, Named};
 
+use super::choices::deciders;
 use super::modular::{combination, integers, null_space};
 use super::units::{Dimension, Exponent, System, Unit};
 
@@ -15,13 +19,14 @@ use super::units::{Dimension, Exponent, System, Unit};
 pub fn conserved(model: &mut Model, equations: &Equations) -> Vec<Named> {
     let mut found: Vec<Named> = energy(model, equations).into_iter().collect();
     let rates = momentum_rates(model, equations);
-    for c in constant_directions(model, &rates) {
+    let slopes = choice_slopes(model);
+    for c in constant_directions(model, &rates, &slopes) {
         let names: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
         let name = format!("momentum of {}", combination(&c, &names));
         let unit = momentum_unit(model, &c);
         let node = combine(model, &c, &equations.momenta);
         // A momentum that is a plain number says nothing.
-        if !model.graph.is_constant(node) {
+        if !model.graph.is_constant(node) && !switches_in_time(model, &[node]) {
             found.push(Named { name, unit, node });
         }
     }
@@ -29,11 +34,13 @@ pub fn conserved(model: &mut Model, equations: &Equations) -> Vec<Named> {
 }
 
 /// dE/dt = Σ powers where neither time nor inputs enter L.
-fn energy(model: &Model, equations: &Equations) -> Option<Named> {
+fn energy(model: &mut Model, equations: &Equations) -> Option<Named> {
+    let places = places(model);
+    let switched = switches_in_time(model, &places);
     let g = &model.graph;
     let power = equations.powers.iter().fold(Fingerprint::ZERO, |sum, p| sum.add(g.fingerprint(p.node)));
     let node = equations.energy_function;
-    let open = g.dependence(node).on(Dependence::INPUTS) || driven(model);
+    let open = g.dependence(node).on(Dependence::INPUTS) || driven(model) || switched;
     if power != Fingerprint::ZERO || open || g.is_constant(node) {
         return None;
     }
@@ -48,6 +55,34 @@ fn driven(model: &Model) -> bool {
     model.energies.iter().any(|e| model.graph.dependence(e.node).on(Dependence::INPUTS))
 }
 
+/// T, V, L, and the places where forces act: a jump of theirs is a jump of energy or momentum. Magnitudes may jump.
+fn places(model: &Model) -> Vec<NodeId> {
+    let energies = model.energies.iter().filter(|e| e.role != EnergyRole::Dissipation).map(|e| e.node);
+    let terms = model.forces.iter().flat_map(|f| &f.terms);
+    let acted = terms.flat_map(|term| match term {
+        ForceTerm::At { point, .. } => point.clone(),
+        ForceTerm::Along { expression, .. } => vec![*expression],
+    });
+    energies.chain(acted).collect()
+}
+
+/// Whether time decides a choice, even where it does nothing else.
+fn switches_in_time(model: &mut Model, roots: &[NodeId]) -> bool {
+    let g = &mut model.graph;
+    let deciders = deciders(g, roots);
+    let rates = directional(g, &deciders, &mut |g, s| (s == Symbol::Time).then(|| g.one()));
+    rates.into_iter().any(|rate| g.fingerprint(rate) != Fingerprint::ZERO)
+}
+
+/// Gradients by the coordinates of what decides the choices in L and in the places of forces.
+fn choice_slopes(model: &mut Model) -> Vec<Vec<NodeId>> {
+    let coordinates: Vec<Symbol> = (0..model.coordinates.len() as u32).map(Symbol::Coordinate).collect();
+    let places = places(model);
+    let g = &mut model.graph;
+    let one = g.one();
+    deciders(g, &places).into_iter().map(|d| gradient(g, &[(d, one)], &coordinates)).collect()
+}
+
 /// ṗ as fingerprints can tell: (Q, transport) per coordinate.
 fn momentum_rates(model: &mut Model, equations: &Equations) -> Vec<(NodeId, NodeId)> {
     let transport = directional(&mut model.graph, &equations.momenta, &mut |g, s| match s {
@@ -58,21 +93,29 @@ fn momentum_rates(model: &mut Model, equations: &Equations) -> Vec<(NodeId, Node
     equations.generalized_force.iter().copied().zip(transport).collect()
 }
 
-/// Integer vectors c with cᵀṗ ≡ 0.
-fn constant_directions(model: &Model, rates: &[(NodeId, NodeId)]) -> Vec<Vec<i64>> {
+/// Integer vectors c with cᵀṗ ≡ 0 and cᵀs ≡ 0 for the slopes s of what decides choices.
+fn constant_directions(model: &Model, rates: &[(NodeId, NodeId)], slopes: &[Vec<NodeId>]) -> Vec<Vec<i64>> {
     let n = rates.len();
-    let nodes: Vec<NodeId> = rates.iter().flat_map(|(q, t)| [*q, *t]).collect();
+    if n == 0 {
+        return Vec::new();
+    }
+    let forces = rates.iter().map(|(q, _)| *q);
+    let nodes: Vec<NodeId> =
+        forces.chain(rates.iter().map(|(_, t)| *t)).chain(slopes.iter().flatten().copied()).collect();
     let sampler = Sampler::new(&model.graph, &nodes);
-    let row = |point| sampler.at(point).chunks(2).map(|pair| pair[0].add(pair[1])).collect::<Vec<_>>();
-    // n rows settle the null space; two more guard against an accident.
-    let rows = (0..n as u64 + 2).map(row).collect();
-    let fingerprint = |(q, t): &(NodeId, NodeId)| model.graph.fingerprint(*q).add(model.graph.fingerprint(*t));
-    let verified = |c: &Vec<i64>| {
-        let sum = c.iter().zip(rates).fold(Fingerprint::ZERO, |sum, (c, rate)| {
-            sum.add(Fingerprint::number(Number::integer(*c)).mul(fingerprint(rate)))
-        });
-        sum == Fingerprint::ZERO
+    let sum = |values: &[Fingerprint]| -> Vec<Vec<Fingerprint>> {
+        let momentum = (0..n).map(|i| values[i].add(values[n + i])).collect();
+        core::iter::once(momentum).chain(values[2 * n..].chunks(n).map(<[_]>::to_vec)).collect()
     };
+    // n points settle the null space; two more guard against an accident.
+    let rows = (0..n as u64 + 2).flat_map(|point| sum(&sampler.at(point))).collect();
+    let values: Vec<Fingerprint> = nodes.iter().map(|id| model.graph.fingerprint(*id)).collect();
+    let vanishing = sum(&values);
+    let along = |c: &[i64], row: &[Fingerprint]| {
+        let term = |(c, value): (&i64, &Fingerprint)| Fingerprint::number(Number::integer(*c)).mul(*value);
+        c.iter().zip(row).map(term).fold(Fingerprint::ZERO, Fingerprint::add)
+    };
+    let verified = |c: &Vec<i64>| vanishing.iter().all(|row| along(c, row) == Fingerprint::ZERO);
     null_space(rows, n).iter().filter_map(|v| integers(v)).filter(verified).collect()
 }
 
