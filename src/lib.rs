@@ -60,13 +60,13 @@ pub use dynamics_runtime::*;
 pub mod prelude {
     pub use dynamics_macros::{Dynamics, dynamics};
     pub use dynamics_runtime::TimeDerivative as _;
-    pub use dynamics_runtime::error::{SingularMassMatrix, StateError};
+    pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
     pub use dynamics_runtime::math::F64Ext as _;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
-        Coordinates, Dynamics, Energies, Events, Linearize, Model, ModelState, Outputs, Powers, Quantity, State,
-        StateJacobian,
+        ConstraintKind, Constraints, Coordinates, Dynamics, Energies, Events, Linearize, Model, ModelState, Modes,
+        Outputs, Powers, Quantity, State, StateJacobian,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::motion::{Direction, Flow, Method, Motion, Simulate, SimulationError};
@@ -89,15 +89,18 @@ pub mod __private {
     pub use core::result::Result::{self, Err, Ok};
     pub use core::{assert, unreachable};
     pub use dynamics_macros::__model;
-    pub use dynamics_runtime::error::{SingularMassMatrix, StateError};
+    pub use dynamics_runtime::constrain::workspace_len;
+    pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
     pub use dynamics_runtime::generated::{OnlyOneDynamicsImplPerModel, matrix, name_singular, singular, vector};
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
-        Dynamics, Energies, Events, Linearize, Model, ModelState, Outputs, Powers, Quantity, StateJacobian, Vector,
+        Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Linearize, Model, ModelState, Modes,
+        Outputs, Powers, Quantity, Route, Solved, StateJacobian, Terms, Vector,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Point};
+    pub use dynamics_runtime::unconstrained;
     pub use dynamics_runtime::{Expr, SmoothFunction, math};
     pub use nalgebra::{ArrayStorage, SMatrix, SVector};
 

@@ -71,7 +71,7 @@ where
     for _ in 0..20 {
         let state: M::State = random_state::<M>(&mut random, center);
         let still = M::Vector::zeros();
-        let lagrangian = |s: &M::State| l(&M::coordinates_with(s, &still)).value();
+        let lagrangian = |s: &M::State| l(&M::coordinates_with(s, &still, &[])).value();
 
         let p: Vec<f64> = (0..n).map(|i| slope(&lagrangian, &state, Slot::U(i))).collect();
         let momenta = model.momenta(&state);
@@ -101,7 +101,7 @@ where
             }
             applied_power += (force[i] - inertial) * state.u()[i];
         }
-        let still = applied(&M::coordinates_with(&state, &still));
+        let still = applied(&M::coordinates_with(&state, &still, &[]));
         near(applied_power, still, still, 1e-7, "power of the applied part of Q");
 
         // M q̈ = Q.
@@ -125,7 +125,7 @@ where
         near(powers.iter().sum(), rate, rate.abs() + energy.abs(), 1e-7, "dE/dt = Σ powers");
         let of_forces: f64 =
             M::POWERS.iter().zip(&powers).filter(|(q, _)| q.name != "explicit time").map(|(_, p)| *p).sum();
-        let jets = applied(&M::coordinates_with(&state, &a));
+        let jets = applied(&M::coordinates_with(&state, &a, &[]));
         near(of_forces, jets, jets, 1e-11, "power of forces and dissipation");
 
         // Jacobians against differences of the accelerations.
@@ -496,7 +496,7 @@ mod everything {
         let mut random = Random(11);
         for _ in 0..20 {
             let state = random_state::<Everything>(&mut random, 0.5);
-            let q = Everything::coordinates_with(&state, &model.accelerations(&state).unwrap());
+            let q = Everything::coordinates_with(&state, &model.accelerations(&state).unwrap(), &[]);
             let mut outputs = vec![f64::NAN; Everything::OUTPUTS.len()];
             model.outputs(&state, &mut outputs).unwrap();
             let names: Vec<&str> = Everything::OUTPUTS.iter().map(|o| o.name).collect();

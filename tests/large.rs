@@ -105,7 +105,7 @@ where
 {
     let state = state::<M, N>();
     let a = model.accelerations(&state).expect("a regular state");
-    let q = M::coordinates_with(&state, &a);
+    let q = M::coordinates_with(&state, &a, &[]);
     let mut pull = Vec2::new(0.0, 0.0);
     let mut scale = 0.0;
     for i in (0..N).rev() {

@@ -69,7 +69,7 @@ fn chain() {
     let s = model.state().x(0.1).theta([0.3, -0.4, 1.1, 2.0]).theta_rate([0.5, -0.2, 0.9, -1.3]).build().unwrap();
     // D'Alembert at the accelerations found: nothing pushes sideways, and the moment of the links below joint j about it vanishes.
     let a = model.accelerations(&s).unwrap();
-    let q = Chain::coordinates_with(&s, &a);
+    let q = Chain::coordinates_with(&s, &a, &[]);
     let pull: [Vec2<f64>; 4] = std::array::from_fn(|i| {
         let acceleration = model.place(&q, i).dt().dt().value();
         model.mass[i] * (acceleration + Vec2::new(0.0, 9.81))
@@ -147,7 +147,7 @@ fn rigid_body() {
     let s = model.state().yaw(0.4).tilt(1.1).spin(-0.3).yaw_rate(0.8).tilt_rate(-0.5).spin_rate(2.0).build().unwrap();
     let a = model.accelerations(&s).unwrap();
     // Euler: J ω̇ + ω × J ω = 0 in the frame of the body.
-    let omega = model.omega(&RigidBody::coordinates_with(&s, &a));
+    let omega = model.omega(&RigidBody::coordinates_with(&s, &a, &[]));
     let moment = (inertia * omega.dt() + omega.cross(inertia * omega)).value();
     moment.to_array().iter().for_each(|x| near(*x, 0.0, 5.0, "moment"));
     balanced(&model, &s, a.as_slice());

@@ -314,7 +314,7 @@ fn agree(position: [f64; 4], rates: [f64; 4], t: f64) -> Result<(), TestCaseErro
     let builder = model.state().x(x).y(y).z(z).x_rate(x_rate).y_rate(y_rate).z_rate(z_rate);
     let state = builder.at_time(t).build().expect("every number is finite");
     let accelerations = model.accelerations(&state).expect("the masses are positive");
-    let q = Everything::coordinates_with(&state, &accelerations);
+    let q = Everything::coordinates_with(&state, &accelerations, &[]);
     let mut compiled = vec![0.0; Everything::OUTPUTS.len()];
     model.outputs(&state, &mut compiled).expect("the masses are positive");
     compare!(model, q, compiled;

@@ -148,6 +148,7 @@ catalogue! {
     // Time.
     rate_of_input(name) "the rate of the input `{name}` is not known; make it a coordinate, or take `.dt()` of something without it";
     third_derivative() "derivatives beyond accelerations are not known; take `.dt()` at most twice";
+    rate_of_reaction() "the rate of a reaction is not known; take the derivative of what does not contain it";
 
     // Units.
     unknown_unit(name, hint) "`{name}` is no unit; {hint}";

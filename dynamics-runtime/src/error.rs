@@ -36,6 +36,67 @@ impl fmt::Display for SingularMassMatrix {
 
 impl core::error::Error for SingularMassMatrix {}
 
+/// Why accelerations and reactions do not exist at a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// The mass matrix has no inverse on the motions that the constraints leave.
+    SingularMassMatrix(SingularMassMatrix),
+    /// The constraints contradict each other here: no acceleration satisfies them all.
+    Contradiction {
+        /// Row that is missed most, `closure.x`.
+        row: &'static str,
+        /// By how much: (Φ_q q̈ − γ) of that row.
+        residual: f64,
+        /// Rank of the constraint Jacobian there.
+        rank: usize,
+    },
+    /// Reaction-dependent forces leave no solution, or several (Painlevé's paradox).
+    Friction {
+        /// The reaction that decides, `floor`.
+        row: &'static str,
+        /// Number of solutions found: 0, or more than 1.
+        solutions: usize,
+    },
+    /// A constraint, its Jacobian or γ is infinite or not a number.
+    ConstraintNotFinite {
+        /// The row.
+        row: &'static str,
+    },
+}
+
+impl From<SingularMassMatrix> for SolveError {
+    fn from(error: SingularMassMatrix) -> Self {
+        Self::SingularMassMatrix(error)
+    }
+}
+
+impl fmt::Display for SolveError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SingularMassMatrix(error) => error.fmt(f),
+            Self::Contradiction { row, residual, rank } => write!(
+                f,
+                "the constraints contradict each other: no acceleration satisfies `{row}` (missed by {residual:e}) together with the \
+                 others, whose Jacobian has rank {rank} here"
+            ),
+            Self::Friction { row, solutions: 0 } => write!(
+                f,
+                "no acceleration and reaction of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid \
+                 model has no motion; make the contact compliant, or end the motion before"
+            ),
+            Self::Friction { row, solutions } => write!(
+                f,
+                "{solutions} different reactions of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid \
+                 model does not decide; make the contact compliant, or end the motion before"
+            ),
+            Self::ConstraintNotFinite { row } => write!(f, "constraint `{row}` is not finite here"),
+        }
+    }
+}
+
+impl core::error::Error for SolveError {}
+
 /// A value given to a state builder is not finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]

@@ -7,6 +7,7 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+pub mod constrain;
 pub mod derivative;
 pub mod error;
 pub mod expr;

@@ -8,7 +8,9 @@ use core::ops::{Index, IndexMut};
 
 use nalgebra::SVector;
 
-use crate::error::SingularMassMatrix;
+use core::any::TypeId;
+
+use crate::error::{SingularMassMatrix, SolveError};
 
 /// A vector whose length is part of its type: `SVector<f64, N>`.
 pub trait Vector:
@@ -73,6 +75,72 @@ pub trait ModelState: Copy + PartialEq + Debug + Send + Sync + 'static {
     fn u_mut(&mut self) -> &mut Self::Vector;
     /// Input values, to be changed.
     fn inputs_mut(&mut self) -> &mut Self::Inputs;
+    /// Which switched constraints hold.
+    fn modes(&self) -> Modes;
+    /// Which switched constraints hold, to be changed. Switching changes no velocity: where a constraint engages in motion, that is an impact.
+    fn modes_mut(&mut self) -> &mut Modes;
+}
+
+/// The modes of the switched constraints of a model, by their order among the switched ones: whether each holds, and, where it does not, to
+/// which side it was left. All hold by default. At most 32.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct Modes {
+    /// Two bits each: released, left to the negative side.
+    bits: u64,
+}
+
+impl Modes {
+    /// Most switched constraints of a model.
+    pub const MOST: usize = 32;
+    /// Every constraint holds.
+    pub const ALL_HOLD: Self = Self { bits: 0 };
+
+    /// Whether the switched constraint with this index holds.
+    #[inline(always)]
+    #[must_use]
+    pub const fn holds(self, index: usize) -> bool {
+        self.bits >> (2 * index) & 1 == 0
+    }
+
+    /// Whether every constraint holds.
+    #[inline(always)]
+    #[must_use]
+    pub const fn all_hold(self) -> bool {
+        self.bits == 0
+    }
+
+    /// 0 while it holds, else ±1: the side to which it was left.
+    #[inline(always)]
+    #[must_use]
+    pub const fn side(self, index: usize) -> f64 {
+        match self.bits >> (2 * index) & 3 {
+            1 => 1.0,
+            3 => -1.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Lets it hold.
+    pub const fn engage(&mut self, index: usize) {
+        self.bits &= !(3 << (2 * index));
+    }
+
+    /// Releases it to a side: that of growing Φ (or A q̇ + b) where `side` is not negative.
+    pub const fn release(&mut self, index: usize, side: f64) {
+        self.engage(index);
+        self.bits |= (if side < 0.0 { 3 } else { 1 }) << (2 * index);
+    }
+}
+
+impl Debug for Modes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.all_hold() {
+            return f.write_str("all hold");
+        }
+        let released = (0..Self::MOST).filter(|i| !self.holds(*i)).map(|i| (i, self.side(i)));
+        f.write_str("released ")?;
+        f.debug_map().entries(released).finish()
+    }
 }
 
 /// Sizes and types of a model: what `#[derive(Dynamics)]` knows from the struct alone.
@@ -95,8 +163,9 @@ pub trait Model: Sized {
     /// The name of the struct.
     const NAME: &'static str;
 
-    /// Time jets at a state, with accelerations q̈ as given: what helper functions, outputs and drawings are called with.
-    fn coordinates_with(state: &Self::State, accelerations: &Self::Vector) -> Self::Coordinates;
+    /// Time jets at a state, with accelerations q̈ and multipliers λ as given: what helper functions, outputs and drawings are called with.
+    /// Multipliers may be left out (`&[]`): reactions are then NaN.
+    fn coordinates_with(state: &Self::State, accelerations: &Self::Vector, multipliers: &[f64]) -> Self::Coordinates;
 }
 
 /// The state type of a model: time, generalized coordinates and velocities, inputs, each with its name.
@@ -128,13 +197,9 @@ pub trait Dynamics: Model {
     /// Computes what depends on parameters alone.
     fn constants(&self) -> Result<Self::Constants, SingularMassMatrix>;
     /// q̈ at a state, from constants computed before.
-    fn accelerations_with(
-        &self,
-        constants: &Self::Constants,
-        state: &Self::State,
-    ) -> Result<Self::Vector, SingularMassMatrix>;
+    fn accelerations_with(&self, constants: &Self::Constants, state: &Self::State) -> Result<Self::Vector, SolveError>;
     /// q̈ at a state.
-    fn accelerations(&self, state: &Self::State) -> Result<Self::Vector, SingularMassMatrix> {
+    fn accelerations(&self, state: &Self::State) -> Result<Self::Vector, SolveError> {
         self.accelerations_with(&self.constants()?, state)
     }
     /// Mass matrix M(q,t), N×N, symmetric.
@@ -148,6 +213,232 @@ pub trait Dynamics: Model {
     /// Values of the conserved quantities, written to `values` in the order of [`Dynamics::CONSERVED`].
     fn conserved(&self, state: &Self::State, values: &mut [f64]);
 }
+
+/// What a constraint restricts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ConstraintKind {
+    /// Φ(q, t) = 0.
+    Holonomic,
+    /// A(q, t) q̇ + b(q, t) = 0.
+    Nonholonomic,
+}
+
+/// A constraint of a model: one function with `#[holonomic]` or `#[nonholonomic]`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Constraint {
+    /// Its name.
+    pub name: &'static str,
+    /// What it restricts.
+    pub kind: ConstraintKind,
+    /// Its first row.
+    pub first: usize,
+    /// Number of its rows.
+    pub rows: usize,
+    /// It was declared to repeat others.
+    pub redundant: bool,
+    /// Its index among the switched constraints, if it is switched on and off: see [`Modes`].
+    pub switched: Option<usize>,
+}
+
+/// How a model's accelerations and multipliers are found where nothing degrades.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Route {
+    /// There are no constraints.
+    Unconstrained,
+    /// By straight-line code, generated for this order of elimination.
+    Unrolled {
+        /// In words, for summaries: `loops eliminated block by block (beta leads)`.
+        elimination: &'static str,
+    },
+    /// By the general rank-revealing solver.
+    General {
+        /// Why, in words: `constraints repeat each other`.
+        reason: &'static str,
+    },
+}
+
+/// q̈ and λ, or a correction δ and μ, of a model with N coordinates and R rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solved<V, R> {
+    /// q̈, or δ.
+    pub accelerations: V,
+    /// λ, or μ; 0 for rows of released constraints.
+    pub multipliers: R,
+}
+
+/// Where [`Constraints::terms`] writes; matrices by rows. N coordinates, R rows.
+#[derive(Debug)]
+pub struct Terms<'a> {
+    /// M, N×N.
+    pub mass: &'a mut [f64],
+    /// Q, N; without what depends on multipliers where [`Constraints::FRICTION`] (there [`Constraints::friction`] gives all of it).
+    pub force: &'a mut [f64],
+    /// Φ_q joined by A, R×N.
+    pub jacobian: &'a mut [f64],
+    /// γ, R.
+    pub gamma: &'a mut [f64],
+}
+
+/// Memory that solvers work in, without allocation: an array whose length the generated code computes by
+/// [`crate::constrain::workspace_len`].
+pub trait Workspace {
+    /// All zero.
+    fn new() -> Self;
+    /// The memory.
+    fn as_mut_slice(&mut self) -> &mut [f64];
+}
+
+impl<const K: usize> Workspace for [f64; K] {
+    #[inline]
+    fn new() -> Self {
+        [0.0; K]
+    }
+    #[inline]
+    fn as_mut_slice(&mut self) -> &mut [f64] {
+        self
+    }
+}
+
+/// The constraints of a model; a model without any has no rows. Signs:
+///
+/// ```text
+/// M(q,t) q̈ = Q(q,q̇,t) + Φ_qᵀ λ        Φ_q q̈ = γ        reaction = +Φ_qᵀ λ
+/// γ = −(Φ_q q̇)_q q̇ − 2 Φ_qt q̇ − Φ_tt    rows A q̇ + b = 0 join Φ_q with their own γ
+/// ```
+///
+/// R rows in all: the holonomic constraints first, H rows, then the nonholonomic ones, K rows; within each kind in the order of
+/// declaration. Switched constraints have their rows whether they hold or not.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no equations of motion; put `#[dynamics]` on the `impl` block with its energies",
+    label = "no `#[dynamics] impl` for this"
+)]
+pub trait Constraints: Dynamics {
+    /// One number per row: `SVector<f64, R>`.
+    type Rows: Vector;
+    /// One number per holonomic row: `SVector<f64, H>`.
+    type Residual: Vector;
+    /// `SMatrix<f64, R, N>`.
+    type Jacobian: Copy + PartialEq + Debug + Index<(usize, usize), Output = f64>;
+    /// `SMatrix<f64, K, N>`.
+    type VelocityJacobian: Copy + PartialEq + Debug + Index<(usize, usize), Output = f64>;
+    /// `SVector<f64, K>`.
+    type VelocityOffset: Vector;
+    /// `[f64; workspace_len(N, R)]`.
+    type Workspace: Workspace;
+
+    /// The constraints in the order of their rows.
+    const CONSTRAINTS: &'static [Constraint];
+    /// The rows by name, `closure.x`, with the unit of Φ or of A q̇ + b.
+    const ROWS: &'static [Quantity];
+    /// How q̈ and λ are found.
+    const ROUTE: Route;
+    /// Whether applied forces depend on reactions.
+    const FRICTION: bool = false;
+
+    /// Φ(q,t), zero on every motion.
+    fn residual(&self, state: &Self::State) -> Self::Residual;
+    /// Φ̇ = Φ_q q̇ + Φ_t joined by A q̇ + b, zero on every motion.
+    fn velocity_residual(&self, state: &Self::State) -> Self::Rows;
+    /// Φ_q joined by A.
+    fn jacobian(&self, state: &Self::State) -> Self::Jacobian;
+    /// A alone: the nonholonomic rows.
+    fn velocity_jacobian(&self, state: &Self::State) -> Self::VelocityJacobian;
+    /// b alone: the nonholonomic rows.
+    fn velocity_offset(&self, state: &Self::State) -> Self::VelocityOffset;
+    /// γ.
+    fn gamma(&self, state: &Self::State) -> Self::Rows;
+    /// M, Q, Φ_q and γ at once.
+    fn terms(&self, state: &Self::State, terms: &mut Terms<'_>);
+    /// Q and ∂Q/∂λ (N×R by rows) where applied forces depend on reactions; called only where [`Constraints::FRICTION`].
+    fn friction(
+        &self,
+        _state: &Self::State,
+        _multipliers: &Self::Rows,
+        _force: &mut [f64],
+        _by_multipliers: &mut [f64],
+    ) {
+    }
+    /// q̈ and λ by the generated code; `None` where it does not apply (a pivot is too small, a constraint is released) or does not exist.
+    /// Models without constraints give q̈ alone.
+    fn solve_unrolled(
+        &self,
+        constants: &Self::Constants,
+        state: &Self::State,
+    ) -> Option<Solved<Self::Vector, Self::Rows>>;
+    /// δ and μ with M δ = Φ_qᵀμ, Φ_q δ = `right`, by the generated code; `None` as for [`Constraints::solve_unrolled`].
+    fn correct_unrolled(&self, state: &Self::State, right: &Self::Rows) -> Option<Solved<Self::Vector, Self::Rows>>;
+    /// ∂(Φ_qᵀλ)/∂q (N×N), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), by rows one after the other.
+    fn constraint_derivatives(&self, state: &Self::State, multipliers: &Self::Rows, values: &mut [f64]);
+    /// The constraint whose function has this type: index into [`Constraints::CONSTRAINTS`].
+    fn constraint_of(function: TypeId) -> Option<usize>;
+}
+
+/// Says that a model written by hand has no constraints: `unconstrained!(Model, N)` for N coordinates.
+#[macro_export]
+macro_rules! unconstrained {
+    ($model:ty, $n:expr) => {
+        impl $crate::model::Constraints for $model {
+            type Rows = $crate::model::NoRows;
+            type Residual = $crate::model::NoRows;
+            type Jacobian = $crate::model::NoMatrix<$n>;
+            type VelocityJacobian = $crate::model::NoMatrix<$n>;
+            type VelocityOffset = $crate::model::NoRows;
+            type Workspace = [::core::primitive::f64; 0];
+            const CONSTRAINTS: &'static [$crate::model::Constraint] = &[];
+            const ROWS: &'static [$crate::model::Quantity] = &[];
+            const ROUTE: $crate::model::Route = $crate::model::Route::Unconstrained;
+            fn residual(&self, _: &Self::State) -> Self::Residual {
+                Self::Residual::default()
+            }
+            fn velocity_residual(&self, _: &Self::State) -> Self::Rows {
+                Self::Rows::default()
+            }
+            fn jacobian(&self, _: &Self::State) -> Self::Jacobian {
+                Self::Jacobian::default()
+            }
+            fn velocity_jacobian(&self, _: &Self::State) -> Self::VelocityJacobian {
+                Self::VelocityJacobian::default()
+            }
+            fn velocity_offset(&self, _: &Self::State) -> Self::VelocityOffset {
+                Self::VelocityOffset::default()
+            }
+            fn gamma(&self, _: &Self::State) -> Self::Rows {
+                Self::Rows::default()
+            }
+            fn terms(&self, _: &Self::State, _: &mut $crate::model::Terms<'_>) {}
+            fn solve_unrolled(
+                &self,
+                constants: &Self::Constants,
+                state: &Self::State,
+            ) -> ::core::option::Option<$crate::model::Solved<Self::Vector, Self::Rows>> {
+                let accelerations = $crate::model::Dynamics::accelerations_with(self, constants, state).ok()?;
+                ::core::option::Option::Some($crate::model::Solved {
+                    accelerations,
+                    multipliers: Self::Rows::default(),
+                })
+            }
+            fn correct_unrolled(
+                &self,
+                _: &Self::State,
+                _: &Self::Rows,
+            ) -> ::core::option::Option<$crate::model::Solved<Self::Vector, Self::Rows>> {
+                ::core::option::Option::Some($crate::model::Solved {
+                    accelerations: $crate::model::Vector::zeros(),
+                    multipliers: Self::Rows::default(),
+                })
+            }
+            fn constraint_derivatives(&self, _: &Self::State, _: &Self::Rows, _: &mut [::core::primitive::f64]) {}
+            fn constraint_of(_: ::core::any::TypeId) -> ::core::option::Option<::core::primitive::usize> {
+                ::core::option::Option::None
+            }
+        }
+    };
+}
+
+/// No constraint rows.
+pub type NoRows = SVector<f64, 0>;
+/// A matrix without rows.
+pub type NoMatrix<const N: usize> = nalgebra::SMatrix<f64, 0, N>;
 
 /// Kinetic and potential energy apart: models without a `#[lagrangian]`.
 pub trait Energies: Dynamics {
@@ -164,11 +455,11 @@ pub trait Linearize: Dynamics {
     /// ∂q̈/∂parameters, `SMatrix<f64, N, P>`.
     type ParameterJacobian: Copy + PartialEq + Debug + Index<(usize, usize), Output = f64>;
     /// q̈, ∂q̈/∂q and ∂q̈/∂q̇ at a state.
-    fn state_jacobian(&self, state: &Self::State) -> Result<StateJacobian<Self>, SingularMassMatrix>;
+    fn state_jacobian(&self, state: &Self::State) -> Result<StateJacobian<Self>, SolveError>;
     /// ∂q̈/∂inputs at a state.
-    fn input_jacobian(&self, state: &Self::State) -> Result<Self::InputJacobian, SingularMassMatrix>;
+    fn input_jacobian(&self, state: &Self::State) -> Result<Self::InputJacobian, SolveError>;
     /// ∂q̈/∂parameters at a state.
-    fn parameter_jacobian(&self, state: &Self::State) -> Result<Self::ParameterJacobian, SingularMassMatrix>;
+    fn parameter_jacobian(&self, state: &Self::State) -> Result<Self::ParameterJacobian, SolveError>;
 }
 
 /// q̈ and its derivatives with respect to the state.
@@ -223,7 +514,7 @@ pub trait Outputs: Dynamics {
     /// Scalars in order; components of vectors as `name.x`, elements of arrays as `name[0]`.
     const OUTPUTS: &'static [Quantity];
     /// The outputs at a state, written to `values`.
-    fn outputs(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SingularMassMatrix>;
+    fn outputs(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SolveError>;
 }
 
 /// Functions whose zero crossings are located, declared with `#[event]`; `EVENTS` is empty where there are none.
@@ -231,7 +522,7 @@ pub trait Events: Dynamics {
     /// The names of the event functions.
     const EVENTS: &'static [Quantity];
     /// Event functions at a state, written to `values`.
-    fn events(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SingularMassMatrix>;
+    fn events(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SolveError>;
 }
 
 /// How a model is drawn in animations: by its `#[drawing]` function, or, where it has none, by the points that its helper

@@ -200,7 +200,8 @@ fn events_at_the_same_instant_all_act() {
 #[test]
 fn inputs_set_by_a_reset_are_held() {
     let model = Driven { m: 1.0, k: 0.0, c: 0.0 };
-    let start = PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [1.0].into() };
+    let start =
+        PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [1.0].into(), modes: Default::default() };
     let motion = model
         .simulate(start)
         .until(4.0)
@@ -223,7 +224,8 @@ fn inputs_set_by_a_reset_are_held() {
 #[test]
 fn an_inputs_law_sees_what_a_reset_set() {
     let model = Driven { m: 1.0, k: 0.0, c: 0.0 };
-    let start = PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [2.0].into() };
+    let start =
+        PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [2.0].into(), modes: Default::default() };
     let motion = model
         .simulate(start)
         .until(4.0)

@@ -78,7 +78,8 @@ fn a_start_that_is_not_finite_is_named() {
 #[test]
 fn inputs_without_value_or_with_a_bad_one_are_named() {
     let model = Driven { m: 1.0, k: 1.0, c: 0.0 };
-    let start = PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [f64::NAN].into() };
+    let start =
+        PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [f64::NAN].into(), modes: Default::default() };
     let error = model.simulate(start).until(1.0).run().unwrap_err();
     assert_eq!(error.kind, OptionError::InputWithoutValue { input: "force" }.into());
     let law = |t: f64, _: &PlainState<1, 1>| [if t < 0.5 { 1.0 } else { f64::NAN }];
@@ -99,7 +100,8 @@ fn inputs_without_value_or_with_a_bad_one_are_named() {
 #[test]
 fn a_step_without_interpolant_is_taken_back() {
     let model = Driven { m: 1.0, k: 0.0, c: 0.0 };
-    let start = PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [0.0].into() };
+    let start =
+        PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [0.0].into(), modes: Default::default() };
     let law = |t: f64, _: &PlainState<1, 1>| [if (t - 1.2).abs() < 1e-3 { f64::NAN } else { 1.0 }];
     let run = || model.simulate(start).until(3.0).method(Method::Dop853).fixed_step(1.0).inputs(law);
     assert_eq!(run().run().unwrap().end_time(), 3.0, "nobody asks there");

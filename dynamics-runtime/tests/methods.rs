@@ -189,7 +189,7 @@ fn steps_do_not_allocate() {
         let mut steps = 0;
         let info = allocation_counter::measure(|| {
             let mut system = |t: f64, q: &SVector<f64, 2>, u: &SVector<f64, 2>| {
-                model.q_ddot(&PlainState { t, q: *q, u: *u, inputs: SVector::zeros() })
+                model.q_ddot(&PlainState { t, q: *q, u: *u, inputs: SVector::zeros(), modes: Default::default() })
             };
             let start = Phase { q: SVector::from([2.0, -0.5]), u: SVector::zeros() };
             let tolerances = Tolerances::both(1e-9);

@@ -133,7 +133,8 @@ fn the_method_is_chosen_with_a_reason() {
 fn the_account_of_work_closes_to_the_tolerance() {
     let (omega, amplitude) = (1.7, 0.8);
     let model = Driven { m: 1.5, k: 3.0, c: 0.4 };
-    let start = PlainState { t: 0.0, q: [0.2].into(), u: [-0.1].into(), inputs: [f64::NAN].into() };
+    let start =
+        PlainState { t: 0.0, q: [0.2].into(), u: [-0.1].into(), inputs: [f64::NAN].into(), modes: Default::default() };
     for (method, tolerance, closure) in
         [(Method::Dop853, 1e-12, 1e-11), (Method::Dop853, 1e-6, 1e-5), (Method::DormandPrince5, 1e-9, 1e-8)]
     {
@@ -168,7 +169,13 @@ fn the_account_of_work_closes_to_the_tolerance() {
 fn feedback_through_inputs_is_the_model_with_the_force_built_in() {
     let free = Driven { m: 2.0, k: 0.0, c: 0.0 };
     let built_in = Driven { m: 2.0, k: 5.0, c: 0.3 };
-    let start = |input: f64| PlainState { t: 0.0, q: [1.0].into(), u: [0.0].into(), inputs: [input].into() };
+    let start = |input: f64| PlainState {
+        t: 0.0,
+        q: [1.0].into(),
+        u: [0.0].into(),
+        inputs: [input].into(),
+        modes: Default::default(),
+    };
     let fed = free
         .simulate(start(f64::NAN))
         .until(7.0)

@@ -35,6 +35,33 @@ pub struct Programs {
     pub outputs: Program,
     /// Events, likewise.
     pub events: Program,
+    /// Programs of the constraints; `None` without any.
+    pub constraints: Option<ConstraintPrograms>,
+}
+
+/// Programs of a model with constraints; N coordinates, R rows, H of them holonomic. Where there are some, `Programs::accelerations` gives
+/// q̈ (N), λ (R), and for every guard its pivot and scale; it exists where the solution is unrolled. Outputs, events and powers read
+/// accelerations and multipliers as symbols.
+#[derive(Clone, Debug)]
+pub struct ConstraintPrograms {
+    /// Φ, H.
+    pub residual: Program,
+    /// Φ_q q̇ + Φ_t joined by A q̇ + b, R.
+    pub velocity_residual: Program,
+    /// Φ_q joined by A, R×N by rows.
+    pub jacobian: Program,
+    /// Φ_t joined by b, R.
+    pub velocity_offset: Program,
+    /// γ, R.
+    pub gamma: Program,
+    /// M (N×N), Q (N), Φ_q (R×N), γ (R) at once: what the general solver needs. Where forces contain reactions Q reads multipliers.
+    pub terms: Program,
+    /// Q (N) and ∂Q/∂λ (N×R by rows), reading multipliers, where forces contain reactions.
+    pub friction: Option<Program>,
+    /// δ (N), μ (R), then for every guard its pivot and scale, reading multipliers as right-hand sides; where the solution is unrolled.
+    pub correction: Option<Program>,
+    /// ∂(Φ_qᵀλ)/∂q (N×N by rows), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), reading multipliers.
+    pub derivatives: Program,
 }
 
 /// Programs for the derivatives of q̈.
@@ -175,6 +202,7 @@ fn programs(g: &Graph, e: &Equations) -> Programs {
         },
         outputs: inline("outputs", &checked(e.outputs_use_accelerations, &e.outputs)),
         events: inline("events", &checked(e.events_use_accelerations, &e.events)),
+        constraints: None,
     }
 }
 

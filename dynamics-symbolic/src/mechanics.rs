@@ -9,5 +9,11 @@ mod model;
 mod velocity_form;
 
 pub use derive::{Underivable, derive};
-pub use equations::{Derivation, Equations, Jacobians, Named, Pivot};
-pub use model::{Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model, Output, Parameter};
+pub use equations::{
+    ConstraintEquations, Derivation, Elimination, Equations, General, Guard, Guarded, Jacobians, Named, Pivot,
+    Solution, Unrolled,
+};
+pub use model::{
+    Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,
+    Output, Parameter,
+};

@@ -27,6 +27,8 @@ impl Target for C {
             Symbol::Acceleration(i) => format!("a[{i}]"),
             Symbol::Input(i) => format!("w[{i}]"),
             Symbol::Parameter(i) => format!("p[{i}]"),
+            Symbol::Multiplier(i) => format!("lambda[{i}]"),
+            Symbol::Mode(i) => format!("mode[{i}]"),
         })
     }
     fn smooth(&self, name: &str, order: u8, argument: &Text) -> Text {

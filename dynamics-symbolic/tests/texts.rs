@@ -27,7 +27,15 @@ fn values(model: &Model) -> Values {
     };
     let n = model.coordinates.len();
     let mut list = |n: usize| (0..n).map(|_| next()).collect::<Vec<f64>>();
-    Values { t: 0.7, q: list(n), u: list(n), a: list(n), w: list(model.inputs.len()), p: list(model.parameters.len()) }
+    Values {
+        t: 0.7,
+        q: list(n),
+        u: list(n),
+        a: list(n),
+        w: list(model.inputs.len()),
+        p: list(model.parameters.len()),
+        lambda: list(9),
+    }
 }
 
 fn names(model: &Model, v: &Values) -> Names {

@@ -34,6 +34,7 @@ impl Elaborator<'_> {
                 let input = nodes.iter().find_map(|n| self.first_input(*n)).unwrap_or_default();
                 self.fail(name.span(), &messages::rate_of_input(input))
             }
+            Err(NotDifferentiable::Multiplier) => self.fail(name.span(), &messages::rate_of_reaction()),
             Err(NotDifferentiable::Acceleration) => self.fail(name.span(), &messages::third_derivative()),
         }
     }

@@ -52,7 +52,11 @@ pub(super) fn model(surface: &Surface) -> TokenStream {
             type Coordinates = #coordinates_type;
             const NAME: &'static #private::str = #name;
             #[inline]
-            fn coordinates_with(#state: &Self::State, #accelerations: &Self::Vector) -> Self::Coordinates {
+            fn coordinates_with(
+                #state: &Self::State,
+                #accelerations: &Self::Vector,
+                _: &[#f64],
+            ) -> Self::Coordinates {
                 #assembly
             }
         }

@@ -11,7 +11,7 @@ pub(crate) fn fallback(surface: &Surface) -> TokenStream {
     let quantities = super::traits::named(surface, &super::traits::Names::default());
     let (vis, never) = (surface.impl_vis(), quote!(#private::unreachable!()));
     let f64 = quote!(#private::f64);
-    let error = quote!(#private::SingularMassMatrix);
+    let error = quote!(#private::SolveError);
     let (n, m) = (surface.degrees(), surface.input_count());
     let result = |value: &TokenStream| quote!(#private::Result<#value, #error>);
     let (matrix, to_vector) = (quote!(#private::SMatrix<#f64, #n, #n>), result(&quote!(Self::Vector)));
@@ -34,7 +34,7 @@ pub(crate) fn fallback(surface: &Surface) -> TokenStream {
                 type Constants = ();
                 #quantities
                 const CONSERVED: #names
-                fn constants(&self) -> #private::Result<(), #error> { #never }
+                fn constants(&self) -> #private::Result<(), #private::SingularMassMatrix> { #never }
                 fn accelerations_with(&self, _: &(), _: &Self::State) -> #to_vector { #never }
                 fn mass_matrix(&self, _: &Self::State) -> #matrix { #never }
                 fn generalized_force(&self, _: &Self::State) -> Self::Vector { #never }
@@ -65,6 +65,7 @@ pub(crate) fn fallback(surface: &Surface) -> TokenStream {
                 const EVENTS: #names
                 fn events(&self, _: &Self::State, _: &mut [#f64]) -> #unit { #never }
             }
+            #private::unconstrained!(#model, #n);
             #private::if_alloc! {
                 impl #private::Draw for #model {
                     fn draw(&self, _: &Self::Coordinates) -> #private::Drawing { #never }

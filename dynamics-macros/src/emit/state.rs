@@ -37,6 +37,8 @@ pub(super) fn state(surface: &Surface) -> TokenStream {
             #vis u: #private::SVector<#private::f64, #n>,
             #[doc = #inputs_doc]
             #vis inputs: #private::SVector<#private::f64, #m>,
+            /// Which switched constraints hold.
+            #vis modes: #private::Modes,
         }
         #quiet
         impl #name {
@@ -97,7 +99,7 @@ fn model_state(surface: &Surface) -> TokenStream {
             type Inputs = #vector<#f64, #m>;
             #[inline]
             fn new(#t: #f64, #q: Self::Vector, #u: Self::Vector, #inputs: Self::Inputs) -> Self {
-                Self { t: #t, q: #q, u: #u, inputs: #inputs }
+                Self { t: #t, q: #q, u: #u, inputs: #inputs, modes: #private::Modes::ALL_HOLD }
             }
             #[inline]
             fn t(&self) -> #f64 { self.t }
@@ -113,6 +115,10 @@ fn model_state(surface: &Surface) -> TokenStream {
             fn u_mut(&mut self) -> &mut Self::Vector { &mut self.u }
             #[inline]
             fn inputs_mut(&mut self) -> &mut Self::Inputs { &mut self.inputs }
+            #[inline]
+            fn modes(&self) -> #private::Modes { self.modes }
+            #[inline]
+            fn modes_mut(&mut self) -> &mut #private::Modes { &mut self.modes }
         }
     }
 }

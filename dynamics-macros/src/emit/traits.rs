@@ -1,5 +1,6 @@
 //! The impls of the runtime's model traits.
 
+mod constraints;
 mod evaluations;
 mod identity;
 mod solves;
@@ -24,6 +25,7 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
     let (dynamics, energies) = (emission.dynamics(), emission.energies());
     let (linearize, powers) = (emission.linearize(), emission.powers());
     let (outputs, events) = (emission.outputs(), emission.events());
+    let constraints = emission.constraints();
     let (draw, only_one, quiet) = (identity::draw(surface), only_one(surface), quiet());
     let impls = quote! {
         #only_one
@@ -33,6 +35,7 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
             #dynamics
             #energies
             #linearize
+            #constraints
             #powers
             #outputs
             #events
@@ -93,7 +96,7 @@ impl Emission<'_> {
         quote! {
             let #at = [#(#values),*];
             if #private::singular::<#positive, _>(&#at) {
-                return Err(#private::name_singular::<#positive>(&#at, &[#(#coordinates),*], <Self as #private::Dynamics>::COORDINATES));
+                return Err(#private::name_singular::<#positive>(&#at, &[#(#coordinates),*], <Self as #private::Dynamics>::COORDINATES).into());
             }
         }
     }

@@ -249,7 +249,7 @@ impl Bindings for State {
             Symbol::Coordinate(i) => self.q[i as usize],
             Symbol::Rate(i) => self.u[i as usize],
             Symbol::Acceleration(i) => self.a[i as usize],
-            Symbol::Input(_) => f64::NAN,
+            Symbol::Input(_) | Symbol::Multiplier(_) | Symbol::Mode(_) => f64::NAN,
             Symbol::Parameter(i) => {
                 let m = |k: usize| p.turn[(k / 3, k % 3)];
                 match i as usize {

@@ -5,7 +5,7 @@ use alloc::string::String;
 use core::fmt;
 
 use super::record::Trajectory;
-use crate::error::SingularMassMatrix;
+use crate::error::{SingularMassMatrix, SolveError};
 use crate::model::{Dynamics, Model, ModelState};
 
 /// A simulation that stopped before its end. What was computed up to there is still in hand: [`SimulationError::motion`].
@@ -29,6 +29,8 @@ pub enum SimulationErrorKind {
     Option(OptionError),
     /// The mass matrix has no inverse.
     SingularMassMatrix(SingularMassMatrix),
+    /// Constraints and forces have no common solution.
+    Solve(SolveError),
     /// An acceleration is infinite or not a number, however short the step.
     AccelerationNotFinite {
         /// The coordinate.
@@ -142,6 +144,15 @@ impl From<OptionError> for SimulationErrorKind {
     }
 }
 
+impl From<SolveError> for SimulationErrorKind {
+    fn from(error: SolveError) -> Self {
+        match error {
+            SolveError::SingularMassMatrix(error) => Self::SingularMassMatrix(error),
+            error => Self::Solve(error),
+        }
+    }
+}
+
 impl fmt::Display for OptionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -183,6 +194,7 @@ impl fmt::Display for SimulationErrorKind {
         match self {
             Self::Option(error) => error.fmt(f),
             Self::SingularMassMatrix(error) => error.fmt(f),
+            Self::Solve(error) => error.fmt(f),
             Self::AccelerationNotFinite { coordinate } => {
                 write!(f, "the acceleration of `{coordinate}` is not finite")
             }
@@ -271,8 +283,8 @@ pub enum MotionError {
         /// The nearest known name.
         suggestion: Option<String>,
     },
-    /// The mass matrix has no inverse there.
-    SingularMassMatrix(SingularMassMatrix),
+    /// Accelerations or reactions do not exist there.
+    Solve(SolveError),
 }
 
 impl fmt::Display for MotionError {
@@ -287,7 +299,7 @@ impl fmt::Display for MotionError {
             Self::UnknownOutput { name, suggestion: None } => {
                 write!(f, "there is no output `{name}`; declare it with `#[output]`")
             }
-            Self::SingularMassMatrix(error) => error.fmt(f),
+            Self::Solve(error) => error.fmt(f),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use alloc::boxed::Box;
 
-use crate::error::SingularMassMatrix;
+use crate::error::SolveError;
 use crate::integrate::System;
 use crate::model::{Dynamics, Model, ModelState, Vector};
 
@@ -12,7 +12,7 @@ pub(crate) type InputLaw<'m, M> = Box<dyn Fn(f64, &<M as Model>::State) -> <M as
 /// Why accelerations do not exist at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum EvaluationError {
-    Singular(SingularMassMatrix),
+    Solve(SolveError),
     /// Index of the input whose value is not finite.
     Input(usize),
 }
@@ -56,6 +56,6 @@ impl<M: Dynamics> System<M::Vector> for Plant<'_, '_, M> {
         {
             return Err(EvaluationError::Input(index));
         }
-        self.model.accelerations_with(self.constants, &state).map_err(EvaluationError::Singular)
+        self.model.accelerations_with(self.constants, &state).map_err(EvaluationError::Solve)
     }
 }

@@ -145,7 +145,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
     /// Time jets of the coordinates at a state of the motion.
     #[must_use]
     pub fn coordinates_of(&self, state: &M::State) -> M::Coordinates {
-        M::coordinates_with(state, &self.accelerations_of(state))
+        M::coordinates_with(state, &self.accelerations_of(state), &[])
     }
 
     /// Energy function E = q̇·∂L/∂q̇ − L at time t; NaN outside the motion.
@@ -162,7 +162,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
         };
         self.check_time(t)?;
         let mut values = vec![0.0; M::OUTPUTS.len()];
-        self.model.outputs(&self.at(t), &mut values).map_err(MotionError::SingularMassMatrix)?;
+        self.model.outputs(&self.at(t), &mut values).map_err(MotionError::Solve)?;
         Ok(values[index])
     }
 

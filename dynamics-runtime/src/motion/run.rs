@@ -284,7 +284,7 @@ fn check_reset<M: Simulate>(event: &str, before: &M::State, after: &M::State) ->
 
 fn evaluation<M: Dynamics>(error: EvaluationError) -> Kind {
     match error {
-        EvaluationError::Singular(error) => Kind::SingularMassMatrix(error),
+        EvaluationError::Solve(error) => error.into(),
         EvaluationError::Input(i) => Kind::InputNotFinite { input: M::INPUTS[i].name },
     }
 }

@@ -292,7 +292,7 @@ impl<'m, M: Events> Watch<'m, M> {
     }
 
     fn evaluate(&mut self, state: &M::State) -> Result<(), Fault> {
-        evaluate(self.model, &self.ad_hoc, state, &mut self.values).map_err(Fault::SingularMassMatrix)?;
+        evaluate(self.model, &self.ad_hoc, state, &mut self.values).map_err(Fault::from)?;
         match self.values.iter().position(|v| v.is_nan()) {
             Some(index) => Err(Fault::EventNotANumber { event: self.name(index).into() }),
             None => Ok(()),
@@ -305,7 +305,7 @@ fn evaluate<M: Events>(
     ad_hoc: &[AdHoc<'_, M::State>],
     state: &M::State,
     values: &mut [f64],
-) -> Result<(), crate::error::SingularMassMatrix> {
+) -> Result<(), crate::error::SolveError> {
     let (own, given) = values.split_at_mut(M::EVENTS.len());
     model.events(state, own)?;
     for (value, event) in given.iter_mut().zip(ad_hoc) {

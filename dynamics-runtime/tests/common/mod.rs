@@ -1,8 +1,8 @@
 //! Models written by hand against the runtime's traits, so that it is checked without the macro and without the engine.
 #![allow(dead_code, unreachable_pub, reason = "every test file uses some of the models")]
 
-use dynamics_runtime::error::SingularMassMatrix;
-use dynamics_runtime::model::{Dynamics, Events, Model, ModelState, Outputs, Powers, Quantity};
+use dynamics_runtime::error::{SingularMassMatrix, SolveError};
+use dynamics_runtime::model::{Dynamics, Events, Model, ModelState, Modes, Outputs, Powers, Quantity};
 use nalgebra::{SMatrix, SVector};
 
 /// A state without names.
@@ -12,13 +12,14 @@ pub struct PlainState<const N: usize, const M: usize> {
     pub q: SVector<f64, N>,
     pub u: SVector<f64, N>,
     pub inputs: SVector<f64, M>,
+    pub modes: Modes,
 }
 
 impl<const N: usize, const M: usize> ModelState for PlainState<N, M> {
     type Vector = SVector<f64, N>;
     type Inputs = SVector<f64, M>;
     fn new(t: f64, q: Self::Vector, u: Self::Vector, inputs: Self::Inputs) -> Self {
-        Self { t, q, u, inputs }
+        Self { t, q, u, inputs, modes: Modes::default() }
     }
     fn t(&self) -> f64 {
         self.t
@@ -41,11 +42,17 @@ impl<const N: usize, const M: usize> ModelState for PlainState<N, M> {
     fn inputs_mut(&mut self) -> &mut Self::Inputs {
         &mut self.inputs
     }
+    fn modes(&self) -> Modes {
+        self.modes
+    }
+    fn modes_mut(&mut self) -> &mut Modes {
+        &mut self.modes
+    }
 }
 
 /// What a model by hand has to say; everything but the first four has a default.
 pub trait ByHand<const N: usize, const M: usize> {
-    fn q_ddot(&self, s: &PlainState<N, M>) -> Result<SVector<f64, N>, SingularMassMatrix>;
+    fn q_ddot(&self, s: &PlainState<N, M>) -> Result<SVector<f64, N>, SolveError>;
     fn mass(&self, s: &PlainState<N, M>) -> SMatrix<f64, N, N>;
     fn impulse(&self, s: &PlainState<N, M>) -> SVector<f64, N> {
         self.mass(s) * s.u
@@ -72,7 +79,7 @@ macro_rules! by_hand {
             type State = PlainState<$n, $m>;
             type Coordinates = (PlainState<$n, $m>, SVector<f64, $n>);
             const NAME: &'static str = stringify!($model);
-            fn coordinates_with(state: &Self::State, accelerations: &Self::Vector) -> Self::Coordinates {
+            fn coordinates_with(state: &Self::State, accelerations: &Self::Vector, _: &[f64]) -> Self::Coordinates {
                 (*state, *accelerations)
             }
         }
@@ -85,7 +92,7 @@ macro_rules! by_hand {
             fn constants(&self) -> Result<(), SingularMassMatrix> {
                 Ok(())
             }
-            fn accelerations_with(&self, (): &(), state: &Self::State) -> Result<Self::Vector, SingularMassMatrix> {
+            fn accelerations_with(&self, (): &(), state: &Self::State) -> Result<Self::Vector, SolveError> {
                 self.q_ddot(state)
             }
             fn mass_matrix(&self, state: &Self::State) -> Self::Matrix {
@@ -112,14 +119,15 @@ macro_rules! by_hand {
         }
         impl Outputs for $model {
             const OUTPUTS: &'static [Quantity] = &names($outputs);
-            fn outputs(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SingularMassMatrix> {
+            fn outputs(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SolveError> {
                 self.results(state, values);
                 Ok(())
             }
         }
+        dynamics_runtime::unconstrained!($model, $n);
         impl Events for $model {
             const EVENTS: &'static [Quantity] = &names($events);
-            fn events(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SingularMassMatrix> {
+            fn events(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SolveError> {
                 self.event_values(state, values);
                 Ok(())
             }
@@ -140,7 +148,7 @@ pub const fn names<const K: usize>(names: [&'static str; K]) -> [Quantity; K] {
 
 /// A state without inputs at t = 0.
 pub fn at_rest_or_not<const N: usize>(q: [f64; N], u: [f64; N]) -> PlainState<N, 0> {
-    PlainState { t: 0.0, q: q.into(), u: u.into(), inputs: SVector::zeros() }
+    PlainState { t: 0.0, q: q.into(), u: u.into(), inputs: SVector::zeros(), modes: Modes::default() }
 }
 
 /// q̈ = −ω² q: closed form q = q₀ cos ωt + u₀/ω sin ωt.
@@ -149,7 +157,7 @@ pub struct Oscillator {
 }
 
 impl ByHand<1, 0> for Oscillator {
-    fn q_ddot(&self, s: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SingularMassMatrix> {
+    fn q_ddot(&self, s: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SolveError> {
         Ok(-self.omega * self.omega * s.q)
     }
     fn mass(&self, _: &PlainState<1, 0>) -> SMatrix<f64, 1, 1> {
@@ -172,7 +180,7 @@ pub struct Pendulum {
 }
 
 impl ByHand<1, 0> for Pendulum {
-    fn q_ddot(&self, s: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SingularMassMatrix> {
+    fn q_ddot(&self, s: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SolveError> {
         Ok(SVector::<f64, 1>::new(-self.g / self.l * s.q[0].sin()))
     }
     fn mass(&self, _: &PlainState<1, 0>) -> SMatrix<f64, 1, 1> {
@@ -191,7 +199,7 @@ by_hand!(Pendulum, 1, 0, coordinates ["theta"], inputs [], conserved ["energy"],
 pub struct Kepler;
 
 impl ByHand<2, 0> for Kepler {
-    fn q_ddot(&self, s: &PlainState<2, 0>) -> Result<SVector<f64, 2>, SingularMassMatrix> {
+    fn q_ddot(&self, s: &PlainState<2, 0>) -> Result<SVector<f64, 2>, SolveError> {
         let r2 = s.q.norm_squared();
         Ok(-s.q / (r2 * r2.sqrt()))
     }
@@ -225,7 +233,7 @@ impl Arenstorf {
 }
 
 impl ByHand<2, 0> for Arenstorf {
-    fn q_ddot(&self, s: &PlainState<2, 0>) -> Result<SVector<f64, 2>, SingularMassMatrix> {
+    fn q_ddot(&self, s: &PlainState<2, 0>) -> Result<SVector<f64, 2>, SolveError> {
         let (r1, r2) = self.pulls(s);
         let pull = (1.0 - self.mu) * r1 / r1.norm().powi(3) + self.mu * r2 / r2.norm().powi(3);
         Ok(SVector::<f64, 2>::new(2.0 * s.u[1] + s.q[0], -2.0 * s.u[0] + s.q[1]) - pull)
@@ -247,7 +255,7 @@ by_hand!(Arenstorf, 2, 0, coordinates ["x", "y"], inputs [], conserved ["energy"
 pub struct HenonHeiles;
 
 impl ByHand<2, 0> for HenonHeiles {
-    fn q_ddot(&self, s: &PlainState<2, 0>) -> Result<SVector<f64, 2>, SingularMassMatrix> {
+    fn q_ddot(&self, s: &PlainState<2, 0>) -> Result<SVector<f64, 2>, SolveError> {
         let (x, y) = (s.q[0], s.q[1]);
         Ok(SVector::<f64, 2>::new(-x - 2.0 * x * y, -y - x * x + y * y))
     }
@@ -271,7 +279,7 @@ impl Pleiades {
 }
 
 impl ByHand<14, 0> for Pleiades {
-    fn q_ddot(&self, s: &PlainState<14, 0>) -> Result<SVector<f64, 14>, SingularMassMatrix> {
+    fn q_ddot(&self, s: &PlainState<14, 0>) -> Result<SVector<f64, 14>, SolveError> {
         let mut a = SVector::zeros();
         for (i, j, x, y) in Self::pairs(&s.q) {
             let r3 = (x * x + y * y).powf(1.5);
@@ -312,7 +320,7 @@ impl DoublePendulum {
 
 impl ByHand<2, 0> for DoublePendulum {
     #[inline]
-    fn q_ddot(&self, s: &PlainState<2, 0>) -> Result<SVector<f64, 2>, SingularMassMatrix> {
+    fn q_ddot(&self, s: &PlainState<2, 0>) -> Result<SVector<f64, 2>, SolveError> {
         let Self { m1, m2, l1, l2, g } = *self;
         let ((sa, ca), (sb, cb)) = (s.q[0].sin_cos(), s.q[1].sin_cos());
         let (sine, cosine) = (sa * cb - ca * sb, ca * cb + sa * sb);
@@ -345,7 +353,7 @@ pub struct Driven {
 }
 
 impl ByHand<1, 1> for Driven {
-    fn q_ddot(&self, s: &PlainState<1, 1>) -> Result<SVector<f64, 1>, SingularMassMatrix> {
+    fn q_ddot(&self, s: &PlainState<1, 1>) -> Result<SVector<f64, 1>, SolveError> {
         Ok((s.inputs - self.k * s.q - self.c * s.u) / self.m)
     }
     fn mass(&self, _: &PlainState<1, 1>) -> SMatrix<f64, 1, 1> {
@@ -371,7 +379,7 @@ pub struct Ball {
 }
 
 impl ByHand<1, 0> for Ball {
-    fn q_ddot(&self, _: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SingularMassMatrix> {
+    fn q_ddot(&self, _: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SolveError> {
         Ok(SVector::<f64, 1>::new(-self.g))
     }
     fn mass(&self, _: &PlainState<1, 0>) -> SMatrix<f64, 1, 1> {
@@ -394,10 +402,10 @@ pub struct CycloidBead {
 }
 
 impl ByHand<1, 0> for CycloidBead {
-    fn q_ddot(&self, s: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SingularMassMatrix> {
+    fn q_ddot(&self, s: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SolveError> {
         let inertia = self.mass(s)[0];
         if inertia < 1e-9 {
-            return Err(SingularMassMatrix { coordinate: 0, name: "theta", pivot: inertia, negative: false });
+            return Err(SingularMassMatrix { coordinate: 0, name: "theta", pivot: inertia, negative: false }.into());
         }
         let force = self.radius * (self.radius * s.u[0] * s.u[0] - self.g) * s.q[0].sin();
         Ok(SVector::<f64, 1>::new(force / inertia))
@@ -415,7 +423,7 @@ by_hand!(CycloidBead, 1, 0, coordinates ["theta"], inputs [], conserved ["energy
 pub struct Closure(pub fn(f64, f64, f64) -> f64);
 
 impl ByHand<1, 0> for Closure {
-    fn q_ddot(&self, s: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SingularMassMatrix> {
+    fn q_ddot(&self, s: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SolveError> {
         Ok(SVector::<f64, 1>::new(self.0(s.t, s.q[0], s.u[0])))
     }
     fn mass(&self, _: &PlainState<1, 0>) -> SMatrix<f64, 1, 1> {

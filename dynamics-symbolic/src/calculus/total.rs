@@ -11,6 +11,8 @@ pub enum NotDifferentiable {
     Input,
     /// It contains an acceleration, whose rate is unknown.
     Acceleration,
+    /// It contains a multiplier, whose rate is unknown.
+    Multiplier,
 }
 
 /// d/dt of `roots`: q → q̇ → q̈, t → 1, parameters constant.
@@ -22,11 +24,17 @@ pub fn total_derivative(g: &mut Graph, roots: &[NodeId]) -> Result<Vec<NodeId>, 
         if g.dependence(*root).on(Dependence::ACCELERATIONS) {
             return Err(NotDifferentiable::Acceleration);
         }
+        if g.dependence(*root).on(Dependence::MULTIPLIERS) {
+            return Err(NotDifferentiable::Multiplier);
+        }
     }
     Ok(directional(g, roots, &mut |g, symbol| match symbol {
         Symbol::Time => Some(g.one()),
         Symbol::Coordinate(i) => Some(g.symbol(Symbol::Rate(i))),
         Symbol::Rate(i) => Some(g.symbol(Symbol::Acceleration(i))),
-        Symbol::Acceleration(_) | Symbol::Input(_) | Symbol::Parameter(_) => None,
+        // A mode changes at events only.
+        Symbol::Acceleration(_) | Symbol::Input(_) | Symbol::Parameter(_) | Symbol::Multiplier(_) | Symbol::Mode(_) => {
+            None
+        }
     }))
 }

@@ -43,6 +43,8 @@ impl Graph {
             Symbol::Acceleration(i) => (4, i),
             Symbol::Input(i) => (5, i),
             Symbol::Parameter(i) => (6, i),
+            Symbol::Multiplier(i) => (7, i),
+            Symbol::Mode(i) => (8, i),
         };
         self.intern(Node::Symbol(symbol), Fingerprint::atom(kind, index.into()))
     }

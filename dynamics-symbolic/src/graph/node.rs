@@ -17,6 +17,10 @@ pub enum Symbol {
     Input(u32),
     /// Scalar parameter, arrays, vectors and matrices flattened.
     Parameter(u32),
+    /// Multiplier λᵢ of a scalar constraint row, rows in the order of the model's constraints.
+    Multiplier(u32),
+    /// Mode of a switched constraint: 0 while it holds, ±1 while it is released, the sign that of the side to which it was left.
+    Mode(u32),
 }
 
 /// Functions of one argument.
@@ -158,6 +162,10 @@ impl Dependence {
     pub const ACCELERATIONS: Self = Self(16);
     /// Inputs.
     pub const INPUTS: Self = Self(32);
+    /// Multipliers of constraints.
+    pub const MULTIPLIERS: Self = Self(64);
+    /// Modes of switched constraints.
+    pub const MODES: Self = Self(128);
 
     /// Union.
     #[must_use]
@@ -182,6 +190,8 @@ impl Dependence {
             Symbol::Acceleration(_) => Self::ACCELERATIONS,
             Symbol::Input(_) => Self::INPUTS,
             Symbol::Parameter(_) => Self::PARAMETERS,
+            Symbol::Multiplier(_) => Self::MULTIPLIERS,
+            Symbol::Mode(_) => Self::MODES,
         }
     }
 }

@@ -51,6 +51,8 @@ impl<'g> Sampler<'g> {
             Symbol::Acceleration(i) => (4, i),
             Symbol::Input(i) => (5, i),
             Symbol::Parameter(i) => (6, i),
+            Symbol::Multiplier(i) => (7, i),
+            Symbol::Mode(i) => (8, i),
         };
         Fingerprint::atom(0x1000 + (point << 16) + kind, index.into())
     }

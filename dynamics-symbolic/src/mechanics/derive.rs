@@ -89,6 +89,7 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
         jacobians,
         outputs_use_accelerations,
         events_use_accelerations,
+        constraints: None,
     })
 }
 

@@ -81,4 +81,105 @@ pub struct Equations {
     pub outputs_use_accelerations: bool,
     /// Likewise for events.
     pub events_use_accelerations: bool,
+    /// What follows from the constraints; `None` without any. Where there are some, outputs, events and powers keep the symbols of
+    /// accelerations and multipliers: the solution is put in at run time.
+    pub constraints: Option<ConstraintEquations>,
+}
+
+/// What follows from the constraints; N coordinates, R rows, the first H of them holonomic. λ of a row is `Symbol::Multiplier`.
+#[derive(Clone, Debug)]
+pub struct ConstraintEquations {
+    /// The rows by name, `closure.x`; values Φ or A q̇ + b.
+    pub rows: Vec<Named>,
+    /// H.
+    pub holonomic: usize,
+    /// Φ(q,t), H.
+    pub residual: Vec<NodeId>,
+    /// Φ_q q̇ + Φ_t, joined by A q̇ + b; R.
+    pub velocity_residual: Vec<NodeId>,
+    /// Φ_q joined by A, R×N.
+    pub jacobian: Vec<Vec<NodeId>>,
+    /// Φ_t joined by b, R.
+    pub velocity_offset: Vec<NodeId>,
+    /// γ with Φ_q q̈ = γ, R.
+    pub gamma: Vec<NodeId>,
+    /// ∂Q/∂λ, N×R, where applied forces contain reactions; Q itself then contains multipliers.
+    pub force_by_multipliers: Option<Vec<Vec<NodeId>>>,
+    /// ∂(Φ_qᵀλ)/∂q, N×N.
+    pub reaction_by_q: Vec<Vec<NodeId>>,
+    /// ∂γ/∂q, R×N.
+    pub gamma_by_q: Vec<Vec<NodeId>>,
+    /// ∂γ/∂q̇, R×N.
+    pub gamma_by_u: Vec<Vec<NodeId>>,
+    /// How q̈ and λ are found.
+    pub solution: Solution,
+}
+
+/// How the equations M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ are solved.
+#[derive(Clone, Debug)]
+pub enum Solution {
+    /// On the graph.
+    Unrolled(Box<Unrolled>),
+    /// At run time, by the general rank-revealing solver; says why.
+    General(General),
+}
+
+/// Why equations with constraints are left to the general solver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum General {
+    /// Rows are redundant, in every state or on the manifold.
+    Redundant,
+    /// Applied forces depend on the reactions.
+    Friction,
+    /// Every order of elimination meets a pivot that is zero in every state.
+    NoPivots,
+    /// The unrolled solution would take this many operations.
+    TooLarge(usize),
+}
+
+/// In which order unknowns are eliminated.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Elimination {
+    /// q̈ and λ together, fewest neighbours first, a multiplier only after every coordinate in its row.
+    MinimumDegree,
+    /// Dependent coordinates in blocks of rows first (null space): (rows, dependent coordinates) of each block in order.
+    Blocks(Vec<(Vec<usize>, Vec<usize>)>),
+}
+
+/// What a guard belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Guarded {
+    /// A pivot of the inertia of this coordinate.
+    Coordinate(usize),
+    /// A pivot of this constraint row.
+    Row(usize),
+}
+
+/// A pivot of the unrolled solution, with the size that it is compared with: below `tolerance`·|scale| the general solver takes over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guard {
+    /// Whose it is.
+    pub of: Guarded,
+    /// The pivot or determinant.
+    pub pivot: NodeId,
+    /// What it is compared with.
+    pub scale: NodeId,
+    /// The smallest admissible ratio.
+    pub tolerance: f64,
+}
+
+/// The solution on the graph.
+#[derive(Clone, Debug)]
+pub struct Unrolled {
+    /// The order of elimination that was chosen.
+    pub elimination: Elimination,
+    /// q̈, N.
+    pub accelerations: Vec<NodeId>,
+    /// λ, R.
+    pub multipliers: Vec<NodeId>,
+    /// Pivots to check.
+    pub guards: Vec<Guard>,
+    /// δ and μ with M δ = Φ_qᵀμ, Φ_q δ = r, where the right-hand sides r are the symbols `Symbol::Multiplier`: N and R nodes. Mass-weighted
+    /// corrections of positions and velocities, Baumgarte's terms and impacts are such solutions.
+    pub correction: (Vec<NodeId>, Vec<NodeId>),
 }

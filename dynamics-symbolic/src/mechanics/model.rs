@@ -24,6 +24,8 @@ pub struct Model {
     pub energies: Vec<Energy>,
     /// Applied forces.
     pub forces: Vec<Force>,
+    /// Constraints, the holonomic ones first; their components in this order are the rows of Φ_q and of λ: `Symbol::Multiplier(i)`.
+    pub constraints: Vec<Constraint>,
     /// Named results.
     pub outputs: Vec<Output>,
     /// Functions whose zero crossings are located.
@@ -115,7 +117,69 @@ pub struct Force {
     pub origin: Origin,
 }
 
-/// A named result; may contain accelerations.
+/// What a constraint restricts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConstraintKind {
+    /// Φ(q, t) = 0.
+    Holonomic,
+    /// A(q, t) q̇ + b(q, t) = 0.
+    Nonholonomic {
+        /// The user says that it, or a combination of it with others, can be integrated.
+        integrable: bool,
+    },
+}
+
+/// A constraint: each component is zero on every motion.
+#[derive(Clone, Debug)]
+pub struct Constraint {
+    /// The user's name.
+    pub name: String,
+    /// What it restricts.
+    pub kind: ConstraintKind,
+    /// Scalar components: suffix (`""`, `.x`, `[2]`, `[2].x`) and value, a row each.
+    pub components: Vec<(String, NodeId)>,
+    /// Unit of the components as text, empty where unknown or 1.
+    pub unit: String,
+    /// The user says that it repeats others.
+    pub redundant: bool,
+    /// It is switched on and off while the model runs; the switched constraints in order have the modes `Symbol::Mode(0)`, ….
+    pub switched: bool,
+    /// Where it was declared.
+    pub origin: Origin,
+}
+
+impl Constraint {
+    /// Whether it restricts coordinates.
+    #[must_use]
+    pub fn is_holonomic(&self) -> bool {
+        self.kind == ConstraintKind::Holonomic
+    }
+}
+
+impl Model {
+    /// The constraint of a row, with the component's suffix and value.
+    #[must_use]
+    pub fn row(&self, row: usize) -> Option<(&Constraint, &str, NodeId)> {
+        let all =
+            self.constraints.iter().flat_map(|c| c.components.iter().map(move |(s, node)| (c, s.as_str(), *node)));
+        all.into_iter().nth(row)
+    }
+
+    /// The name of a row: `closure.x`.
+    #[must_use]
+    pub fn row_name(&self, row: u32) -> String {
+        self.row(row as usize).map_or_else(|| row.to_string(), |(c, suffix, _)| format!("{}{suffix}", c.name))
+    }
+
+    /// The name of the switched constraint with this mode.
+    #[must_use]
+    pub fn mode_name(&self, mode: u32) -> String {
+        let mut switched = self.constraints.iter().filter(|c| c.switched);
+        switched.nth(mode as usize).map_or_else(|| mode.to_string(), |c| c.name.clone())
+    }
+}
+
+/// A named result; may contain accelerations and multipliers.
 #[derive(Clone, Debug)]
 pub struct Output {
     /// The user's name.
@@ -128,7 +192,7 @@ pub struct Output {
     pub origin: Origin,
 }
 
-/// A function whose zero crossings are located; may contain accelerations.
+/// A function whose zero crossings are located; may contain accelerations and multipliers.
 #[derive(Clone, Debug)]
 pub struct Event {
     /// The user's name.

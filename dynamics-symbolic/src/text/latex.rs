@@ -22,6 +22,8 @@ impl Target for Latex {
             Symbol::Acceleration(i) => q(i, "\\ddot"),
             Symbol::Input(i) => name(&model.inputs[i as usize].name, ""),
             Symbol::Parameter(i) => name(&model.parameters[i as usize].name, ""),
+            Symbol::Multiplier(i) => format!("\\lambda_{{{i}}}"),
+            Symbol::Mode(i) => name(&model.mode_name(i), ""),
         })
     }
     fn variable(&self, prefix: &str, number: usize) -> Text {

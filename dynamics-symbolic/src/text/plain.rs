@@ -31,6 +31,8 @@ impl Target for Plain {
             Symbol::Acceleration(i) => q(i, "''"),
             Symbol::Input(i) => model.inputs[i as usize].name.clone(),
             Symbol::Parameter(i) => model.parameters[i as usize].name.clone(),
+            Symbol::Multiplier(i) => format!("lambda[{}]", model.row_name(i)),
+            Symbol::Mode(i) => format!("mode[{}]", model.mode_name(i)),
         })
     }
     fn smooth(&self, name: &str, order: u8, argument: &Text) -> Text {

@@ -95,6 +95,7 @@ pub struct Values {
     pub a: Vec<f64>,
     pub w: Vec<f64>,
     pub p: Vec<f64>,
+    pub lambda: Vec<f64>,
 }
 
 impl Bindings for Values {
@@ -106,6 +107,8 @@ impl Bindings for Values {
             Symbol::Acceleration(i) => self.a[i as usize],
             Symbol::Input(i) => self.w[i as usize],
             Symbol::Parameter(i) => self.p[i as usize],
+            Symbol::Multiplier(i) => self.lambda[i as usize],
+            Symbol::Mode(_) => 0.0,
         }
     }
     fn smooth(&self, _: FunctionId, order: u8, x: f64) -> f64 {

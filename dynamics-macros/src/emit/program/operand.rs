@@ -48,8 +48,11 @@ impl<'a> Access<'a> {
             Node::Symbol(Symbol::Coordinate(i)) => format!("q[{i}]"),
             Node::Symbol(Symbol::Rate(i)) => format!("u[{i}]"),
             Node::Symbol(Symbol::Input(i)) => format!("w[{i}]"),
+            Node::Symbol(Symbol::Acceleration(i)) => format!("a[{i}]"),
+            Node::Symbol(Symbol::Multiplier(i)) => format!("lambda[{i}]"),
+            Node::Symbol(Symbol::Mode(i)) => format!("modes[{i}]"),
             Node::Symbol(Symbol::Parameter(i)) => self.parameters[i as usize].clone(),
-            // The engine replaces accelerations by their values and schedules every operation before its use.
+            // The engine schedules every operation before its use.
             node => unreachable!("{node:?} is read before it is computed"),
         }
     }

@@ -115,7 +115,7 @@ impl Emission<'_> {
                 &self,
                 #k: &Self::Constants,
                 #state: &<Self as Model>::State,
-            ) -> Result<<Self as Model>::Vector, #private::SingularMassMatrix> {
+            ) -> Result<<Self as Model>::Vector, #private::SolveError> {
                 #prologue #statements #check
                 Ok(#vector)
             }
@@ -133,7 +133,7 @@ impl Emission<'_> {
     ) -> (TokenStream, TokenStream) {
         let pivots = 2 * self.compiled.equations.pivots.len();
         let private = &self.private;
-        let result = quote!(Result<#result, #private::SingularMassMatrix>);
+        let result = quote!(Result<#result, #private::SolveError>);
         self.method(program, name, &result, |r| {
             let (check, value) = (self.check(&self.pivots(r)), value(&r[..r.len() - pivots]));
             quote!(#check Ok(#value))
@@ -205,7 +205,7 @@ impl Emission<'_> {
         let (f64, private) = (self.float(), &self.private);
         let method = quote! {
             #[inline]
-            fn #name(#at_state, #slice: &mut [#f64]) -> Result<(), #private::SingularMassMatrix> {
+            fn #name(#at_state, #slice: &mut [#f64]) -> Result<(), #private::SolveError> {
                 #prologue #statements #check
                 #slice[..#count].copy_from_slice(&[#(#values),*]);
                 Ok(())

@@ -3,9 +3,9 @@ use alloc::vec;
 use nalgebra::{SMatrix, SVector};
 
 use super::*;
-use crate::error::SingularMassMatrix;
+use crate::error::{SingularMassMatrix, SolveError};
 use crate::expr::Expr;
-use crate::model::{Dynamics, Events, Model, Outputs, Powers, Quantity};
+use crate::model::{Dynamics, Events, Model, Modes, Outputs, Powers, Quantity};
 use crate::output::xml_check;
 
 /// x = cos t and y = sin t: two masses on springs, one of which has no unit.
@@ -17,13 +17,14 @@ struct SpringsState {
     q: SVector<f64, 2>,
     u: SVector<f64, 2>,
     inputs: SVector<f64, 0>,
+    modes: Modes,
 }
 
 impl ModelState for SpringsState {
     type Vector = SVector<f64, 2>;
     type Inputs = SVector<f64, 0>;
     fn new(t: f64, q: Self::Vector, u: Self::Vector, inputs: Self::Inputs) -> Self {
-        Self { t, q, u, inputs }
+        Self { t, q, u, inputs, modes: Modes::default() }
     }
     fn t(&self) -> f64 {
         self.t
@@ -46,6 +47,12 @@ impl ModelState for SpringsState {
     fn inputs_mut(&mut self) -> &mut Self::Inputs {
         &mut self.inputs
     }
+    fn modes(&self) -> Modes {
+        self.modes
+    }
+    fn modes_mut(&mut self) -> &mut Modes {
+        &mut self.modes
+    }
 }
 
 const fn quantity(name: &'static str, unit: &'static str) -> Quantity {
@@ -59,7 +66,7 @@ impl Model for Springs {
     type State = SpringsState;
     type Coordinates = [Expr; 2];
     const NAME: &'static str = "Springs";
-    fn coordinates_with(state: &SpringsState, a: &Self::Vector) -> [Expr; 2] {
+    fn coordinates_with(state: &SpringsState, a: &Self::Vector, _: &[f64]) -> [Expr; 2] {
         [0, 1].map(|k| Expr::coordinate(state.q[k], state.u[k], a[k]))
     }
 }
@@ -73,7 +80,7 @@ impl Dynamics for Springs {
     fn constants(&self) -> Result<(), SingularMassMatrix> {
         Ok(())
     }
-    fn accelerations_with(&self, (): &(), state: &SpringsState) -> Result<Self::Vector, SingularMassMatrix> {
+    fn accelerations_with(&self, (): &(), state: &SpringsState) -> Result<Self::Vector, SolveError> {
         Ok(-state.q)
     }
     fn mass_matrix(&self, _: &SpringsState) -> Self::Matrix {
@@ -98,16 +105,18 @@ impl Powers for Springs {
 
 impl Outputs for Springs {
     const OUTPUTS: &'static [Quantity] = &[quantity("tension, left", "N"), quantity("lead", "m")];
-    fn outputs(&self, state: &SpringsState, values: &mut [f64]) -> Result<(), SingularMassMatrix> {
+    fn outputs(&self, state: &SpringsState, values: &mut [f64]) -> Result<(), SolveError> {
         values[0] = -state.q[0];
         values[1] = 10.0 * state.q[1];
         Ok(())
     }
 }
 
+crate::unconstrained!(Springs, 2);
+
 impl Events for Springs {
     const EVENTS: &'static [Quantity] = &[];
-    fn events(&self, _: &SpringsState, _: &mut [f64]) -> Result<(), SingularMassMatrix> {
+    fn events(&self, _: &SpringsState, _: &mut [f64]) -> Result<(), SolveError> {
         Ok(())
     }
 }
@@ -120,7 +129,7 @@ impl Draw for Springs {
 
 fn start() -> SpringsState {
     let vector = |a, b| SVector::from([a, b]);
-    SpringsState { t: 0.0, q: vector(1.0, 0.0), u: vector(0.0, 1.0), inputs: SVector::zeros() }
+    SpringsState { t: 0.0, q: vector(1.0, 0.0), u: vector(0.0, 1.0), inputs: SVector::zeros(), modes: Modes::default() }
 }
 
 fn motion(end: f64) -> Motion<'static, Springs> {
