@@ -1,6 +1,7 @@
 //! Model checks: one rule per file, called from a visible list.
 
 mod choices;
+pub mod constraints;
 mod contents;
 mod definite;
 mod effect;
@@ -31,6 +32,8 @@ pub fn declared(model: &Model) -> Vec<Finding> {
     quadratic::quadratic(model, &mut found);
     // An energy that depends on nothing that moves is a slip, not a choice.
     effect::without_effect(model, &mut found);
+    // What holds the parts together has rules of its own.
+    constraints::declared(model, &mut found);
     found
 }
 

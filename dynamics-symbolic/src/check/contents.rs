@@ -18,7 +18,7 @@ impl EnergyRole {
     }
 }
 
-/// Accelerations, velocities and inputs where they cannot be.
+/// Accelerations, velocities, inputs, reactions and modes where they cannot be.
 pub(super) fn contents(model: &Model, found: &mut Vec<Finding>) {
     let on = |node: NodeId, what| model.graph.dependence(node).on(what);
     for e in &model.energies {
@@ -28,6 +28,10 @@ pub(super) fn contents(model: &Model, found: &mut Vec<Finding>) {
         };
         if on(e.node, Dependence::ACCELERATIONS) {
             report("accelerations", "energies are functions of coordinates, velocities and time");
+        } else if on(e.node, Dependence::MULTIPLIERS) {
+            report("reactions", "what depends on them is a `#[force]`");
+        } else if on(e.node, Dependence::MODES) {
+            report("modes", "it would jump where a constraint is switched; what depends on them is a `#[force]`");
         } else if e.role == EnergyRole::Potential && on(e.node, Dependence::RATES) {
             report("velocities", "a potential is a function of coordinates and time");
         } else if matches!(e.role, EnergyRole::Kinetic | EnergyRole::Lagrangian) && input_in_momenta(model, e.node) {
@@ -53,6 +57,8 @@ pub(super) fn contents(model: &Model, found: &mut Vec<Finding>) {
         }
         if places.iter().chain(&values).any(|n| on(*n, Dependence::ACCELERATIONS)) {
             report("accelerations", "they are what the forces decide");
+        } else if places.iter().any(|n| on(*n, Dependence::MULTIPLIERS.with(Dependence::MODES))) {
+            report("reactions or modes", "the place where a force acts is a function of coordinates and time");
         } else if places.iter().any(|n| on(*n, Dependence::RATES)) {
             report("velocities", "the place where a force acts is a function of coordinates and time");
         }

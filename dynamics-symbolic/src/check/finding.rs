@@ -2,6 +2,8 @@
 
 use crate::graph::Origin;
 
+use super::constraints::ConstraintFinding;
+
 /// A mistake in a model.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -80,4 +82,6 @@ pub enum Finding {
         /// Declarations of the coordinates involved.
         origins: Vec<Origin>,
     },
+    /// A mistake in the constraints.
+    Constraint(ConstraintFinding),
 }

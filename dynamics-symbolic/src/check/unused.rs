@@ -103,6 +103,7 @@ fn roots(model: &Model) -> Vec<NodeId> {
             ForceTerm::Along { expression, magnitude } => roots.extend([expression, magnitude]),
         }
     }
+    roots.extend(model.constraints.iter().flat_map(|c| &c.components).map(|(_, node)| *node));
     roots.extend(model.outputs.iter().flat_map(|o| &o.components).map(|(_, node)| *node));
     roots.extend(model.events.iter().map(|e| e.node));
     roots

@@ -1,0 +1,27 @@
+//! Checks of the constraints: one rule per file, called from visible lists.
+//!
+//! A constraint that does nothing, that cannot hold, or that is not what it is declared to be has no motions or other ones than were meant, and a
+//! solver would at best say so in terms of matrices. Here it is said in terms of the declarations, before anything runs.
+
+mod contents;
+mod effect;
+mod finding;
+mod linear;
+
+use crate::mechanics::Model;
+
+use super::Finding;
+
+pub use finding::{Combination, ConstraintFinding};
+
+/// Checks of what is declared, one row at a time.
+pub(super) fn declared(model: &Model, found: &mut Vec<Finding>) {
+    let mut faults = Vec::new();
+    // Rows are functions of q, t, and for nonholonomic ones q̇; the derivation relies on it.
+    contents::contents(model, &mut faults);
+    // A row that restricts nothing was meant to do something else.
+    effect::without_effect(model, &mut faults);
+    // A q̇ + b: Appell's and Chetaev's rule, and with it the reaction Aᵀλ, hold for rows linear in the velocities.
+    linear::linear(model, &mut faults);
+    found.extend(faults.into_iter().map(Finding::Constraint));
+}

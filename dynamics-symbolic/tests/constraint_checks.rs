@@ -1,0 +1,153 @@
+//! Every rule of the constraints' checks finds the mistake that it is for, and one mistake is one finding.
+
+mod common;
+
+use common::Builder;
+use dynamics_symbolic::check::constraints::ConstraintFinding as Fault;
+use dynamics_symbolic::check::{Finding, declared};
+use dynamics_symbolic::graph::{NodeId, Origin, Symbol};
+use dynamics_symbolic::mechanics::{Constraint, ConstraintKind, EnergyRole, Model};
+
+/// A free particle in the plane, with its symbols x, y.
+fn particle() -> (Builder, NodeId, NodeId) {
+    let mut b = Builder::new("Particle");
+    let (x, y, m) = (b.coordinate("x"), b.coordinate("y"), b.parameter("m"));
+    let t = b.kinetic(m, &[x, y]);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    (b, x, y)
+}
+
+/// Declares a constraint of one row or several; its origin is 1000 plus its place.
+fn constrain(b: &mut Builder, name: &str, kind: ConstraintKind, rows: &[NodeId]) {
+    let suffix = |i: usize| if rows.len() == 1 { String::new() } else { format!("[{i}]") };
+    let components = rows.iter().enumerate().map(|(i, node)| (suffix(i), *node)).collect();
+    let origin = Origin(1000 + b.model.constraints.len() as u32);
+    let name = name.to_owned();
+    let (unit, redundant, switched) = (String::new(), false, false);
+    b.model.constraints.push(Constraint { name, kind, components, unit, redundant, switched, origin });
+}
+
+const HOLONOMIC: ConstraintKind = ConstraintKind::Holonomic;
+const NONHOLONOMIC: ConstraintKind = ConstraintKind::Nonholonomic { integrable: false };
+
+/// The only finding, which is one about a constraint.
+fn fault(model: &Model) -> Fault {
+    match &declared(model)[..] {
+        [Finding::Constraint(fault)] => fault.clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn name(name: &str) -> String {
+    name.to_owned()
+}
+
+const ORIGIN: Origin = Origin(1000);
+
+#[test]
+fn a_row_that_is_zero_restricts_nothing() {
+    let (mut b, x, y) = particle();
+    let (s, c) = (b.sin(x), b.cos(x));
+    let square = b.norm_squared(&[s, c]);
+    let one = b.ratio(1, 1);
+    let zero = b.sub(square, one);
+    constrain(&mut b, "identity", HOLONOMIC, &[y, zero]);
+    assert_eq!(fault(&b.model), Fault::AlwaysZero { name: name("identity[1]"), origin: ORIGIN });
+}
+
+#[test]
+fn a_row_of_parameters_and_time_restricts_nothing_that_moves() {
+    for kind in [HOLONOMIC, NONHOLONOMIC] {
+        let (mut b, ..) = particle();
+        let (l, t) = (b.parameter("l"), b.g().symbol(Symbol::Time));
+        let node = b.mul(l, t);
+        constrain(&mut b, "length", kind, &[node]);
+        assert_eq!(fault(&b.model), Fault::WithoutCoordinate { name: name("length"), origin: ORIGIN });
+    }
+}
+
+#[test]
+fn velocities_belong_into_nonholonomic_rows_and_only_there() {
+    let (mut b, x, y) = particle();
+    let v = b.dt(x);
+    let sum = b.add(v, y);
+    constrain(&mut b, "skate", HOLONOMIC, &[sum]);
+    assert_eq!(fault(&b.model), Fault::HolonomicWithVelocities { name: name("skate"), origin: ORIGIN });
+    let (mut b, x, y) = particle();
+    let sum = b.add(x, y);
+    constrain(&mut b, "rod", NONHOLONOMIC, &[sum]);
+    assert_eq!(fault(&b.model), Fault::NonholonomicWithoutVelocities { name: name("rod"), origin: ORIGIN });
+}
+
+#[test]
+fn nonholonomic_rows_are_linear_in_the_velocities() {
+    let (mut b, x, y) = particle();
+    let (u, v) = (b.dt(x), b.dt(y));
+    let speed = b.norm_squared(&[u, v]);
+    let one = b.ratio(1, 1);
+    let appell = b.sub(speed, one);
+    constrain(&mut b, "constant_speed", NONHOLONOMIC, &[u, appell]);
+    assert_eq!(fault(&b.model), Fault::NotLinear { name: name("constant_speed[1]"), origin: ORIGIN });
+}
+
+#[test]
+fn affine_rows_with_time_are_sound() {
+    let (mut b, x, y) = particle();
+    let (u, v, t) = (b.dt(x), b.dt(y), b.g().symbol(Symbol::Time));
+    let (s, c) = (b.sin(t), b.cos(x));
+    let (su, cv) = (b.mul(s, u), b.mul(c, v));
+    let sum = b.add(su, cv);
+    let row = b.add(sum, t);
+    constrain(&mut b, "conveyor", NONHOLONOMIC, &[row]);
+    assert_eq!(declared(&b.model), []);
+}
+
+#[test]
+fn what_follows_from_constraints_is_not_in_them() {
+    let symbols = [
+        (Symbol::Acceleration(0), "accelerations"),
+        (Symbol::Multiplier(0), "reactions"),
+        (Symbol::Input(0), "inputs"),
+        (Symbol::Mode(0), "modes"),
+    ];
+    for (symbol, expected) in symbols {
+        for kind in [HOLONOMIC, NONHOLONOMIC] {
+            let (mut b, x, y) = particle();
+            b.model.inputs.push(dynamics_symbolic::mechanics::Input {
+                name: name("w"),
+                unit: String::new(),
+                origin: Origin(7),
+            });
+            let w = b.g().symbol(Symbol::Input(0));
+            b.model.read_elsewhere.push(name("w"));
+            b.model.events.push(dynamics_symbolic::mechanics::Event { name: name("e"), node: w, origin: Origin(8) });
+            let (u, s) = (b.dt(y), b.g().symbol(symbol));
+            let moving = if kind == HOLONOMIC { x } else { u };
+            let row = b.add(moving, s);
+            constrain(&mut b, "rod", kind, &[row]);
+            let Fault::Contains { name, what, .. } = fault(&b.model) else { panic!("{symbol:?}") };
+            assert_eq!((name.as_str(), what), ("rod", expected));
+        }
+    }
+}
+
+#[test]
+fn energies_contain_neither_reactions_nor_modes() {
+    for (symbol, expected) in [(Symbol::Multiplier(0), "reactions"), (Symbol::Mode(0), "modes")] {
+        let (mut b, x, _) = particle();
+        let s = b.g().symbol(symbol);
+        let v = b.mul(x, s);
+        b.energy("sticky", EnergyRole::Potential, v);
+        let found = declared(&b.model);
+        assert!(matches!(&found[..], [Finding::Contains { what, .. }] if *what == expected), "{found:?}");
+    }
+}
+
+#[test]
+fn a_parameter_that_only_a_constraint_reads_is_used() {
+    let (mut b, x, _) = particle();
+    let l = b.parameter("l");
+    let row = b.sub(x, l);
+    constrain(&mut b, "wall", HOLONOMIC, &[row]);
+    assert_eq!(declared(&b.model), []);
+}
