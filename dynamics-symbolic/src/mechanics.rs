@@ -8,11 +8,9 @@ mod lagrange;
 mod model;
 mod velocity_form;
 
+pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub use derive::{Underivable, derive};
-pub use equations::{
-    ConstraintEquations, Derivation, Elimination, Equations, General, Guard, Guarded, Jacobians, Named, Pivot,
-    Solution, Unrolled,
-};
+pub use equations::{ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Solution};
 pub use model::{
     Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,
     Output, Parameter,
