@@ -1,8 +1,218 @@
-//! Constraints at run time: general rank-revealing solves, projection, partitioning, friction.
+//! Constraints at run time: accelerations and reactions, corrections of positions and velocities, and what they say of themselves.
+//!
+//! Where the macro found straight-line code for a model's equations that code is used ([`Constraints::solve_unrolled`]); where it does not
+//! apply — a pivot vanishes, a constraint is released, constraints repeat each other — a general solver takes over that decides
+//! the rank at the state at hand. Everything works in memory that the caller lends, [`workspace_len`] numbers of it, and allocates nothing.
+
+mod memory;
+mod orthogonal;
+mod system;
+
+use memory::{Memory, max_abs};
+use system::{Miss, Names, Read, System};
+
+use crate::error::SolveError;
+use crate::model::{Constraints, ModelState, Modes, Route, Solved, Terms, Vector, Workspace};
 
 /// Length of the memory that the general solvers need for n coordinates and r constraint rows.
 #[must_use]
 pub const fn workspace_len(n: usize, r: usize) -> usize {
-    // Several matrices of each shape, and vectors.
-    4 * n * n + 4 * n * r + 2 * r * r + 12 * (n + r)
+    let read = n * n + n + n * r + r;
+    read + system::memory(n, r) + 2 * n * r + 2 * r * r + 8 * (n + r)
+}
+
+/// Φ_q a = γ is contradictory where no a comes closer than this, against the size of γ: well above what the drift of an unstabilised motion
+/// leaves on constraints that repeat each other.
+const CONTRADICTION: f64 = 1e-6;
+
+/// What the general solver found about the constraints at a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Diagnosis {
+    /// Number of rows that hold.
+    pub active: usize,
+    /// Rank of their Jacobian. Below [`Diagnosis::active`] some rows repeat others: the accelerations are unique, the multipliers are not, and
+    /// those of least norm are given (in accelerations: Σ (λᵢ ‖Φ_q,ᵢ‖)² is least, with coordinates scaled by the square roots of their inertias).
+    pub rank: usize,
+    /// First over last pivot of the Jacobian, with rows at unit length: the loss of digits in the multipliers.
+    pub condition: f64,
+}
+
+impl Diagnosis {
+    /// Whether the multipliers are unique.
+    #[must_use]
+    pub fn unique(&self) -> bool {
+        self.rank == self.active
+    }
+}
+
+/// q̈ and λ at a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome<V, R> {
+    /// q̈.
+    pub accelerations: V,
+    /// λ; 0 for rows of released constraints.
+    pub multipliers: R,
+    /// What the general solver found; `None` where the generated code did the work.
+    pub diagnosis: Option<Diagnosis>,
+}
+
+impl<V, R> Outcome<V, R> {
+    /// Whether the multipliers are unique: always where the generated code applies.
+    #[must_use]
+    pub fn unique(&self) -> bool {
+        self.diagnosis.is_none_or(|d| d.unique())
+    }
+}
+
+impl<V, R> From<Solved<V, R>> for Outcome<V, R> {
+    fn from(Solved { accelerations, multipliers }: Solved<V, R>) -> Self {
+        Self { accelerations, multipliers, diagnosis: None }
+    }
+}
+
+/// An outcome of a model.
+pub type OutcomeOf<M> = Outcome<<M as crate::model::Model>::Vector, <M as Constraints>::Rows>;
+
+/// q̈ and λ: by the generated code where it applies, else by the general solver.
+///
+/// # Errors
+/// No mass matrix on the motions that the constraints leave, contradictory constraints, constraints that are not finite.
+pub fn solve<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    state: &M::State,
+    workspace: &mut [f64],
+) -> Result<OutcomeOf<M>, SolveError> {
+    match solve_fast(model, constants, state)? {
+        Some(solved) => Ok(solved.into()),
+        None => solve_general(model, state, workspace),
+    }
+}
+
+/// [`solve`] with memory of its own: on the stack where it is small or there is no other, allocated where it is large. Where the generated code
+/// applies none is needed.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_once<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    state: &M::State,
+) -> Result<OutcomeOf<M>, SolveError> {
+    match solve_fast(model, constants, state)? {
+        Some(solved) => Ok(solved.into()),
+        None => with_workspace::<M, _>(|workspace| solve_general(model, state, workspace)),
+    }
+}
+
+#[inline]
+fn solve_fast<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    state: &M::State,
+) -> Result<Option<Solved<M::Vector, M::Rows>>, SolveError> {
+    if M::ROUTE == Route::Unconstrained {
+        let accelerations = model.accelerations_with(constants, state)?;
+        return Ok(Some(Solved { accelerations, multipliers: M::Rows::zeros() }));
+    }
+    Ok(model.solve_unrolled(constants, state))
+}
+
+/// Largest memory, in numbers, that is put on the stack where there is a heap: 64 kB.
+#[cfg(feature = "alloc")]
+const ON_STACK: usize = 8192;
+
+/// Calls a function with memory of [`workspace_len`].
+#[cold]
+pub fn with_workspace<M: Constraints, R>(f: impl FnOnce(&mut [f64]) -> R) -> R {
+    #[inline(never)]
+    fn on_stack<M: Constraints, R>(f: impl FnOnce(&mut [f64]) -> R) -> R {
+        f(M::Workspace::new().as_mut_slice())
+    }
+    #[cfg(feature = "alloc")]
+    {
+        let len = const { workspace_len(M::Vector::LEN, M::Rows::LEN) };
+        if len > ON_STACK {
+            return f(&mut alloc::vec![0.0; len]);
+        }
+    }
+    on_stack::<M, R>(f)
+}
+
+/// q̈ and λ by the general solver, whatever the generated code could do.
+///
+/// A mass matrix or force that is not a number gives accelerations that are none, as in models without constraints.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_general<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    workspace: &mut [f64],
+) -> Result<OutcomeOf<M>, SolveError> {
+    let names = names::<M>();
+    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+    let mut memory = Memory::new(workspace, n, r);
+    let Some(read) = read(model, state, &mut memory)? else { return Ok(not_a_number()) };
+    // The least that γ is taken for: where it cancels, its rounding errors are no contradiction.
+    let floor = memory.take(r);
+    for (floor, row) in floor.iter_mut().zip(read.jacobian.chunks_exact(n)) {
+        *floor = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
+    }
+    let modes = state.modes();
+    let mut system = System::factor(read.mass, read.jacobian, |row| holds::<M>(modes, row), names, &mut memory)?;
+    let mut accelerations = M::Vector::zeros();
+    let mut multipliers = M::Rows::zeros();
+    let miss = system.solve(read.force, read.gamma, accelerations.as_mut_slice(), multipliers.as_mut_slice());
+    let size = miss.scale + 1e-6 * system.size_of_rows(floor);
+    contradiction(miss, size, &system, names)?;
+    let diagnosis = Diagnosis { active: system.active(), rank: system.rank(), condition: system.condition() };
+    Ok(Outcome { accelerations, multipliers, diagnosis: Some(diagnosis) })
+}
+
+fn contradiction(miss: Miss, size: f64, system: &System<'_>, names: Names) -> Result<(), SolveError> {
+    if miss.size <= CONTRADICTION * size {
+        return Ok(());
+    }
+    let (row, rank) = (names.row(miss.row), system.rank());
+    Err(SolveError::Contradiction { row, residual: miss.residual, rank })
+}
+
+fn names<M: Constraints>() -> Names {
+    Names { rows: M::ROWS, coordinates: M::COORDINATES }
+}
+
+/// Whether the constraint of a row holds.
+fn holds<M: Constraints>(modes: Modes, row: usize) -> bool {
+    if modes.all_hold() {
+        return true;
+    }
+    let constraint = M::CONSTRAINTS.iter().find(|c| (c.first..c.first + c.rows).contains(&row));
+    constraint.and_then(|c| c.switched).is_none_or(|index| modes.holds(index))
+}
+
+/// M, Q, Φ_q and γ at a state; `None` where M or Q is not finite, an error where Φ_q or γ is not.
+fn read<'w, M: Constraints>(
+    model: &M,
+    state: &M::State,
+    memory: &mut Memory<'w>,
+) -> Result<Option<Read<'w>>, SolveError> {
+    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+    let read = Read::new(n, r, memory);
+    let terms = &mut Terms { mass: read.mass, force: read.force, jacobian: read.jacobian, gamma: read.gamma };
+    model.terms(state, terms);
+    let modes = state.modes();
+    let row_is_finite = |i: usize| read.gamma[i].is_finite() && max_abs(&read.jacobian[i * n..(i + 1) * n]).is_finite();
+    if let Some(row) = (0..r).find(|i| holds::<M>(modes, *i) && !row_is_finite(*i)) {
+        return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
+    }
+    let finite = max_abs(read.mass).is_finite() && max_abs(read.force).is_finite();
+    Ok(finite.then_some(read))
+}
+
+fn not_a_number<V: Vector, R: Vector>() -> Outcome<V, R> {
+    let mut outcome = Outcome { accelerations: V::zeros(), multipliers: R::zeros(), diagnosis: None };
+    outcome.accelerations.as_mut_slice().fill(f64::NAN);
+    outcome.multipliers.as_mut_slice().fill(f64::NAN);
+    outcome
 }

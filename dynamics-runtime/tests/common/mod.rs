@@ -1,6 +1,8 @@
 //! Models written by hand against the runtime's traits, so that it is checked without the macro and without the engine.
 #![allow(dead_code, unreachable_pub, reason = "every test file uses some of the models")]
 
+pub mod constrained;
+
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{Dynamics, Events, Model, ModelState, Modes, Outputs, Powers, Quantity};
 use nalgebra::{SMatrix, SVector};

@@ -1,0 +1,191 @@
+//! Complete orthogonal decomposition of a set of vectors, the rows of a matrix A (r×n), with its rank decided by pivoting.
+//!
+//! Householder with pivoting: Aᵀ P = Q [R₁ R₂; 0 0], R₁ k×k upper triangular, k the rank. Then, from the right, [R₁ R₂] = [T 0] Vᵀ with T lower
+//! triangular. So A = P V [Tᵀ 0; 0 0] Qᵀ: the first k columns of Q span the row space, the others its null space, and least-squares
+//! solutions of both A x = b and Aᵀ y = c, of least norm, cost two triangular solves. Where the rank is full nothing is lost against plain
+//! QR; where it is not, the result does not depend on which rows are thought the redundant ones.
+//!
+//! Cost: 2nr² operations. Golub & Van Loan, Matrix Computations, 4th ed., §5.4–5.5. Stability: backward stable; the rank found this way can
+//! exceed the numerical rank in matrices contrived to that end (Kahan's).
+
+use super::memory::{Indices, Memory, add_scaled, dot, norm, swap_rows, two_rows};
+
+/// Turns x into (β, v₂, …) with H x = β e₁, H = I − τ v vᵀ, v₁ = 1; returns τ.
+fn reflector(x: &mut [f64]) -> f64 {
+    let Some((first, rest)) = x.split_first_mut() else { return 0.0 };
+    let tail = norm(rest);
+    if tail == 0.0 {
+        return 0.0;
+    }
+    let beta = -crate::math::hypot(*first, tail).copysign(*first);
+    let tau = (beta - *first) / beta;
+    let scale = 1.0 / (*first - beta);
+    rest.iter_mut().for_each(|x| *x *= scale);
+    *first = beta;
+    tau
+}
+
+/// H x for the reflector (1, v₂, …), stored as `v` with anything in its first place.
+#[inline]
+fn reflect(v: &[f64], tau: f64, x: &mut [f64]) {
+    let along = tau * (x[0] + dot(&v[1..], &x[1..]));
+    x[0] -= along;
+    add_scaled(&mut x[1..], -along, &v[1..]);
+}
+
+/// The decomposition.
+pub(crate) struct Orthogonal<'w> {
+    /// Number of rows of A.
+    r: usize,
+    /// Number of columns of A.
+    n: usize,
+    /// k.
+    pub(crate) rank: usize,
+    /// First pivot over the last admitted one: an estimate of the condition of A, 1 where there is none.
+    pub(crate) condition: f64,
+    /// R by columns, below it the reflectors of Q.
+    a: &'w mut [f64],
+    tau: &'w mut [f64],
+    /// T by rows, beside it the reflectors of V; k×r.
+    c: &'w mut [f64],
+    tau_right: &'w mut [f64],
+    /// Row of A at each place.
+    order: Indices<'w>,
+}
+
+/// Memory that a decomposition takes besides A.
+pub(crate) const fn memory(r: usize) -> usize {
+    r * r + 3 * r
+}
+
+impl<'w> Orthogonal<'w> {
+    /// Decomposes A, whose rows should be of about equal length: a pivot below `tolerance` times the first one is zero.
+    pub(crate) fn new(a: &'w mut [f64], r: usize, n: usize, tolerance: f64, memory: &mut Memory<'w>) -> Self {
+        let (tau, tau_right) = (memory.take(r), memory.take(r));
+        let order = memory.indices(r);
+        let c = memory.zeros(r * r);
+        let mut it = Self { r, n, rank: 0, condition: 1.0, a, tau, c, tau_right, order };
+        it.reduce_left(tolerance);
+        it.reduce_right();
+        it
+    }
+
+    /// Aᵀ P = Q R, the longest remaining column first.
+    fn reduce_left(&mut self, tolerance: f64) {
+        let (r, n) = (self.r, self.n);
+        let mut first = 0.0;
+        while self.rank < r.min(n) {
+            let k = self.rank;
+            let longest = (k..r).map(|i| (i, norm(&self.a[i * n + k..(i + 1) * n])));
+            let (row, size) = longest.fold((k, 0.0), |best, next| if next.1 > best.1 { next } else { best });
+            if k == 0 {
+                first = size;
+            }
+            if size <= tolerance * first {
+                break;
+            }
+            self.condition = first / size;
+            swap_rows(self.a, n, k, row);
+            self.order.swap(k, row);
+            self.tau[k] = reflector(&mut self.a[k * n + k..(k + 1) * n]);
+            for i in k + 1..r {
+                let (v, x) = two_rows(self.a, n, k, i);
+                reflect(&v[k..], self.tau[k], &mut x[k..]);
+            }
+            self.rank += 1;
+        }
+    }
+
+    /// [R₁ R₂] = [T 0] Vᵀ, by reflectors on the rows of R.
+    fn reduce_right(&mut self) {
+        let (r, n) = (self.r, self.n);
+        for i in 0..self.rank {
+            for p in i..r {
+                self.c[i * r + p] = self.a[p * n + i];
+            }
+        }
+        for i in 0..self.rank {
+            self.tau_right[i] = reflector(&mut self.c[i * r + i..(i + 1) * r]);
+            for l in i + 1..self.rank {
+                let (v, x) = two_rows(self.c, r, i, l);
+                reflect(&v[i..], self.tau_right[i], &mut x[i..]);
+            }
+        }
+    }
+
+    /// Qᵀ x, in place.
+    pub(crate) fn rotate(&self, x: &mut [f64]) {
+        let n = self.n;
+        for j in 0..self.rank {
+            reflect(&self.a[j * n + j..(j + 1) * n], self.tau[j], &mut x[j..]);
+        }
+    }
+
+    /// Q x, in place.
+    pub(crate) fn rotate_back(&self, x: &mut [f64]) {
+        let n = self.n;
+        for j in (0..self.rank).rev() {
+            reflect(&self.a[j * n + j..(j + 1) * n], self.tau[j], &mut x[j..]);
+        }
+    }
+
+    /// Qᵀ M Q of a symmetric M (n×n), in place, with n numbers of memory.
+    pub(crate) fn rotate_symmetric(&self, m: &mut [f64], w: &mut [f64]) {
+        let n = self.n;
+        for j in 0..self.rank {
+            let v = &self.a[j * n + j..(j + 1) * n];
+            let tau = self.tau[j];
+            m.chunks_exact_mut(n).for_each(|row| reflect(v, tau, &mut row[j..]));
+            // The same from the left: M −= τ v (vᵀM).
+            w.copy_from_slice(&m[j * n..(j + 1) * n]);
+            for (i, v) in v.iter().enumerate().skip(1) {
+                add_scaled(w, *v, &m[(j + i) * n..(j + i + 1) * n]);
+            }
+            add_scaled(&mut m[j * n..(j + 1) * n], -tau, w);
+            for (i, v) in v.iter().enumerate().skip(1) {
+                add_scaled(&mut m[(j + i) * n..(j + i + 1) * n], -tau * v, w);
+            }
+        }
+    }
+
+    /// The y (k numbers, in the rotated frame: x = Q (y, ·)) that fits A x = b best; `b` (r numbers) becomes what is left over, b − A x.
+    /// `w`: r numbers of memory.
+    pub(crate) fn fit(&self, b: &mut [f64], y: &mut [f64], w: &mut [f64]) {
+        let (r, k) = (self.r, self.rank);
+        for (p, w) in w.iter_mut().enumerate() {
+            *w = b[self.order.get(p)];
+        }
+        for i in 0..k {
+            reflect(&self.c[i * r + i..(i + 1) * r], self.tau_right[i], &mut w[i..]);
+        }
+        // Tᵀ y = the first k.
+        for i in (0..k).rev() {
+            let later: f64 = (i + 1..k).map(|l| self.c[l * r + i] * y[l]).sum();
+            y[i] = (w[i] - later) / self.c[i * r + i];
+        }
+        w[..k].fill(0.0);
+        self.spread(w, b);
+    }
+
+    /// The λ (r numbers) of least norm with Aᵀ λ = Q (f, 0); `f` has k numbers. `w`: r numbers of memory.
+    pub(crate) fn least_norm(&self, f: &[f64], lambda: &mut [f64], w: &mut [f64]) {
+        let (r, k) = (self.r, self.rank);
+        w.fill(0.0);
+        for i in 0..k {
+            let row = &self.c[i * r..(i + 1) * r];
+            w[i] = (f[i] - dot(&row[..i], &w[..i])) / row[i];
+        }
+        self.spread(w, lambda);
+    }
+
+    /// P V w.
+    fn spread(&self, w: &mut [f64], out: &mut [f64]) {
+        let (r, k) = (self.r, self.rank);
+        for i in (0..k).rev() {
+            reflect(&self.c[i * r + i..(i + 1) * r], self.tau_right[i], &mut w[i..]);
+        }
+        for (p, w) in w.iter().enumerate() {
+            out[self.order.get(p)] = *w;
+        }
+    }
+}
