@@ -4,9 +4,16 @@
 //! apply — a pivot vanishes, a constraint is released, constraints repeat each other — a general solver takes over that decides
 //! the rank at the state at hand. Everything works in memory that the caller lends, [`workspace_len`] numbers of it, and allocates nothing.
 
+mod correct;
+mod impact;
 mod memory;
 mod orthogonal;
+mod project;
 mod system;
+
+pub use correct::{correct, solve_baumgarte};
+pub use impact::{Impact, impact};
+pub use project::{Projection, check_gradients, project_positions, project_velocities};
 
 use memory::{Memory, max_abs};
 use system::{Miss, Names, Read, System};
@@ -105,12 +112,15 @@ pub fn solve_once<M: Constraints>(
     }
 }
 
+/// What generated code gives for a model.
+pub type SolvedOf<M> = Solved<<M as crate::model::Model>::Vector, <M as Constraints>::Rows>;
+
 #[inline]
 fn solve_fast<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,
-) -> Result<Option<Solved<M::Vector, M::Rows>>, SolveError> {
+) -> Result<Option<SolvedOf<M>>, SolveError> {
     if M::ROUTE == Route::Unconstrained {
         let accelerations = model.accelerations_with(constants, state)?;
         return Ok(Some(Solved { accelerations, multipliers: M::Rows::zeros() }));
@@ -150,24 +160,65 @@ pub fn solve_general<M: Constraints>(
     state: &M::State,
     workspace: &mut [f64],
 ) -> Result<OutcomeOf<M>, SolveError> {
-    let names = names::<M>();
-    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let mut memory = Memory::new(workspace, n, r);
-    let Some(read) = read(model, state, &mut memory)? else { return Ok(not_a_number()) };
-    // The least that γ is taken for: where it cancels, its rounding errors are no contradiction.
-    let floor = memory.take(r);
-    for (floor, row) in floor.iter_mut().zip(read.jacobian.chunks_exact(n)) {
-        *floor = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
-    }
+    general(model, state, None, workspace)
+}
+
+/// [`solve_general`] with Φ_q q̈ = γ + `more`.
+fn general<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    more: Option<&M::Rows>,
+    workspace: &mut [f64],
+) -> Result<OutcomeOf<M>, SolveError> {
     let modes = state.modes();
-    let mut system = System::factor(read.mass, read.jacobian, |row| holds::<M>(modes, row), names, &mut memory)?;
+    let Some(mut factored) = Factored::new(model, state, |row| holds::<M>(modes, row), workspace)? else {
+        return Ok(not_a_number());
+    };
+    if let Some(more) = more {
+        factored.gamma.iter_mut().zip(more.as_slice()).for_each(|(gamma, more)| *gamma += more);
+    }
+    let Factored { force, gamma, floor, system } = &mut factored;
     let mut accelerations = M::Vector::zeros();
     let mut multipliers = M::Rows::zeros();
-    let miss = system.solve(read.force, read.gamma, accelerations.as_mut_slice(), multipliers.as_mut_slice());
+    let miss = system.solve(force, gamma, accelerations.as_mut_slice(), multipliers.as_mut_slice());
     let size = miss.scale + 1e-6 * system.size_of_rows(floor);
-    contradiction(miss, size, &system, names)?;
-    let diagnosis = Diagnosis { active: system.active(), rank: system.rank(), condition: system.condition() };
-    Ok(Outcome { accelerations, multipliers, diagnosis: Some(diagnosis) })
+    contradiction(miss, size, system, names::<M>())?;
+    Ok(Outcome { accelerations, multipliers, diagnosis: Some(diagnosis(system)) })
+}
+
+fn diagnosis(system: &System<'_>) -> Diagnosis {
+    Diagnosis { active: system.active(), rank: system.rank(), condition: system.condition() }
+}
+
+/// The factored equations of a model at a state.
+struct Factored<'w> {
+    /// Q.
+    force: &'w mut [f64],
+    /// γ.
+    gamma: &'w mut [f64],
+    /// Σⱼ |Φ_q,ᵢⱼ| q̇ⱼ²: the least that γ is taken for, as its rounding errors where it cancels are no contradiction.
+    floor: &'w mut [f64],
+    system: System<'w>,
+}
+
+impl<'w> Factored<'w> {
+    /// With the rows that `active` admits; `None` where M or Q is not finite.
+    fn new<M: Constraints>(
+        model: &M,
+        state: &M::State,
+        active: impl Fn(usize) -> bool,
+        workspace: &'w mut [f64],
+    ) -> Result<Option<Self>, SolveError> {
+        let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
+        let Some(read) = read(model, state, &active, &mut memory)? else { return Ok(None) };
+        let Read { mass, force, jacobian, gamma } = read;
+        let floor = memory.take(M::Rows::LEN);
+        for (floor, row) in floor.iter_mut().zip(jacobian.chunks_exact(M::Vector::LEN)) {
+            *floor = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
+        }
+        let system = System::factor(mass, jacobian, active, names::<M>(), &mut memory)?;
+        Ok(Some(Self { force, gamma, floor, system }))
+    }
 }
 
 fn contradiction(miss: Miss, size: f64, system: &System<'_>, names: Names) -> Result<(), SolveError> {
@@ -195,15 +246,15 @@ fn holds<M: Constraints>(modes: Modes, row: usize) -> bool {
 fn read<'w, M: Constraints>(
     model: &M,
     state: &M::State,
+    active: impl Fn(usize) -> bool,
     memory: &mut Memory<'w>,
 ) -> Result<Option<Read<'w>>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let read = Read::new(n, r, memory);
     let terms = &mut Terms { mass: read.mass, force: read.force, jacobian: read.jacobian, gamma: read.gamma };
     model.terms(state, terms);
-    let modes = state.modes();
     let row_is_finite = |i: usize| read.gamma[i].is_finite() && max_abs(&read.jacobian[i * n..(i + 1) * n]).is_finite();
-    if let Some(row) = (0..r).find(|i| holds::<M>(modes, *i) && !row_is_finite(*i)) {
+    if let Some(row) = (0..r).find(|i| active(*i) && !row_is_finite(*i)) {
         return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
     }
     let finite = max_abs(read.mass).is_finite() && max_abs(read.force).is_finite();

@@ -58,6 +58,22 @@ pub enum SolveError {
         /// Number of solutions found: 0, or more than 1.
         solutions: usize,
     },
+    /// Positions or velocities that satisfy the constraints were not found near the given ones.
+    OffConstraint {
+        /// What was sought: `positions` or `velocities`.
+        what: &'static str,
+        /// The row that is missed most, against the length of its gradient.
+        row: &'static str,
+        /// Its Φ, or Φ̇, where the search ended.
+        residual: f64,
+        /// How far away that is in coordinates: |Φ|/‖Φ_q‖ of the row.
+        distance: f64,
+    },
+    /// A constraint restricts nothing here to first order: its gradient Φ_q vanishes.
+    VanishingGradient {
+        /// The row.
+        row: &'static str,
+    },
     /// A constraint, its Jacobian or γ is infinite or not a number.
     ConstraintNotFinite {
         /// The row.
@@ -89,6 +105,16 @@ impl fmt::Display for SolveError {
                 f,
                 "{solutions} different reactions of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid \
                  model does not decide; make the contact compliant, or end the motion before"
+            ),
+            Self::OffConstraint { what, row, residual, distance } => write!(
+                f,
+                "no {what} that satisfy the constraints were found near the given ones: `{row}` is still missed by {residual:e} (a \
+                 distance of {distance:e}); the constraints contradict each other there, or the mechanism cannot be closed"
+            ),
+            Self::VanishingGradient { row } => write!(
+                f,
+                "the gradient of constraint `{row}` vanishes here, so that it restricts no acceleration; write it so that it crosses zero \
+                 with a slope (the root of a square instead of the square), or stay away from this position"
             ),
             Self::ConstraintNotFinite { row } => write!(f, "constraint `{row}` is not finite here"),
         }

@@ -15,7 +15,7 @@
 //!
 //! Cost: about 2n³ + 2nm² operations for the factors, 4n² per right-hand side.
 
-use super::memory::{Indices, Memory, add_scaled, dot, max_abs, norm};
+use super::memory::{Indices, Memory, dot, max_abs, norm};
 use super::orthogonal::{self, Orthogonal};
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::generated::PIVOT_TOLERANCE;
@@ -117,10 +117,13 @@ impl<'w> System<'w> {
             }
         }
         scale_coordinates(mass, &jacobian[..m * n], scale);
-        for (row, weight) in jacobian.chunks_exact_mut(n).zip(&mut *weight).take(m) {
+        for (i, (row, weight)) in jacobian.chunks_exact_mut(n).zip(&mut *weight).take(m).enumerate() {
             row.iter_mut().zip(&*scale).for_each(|(x, s)| *x *= s);
             let length = norm(row);
-            *weight = if length > 0.0 { 1.0 / length } else { 1.0 };
+            if length == 0.0 {
+                return Err(SolveError::VanishingGradient { row: names.row(active.get(i)) });
+            }
+            *weight = 1.0 / length;
             row.iter_mut().for_each(|x| *x *= *weight);
         }
         let turned = memory.take(n * n);

@@ -1,0 +1,79 @@
+//! Corrections that constraints call for: Baumgarte's terms, and what projections and impacts are made of.
+
+use super::{Factored, OutcomeOf, SolvedOf, general, holds, not_a_number, solve};
+use crate::error::SolveError;
+use crate::model::{Constraints, ModelState, Solved, Vector};
+
+/// δ and μ with M δ = Φ_qᵀ μ, Φ_q δ = `right`: the change of least M-norm that the constraints can make. In the result δ stands in the place of
+/// accelerations and μ in that of multipliers.
+///
+/// Where constraints repeat each other, `right` is met as well as it can be, by least squares: whoever corrects says what is left over.
+///
+/// # Errors
+/// As [`solve`], without contradictions.
+pub fn correct<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    right: &M::Rows,
+    workspace: &mut [f64],
+) -> Result<SolvedOf<M>, SolveError> {
+    if let Some(solved) = model.correct_unrolled(state, right) {
+        return Ok(solved);
+    }
+    let modes = state.modes();
+    correct_rows(model, state, right, |row| holds::<M>(modes, row), workspace)
+}
+
+/// [`correct`] by the general solver, for the rows that `active` admits.
+pub(super) fn correct_rows<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    right: &M::Rows,
+    active: impl Fn(usize) -> bool,
+    workspace: &mut [f64],
+) -> Result<SolvedOf<M>, SolveError> {
+    let Some(mut factored) = Factored::new(model, state, active, workspace)? else {
+        let outcome: OutcomeOf<M> = not_a_number();
+        return Ok(Solved { accelerations: outcome.accelerations, multipliers: outcome.multipliers });
+    };
+    factored.force.fill(0.0);
+    let mut solved = Solved { accelerations: M::Vector::zeros(), multipliers: M::Rows::zeros() };
+    let (delta, mu) = (solved.accelerations.as_mut_slice(), solved.multipliers.as_mut_slice());
+    let _left_over = factored.system.solve(factored.force, right.as_slice(), delta, mu);
+    Ok(solved)
+}
+
+/// q̈ and λ with Baumgarte's stabilisation: Φ_q q̈ = γ − 2αΦ̇ − β²Φ; for rows A q̇ + b, which have no Φ, γ − 2α(A q̇ + b).
+///
+/// Drift then decays as e^{−αt} where β ≤ α … and the equations become as stiff as α and β are large. λ includes what the correction takes.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_baumgarte<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    state: &M::State,
+    (alpha, beta): (f64, f64),
+    workspace: &mut [f64],
+) -> Result<OutcomeOf<M>, SolveError> {
+    let mut right = model.velocity_residual(state);
+    right.as_mut_slice().iter_mut().for_each(|x| *x *= -2.0 * alpha);
+    let residual = model.residual(state);
+    for (right, residual) in right.as_mut_slice().iter_mut().zip(residual.as_slice()) {
+        *right -= beta * beta * residual;
+    }
+    let unrolled = (!M::FRICTION).then(|| model.solve_unrolled(constants, state)).flatten();
+    let Some((mut solved, more)) = unrolled.zip(model.correct_unrolled(state, &right)) else {
+        if M::Rows::LEN == 0 {
+            return solve(model, constants, state, workspace);
+        }
+        return general(model, state, Some(&right), workspace);
+    };
+    add(solved.accelerations.as_mut_slice(), more.accelerations.as_slice());
+    add(solved.multipliers.as_mut_slice(), more.multipliers.as_slice());
+    Ok(solved.into())
+}
+
+fn add(to: &mut [f64], more: &[f64]) {
+    to.iter_mut().zip(more).for_each(|(to, more)| *to += more);
+}

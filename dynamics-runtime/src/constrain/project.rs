@@ -1,0 +1,243 @@
+//! Projection onto the constraints: positions onto Φ = 0, velocities onto Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0.
+//!
+//! Positions by Newton with mass-weighted steps, M δ = Φ_qᵀ μ, Φ_q δ = −Φ: the point that results is, to second order, the nearest in
+//! the metric of M, so that a projection after a step disturbs the motion as little as it can. Velocities by one such step, which is exact:
+//! it leaves what is not against the constraints alone, as an impact would. Lubich, Nowak, Pöhle & Engstler, MEXX (1992); Hairer & Wanner,
+//! Solving ODEs II, §VII.2. Converges quadratically from what a step leaves behind: one correction as a rule.
+
+use super::correct::correct_rows;
+use super::{SolvedOf, holds, names};
+use crate::error::SolveError;
+use crate::model::{Constraints, ModelState, Vector};
+
+/// Most Newton steps; from a drift of 1e-3 four are enough.
+const MOST: u32 = 25;
+/// Distance at which constraints still count as satisfied where they cannot all be: redundant ones, declared with numbers that were rounded.
+const ADMISSIBLE: f64 = 1e-9;
+
+/// What a projection took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Projection {
+    /// Corrections made.
+    pub iterations: u32,
+    /// How many of them took the general solver.
+    pub general: u32,
+    /// Greatest change of a coordinate or velocity x, over 1 + |x|.
+    pub change: f64,
+}
+
+/// Moves q to Φ(q, t) = 0, to rounding level; constraints that are released are not looked at. Velocities stay.
+///
+/// # Errors
+/// [`SolveError::OffConstraint`] where there is no such q nearby; the state is then where the search ended. What [`super::correct`] says.
+pub fn project_positions<M: Constraints>(
+    model: &M,
+    state: &mut M::State,
+    workspace: &mut [f64],
+) -> Result<Projection, SolveError> {
+    let mut projection = Projection::default();
+    if M::Residual::LEN == 0 {
+        return Ok(projection);
+    }
+    let start = *state.q();
+    let mut right = position_right(model, state)?;
+    let mut size = size(&right);
+    // Newton on a double root halves the distance with every step, and Φ falls to a quarter.
+    let mut halvings = 0;
+    while size > 0.0 {
+        if projection.iterations == MOST {
+            return Err(if halvings >= 8 { vanishing(model, state) } else { off(model, state, "positions") });
+        }
+        let solved = correction(model, state, &right, true, &mut projection, workspace)?;
+        let change = relative(solved.accelerations.as_slice(), state.q().as_slice());
+        add(state.q_mut().as_mut_slice(), solved.accelerations.as_slice());
+        let before = size;
+        right = position_right(model, state)?;
+        size = self::size(&right);
+        if !change.is_finite() || (projection.iterations > 1 && size > 10.0 * before && change > 1e-3) {
+            return Err(off(model, state, "positions"));
+        }
+        halvings += u32::from((0.2..0.3).contains(&(size / before)));
+        // The next correction would be about this; where that is rounding, or nothing is gained any more, it is not made.
+        let next = change * (size / before);
+        if next <= 2.0 * f64::EPSILON || (change <= 1e-7 && size >= 0.5 * before) {
+            break;
+        }
+    }
+    projection.change = difference(start.as_slice(), state.q().as_slice());
+    // Unrolled code has full rank: what it converged to satisfies all rows. The general solver may have had to compromise.
+    if projection.general > 0 {
+        admit(model, state, "positions")?
+    }
+    Ok(projection)
+}
+
+/// Changes q̇ to satisfy Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0 at the state's positions.
+///
+/// # Errors
+/// [`SolveError::OffConstraint`] where there are no such velocities. What [`super::correct`] says.
+pub fn project_velocities<M: Constraints>(
+    model: &M,
+    state: &mut M::State,
+    workspace: &mut [f64],
+) -> Result<Projection, SolveError> {
+    let mut projection = Projection::default();
+    if M::Rows::LEN == 0 {
+        return Ok(projection);
+    }
+    let start = *state.u();
+    // The second pass takes the rounding errors of a large first one.
+    for _ in 0..2 {
+        let right = velocity_right(model, state)?;
+        if size(&right) == 0.0 {
+            break;
+        }
+        let solved = correction(model, state, &right, false, &mut projection, workspace)?;
+        let change = relative(solved.accelerations.as_slice(), state.u().as_slice());
+        add(state.u_mut().as_mut_slice(), solved.accelerations.as_slice());
+        if !change.is_finite() {
+            return Err(off(model, state, "velocities"));
+        }
+        if change <= 1e-4 {
+            break;
+        }
+    }
+    projection.change = difference(start.as_slice(), state.u().as_slice());
+    if projection.general > 0 {
+        admit(model, state, "velocities")?
+    }
+    Ok(projection)
+}
+
+fn correction<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    right: &M::Rows,
+    positions: bool,
+    projection: &mut Projection,
+    workspace: &mut [f64],
+) -> Result<SolvedOf<M>, SolveError> {
+    projection.iterations += 1;
+    if let Some(solved) = model.correct_unrolled(state, right) {
+        return Ok(solved);
+    }
+    projection.general += 1;
+    let (modes, positional) = (state.modes(), M::Residual::LEN);
+    // Positions are not bound by rows that restrict velocities.
+    correct_rows(model, state, right, |row| holds::<M>(modes, row) && (!positions || row < positional), workspace)
+}
+
+/// −Φ, and 0 for rows without Φ or released.
+fn position_right<M: Constraints>(model: &M, state: &M::State) -> Result<M::Rows, SolveError> {
+    let residual = model.residual(state);
+    let mut right = M::Rows::zeros();
+    let values = right.as_mut_slice().iter_mut().zip(residual.as_slice());
+    values.for_each(|(right, residual)| *right = -residual);
+    held_and_finite::<M>(state, right)
+}
+
+/// −Φ̇, and 0 for released rows.
+fn velocity_right<M: Constraints>(model: &M, state: &M::State) -> Result<M::Rows, SolveError> {
+    let mut right = model.velocity_residual(state);
+    right.as_mut_slice().iter_mut().for_each(|x| *x = -*x);
+    held_and_finite::<M>(state, right)
+}
+
+fn held_and_finite<M: Constraints>(state: &M::State, mut right: M::Rows) -> Result<M::Rows, SolveError> {
+    let modes = state.modes();
+    for (row, x) in right.as_mut_slice().iter_mut().enumerate() {
+        if !holds::<M>(modes, row) {
+            *x = 0.0;
+        } else if !x.is_finite() {
+            return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
+        }
+    }
+    Ok(right)
+}
+
+/// The distance of a state from each row's constraint, |Φ|/‖Φ_q‖, is admissible.
+fn admit<M: Constraints>(model: &M, state: &M::State, what: &'static str) -> Result<(), SolveError> {
+    let (_, _, distance) = worst(model, state, what)?;
+    let at = if what == "positions" { state.q() } else { state.u() };
+    let admissible = ADMISSIBLE * (1.0 + super::memory::max_abs(at.as_slice()));
+    if distance <= admissible { Ok(()) } else { Err(off(model, state, what)) }
+}
+
+/// The row that is missed most: its index, residual and distance.
+fn worst<M: Constraints>(model: &M, state: &M::State, what: &'static str) -> Result<(usize, f64, f64), SolveError> {
+    let right = if what == "positions" { position_right(model, state)? } else { velocity_right(model, state)? };
+    let jacobian = model.jacobian(state);
+    let mut worst = (0, 0.0, 0.0);
+    for (row, x) in right.as_slice().iter().enumerate().filter(|(_, x)| **x != 0.0) {
+        let square: f64 = (0..M::Vector::LEN).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum();
+        let distance = x.abs() / crate::math::sqrt(square);
+        if distance.is_nan() || distance > worst.2 {
+            worst = (row, -x, distance);
+        }
+    }
+    Ok(worst)
+}
+
+#[cold]
+fn off<M: Constraints>(model: &M, state: &M::State, what: &'static str) -> SolveError {
+    match worst(model, state, what) {
+        Ok((row, residual, distance)) => {
+            SolveError::OffConstraint { what, row: names::<M>().row(row), residual, distance }
+        }
+        Err(error) => error,
+    }
+}
+
+/// The row whose gradient is shortest.
+#[cold]
+fn vanishing<M: Constraints>(model: &M, state: &M::State) -> SolveError {
+    let jacobian = model.jacobian(state);
+    let square = |row: usize| (0..M::Vector::LEN).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum::<f64>();
+    let rows = (0..M::Residual::LEN).filter(|row| holds::<M>(state.modes(), *row)).map(|row| (row, square(row)));
+    let least = rows.fold((0, f64::INFINITY), |least, next| if next.1 < least.1 { next } else { least });
+    SolveError::VanishingGradient { row: names::<M>().row(least.0) }
+}
+
+/// The gradients of the holonomic constraints that hold are not on the point of vanishing: ‖Φ_q‖ of each row against ‖Φ_qq q‖, what moving
+/// the coordinates by their own size would make of it. Where a gradient vanishes, the equations of motion are free of the constraint to first
+/// order, and what they give is noise: (x² + y² − l²)² = 0 is no rod. To be called at a start: it costs an evaluation per row.
+///
+/// `workspace`: as long as for [`super::solve`].
+///
+/// # Errors
+/// [`SolveError::VanishingGradient`].
+pub fn check_gradients<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
+    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+    let values = super::Memory::new(workspace, n, r).zeros(n * n + 2 * r * n);
+    let jacobian = model.jacobian(state);
+    for row in (0..M::Residual::LEN).filter(|row| holds::<M>(state.modes(), *row)) {
+        let mut one = M::Rows::zeros();
+        one[row] = 1.0;
+        model.constraint_derivatives(state, &one, values);
+        // Angles count revolutions: beyond a few radians their size says nothing.
+        let moved = |k: usize| (0..n).map(|j| values[k * n + j].abs() * state.q()[j].abs().min(10.0)).sum::<f64>();
+        let curvature = (0..n).map(moved).fold(0.0, f64::max);
+        let length = (0..n).map(|j| jacobian[(row, j)].abs()).fold(0.0, f64::max);
+        if length <= 1e-5 * curvature {
+            return Err(SolveError::VanishingGradient { row: names::<M>().row(row) });
+        }
+    }
+    Ok(())
+}
+
+fn size<V: Vector>(x: &V) -> f64 {
+    super::memory::max_abs(x.as_slice())
+}
+
+/// max |δ|/(1 + |x|).
+fn relative(delta: &[f64], x: &[f64]) -> f64 {
+    delta.iter().zip(x).fold(0.0, |most, (d, x)| crate::math::max(most, d.abs() / (1.0 + x.abs())))
+}
+
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |most, (a, b)| crate::math::max(most, (a - b).abs() / (1.0 + b.abs())))
+}
+
+fn add(to: &mut [f64], more: &[f64]) {
+    to.iter_mut().zip(more).for_each(|(to, more)| *to += more);
+}
