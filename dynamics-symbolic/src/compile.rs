@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use crate::algebra::Guard;
 use crate::check::{self, Finding};
 use crate::graph::{Graph, Node, NodeId};
-use crate::mechanics::{Equations, Model, Named, Underivable, derive};
+use crate::mechanics::{ConstraintEquations, Equations, Model, Named, Solution, Underivable, Withheld, derive};
 use crate::schedule::{Program, Staging, schedule};
 use crate::text;
 
@@ -29,8 +30,8 @@ pub struct Programs {
     pub conserved: Program,
     /// Powers.
     pub powers: Program,
-    /// Derivatives of q̈, or the one that is too large to be emitted: then none of them is, and the model is not linearised.
-    pub jacobians: Result<Jacobians, Excess>,
+    /// Derivatives of q̈, or why there are none: then the model is not linearised.
+    pub jacobians: Result<Jacobians, NoJacobians>,
     /// Outputs, then, where any of them uses accelerations, Dᵢ and Mᵢᵢ for every pivot.
     pub outputs: Program,
     /// Events, likewise.
@@ -40,7 +41,7 @@ pub struct Programs {
 }
 
 /// Programs of a model with constraints; N coordinates, R rows, H of them holonomic. Where there are some, `Programs::accelerations` gives
-/// q̈ (N), λ (R), and for every guard its pivot and scale; it exists where the solution is unrolled. Outputs, events and powers read
+/// q̈ (N), λ (R), and for every guard its pivot and scale, where the solution is unrolled, else nothing. Outputs, events and powers read
 /// accelerations and multipliers as symbols.
 #[derive(Clone, Debug)]
 pub struct ConstraintPrograms {
@@ -54,14 +55,23 @@ pub struct ConstraintPrograms {
     pub velocity_offset: Program,
     /// γ, R.
     pub gamma: Program,
-    /// M (N×N), Q (N), Φ_q (R×N), γ (R) at once: what the general solver needs. Where forces contain reactions Q reads multipliers.
+    /// M (N×N), Q (N), Φ_q (R×N), γ (R) at once: what the general solver needs; Q without the forces that contain reactions.
     pub terms: Program,
     /// Q (N) and ∂Q/∂λ (N×R by rows), reading multipliers, where forces contain reactions.
     pub friction: Option<Program>,
     /// δ (N), μ (R), then for every guard its pivot and scale, reading multipliers as right-hand sides; where the solution is unrolled.
     pub correction: Option<Program>,
-    /// ∂(Φ_qᵀλ)/∂q (N×N by rows), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), reading multipliers.
-    pub derivatives: Program,
+    /// ∂(Φ_qᵀλ)/∂q (N×N by rows), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), reading multipliers; unless it is too large to be emitted.
+    pub derivatives: Result<Program, Excess>,
+}
+
+/// Why a model is not linearised.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NoJacobians {
+    /// One of them is too large to be emitted.
+    TooLarge(Excess),
+    /// q̈ is found by the general solver, at run time.
+    General,
 }
 
 /// Programs for the derivatives of q̈.
@@ -133,7 +143,10 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     }
     let driven = |p: &&Program| !model.inputs.is_empty() || p.name != "input_jacobian";
     let printed: Vec<&Program> = programs.all().filter(driven).collect();
-    let withheld = programs.jacobians.as_ref().err().map(|e| (e.function.as_str(), e.operations));
+    let withheld = programs.jacobians.as_ref().err().map(|reason| match reason {
+        NoJacobians::TooLarge(e) => (e.function.as_str(), Withheld::TooLarge(e.operations)),
+        NoJacobians::General => ("state_jacobian", Withheld::General),
+    });
     let report = text::report(&model, &equations, &printed, withheld);
     let listing = text::listing(&model, &equations, &printed);
     let (equations_text, latex) = text::equations(&mut model, &equations);
@@ -159,6 +172,13 @@ fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
     if let Ok(j) = &e.jacobians {
         roots.extend([&j.by_q, &j.by_u, &j.by_inputs, &j.by_parameters].into_iter().flatten().flatten());
     }
+    if let Some(c) = &e.constraints {
+        roots.extend([&c.residual, &c.velocity_residual, &c.velocity_offset, &c.gamma].into_iter().flatten());
+        roots.extend(c.jacobian.iter().flatten().chain(c.force_by_multipliers.iter().flatten().flatten()));
+        if let Ok(d) = &c.derivatives {
+            roots.extend([&d.reaction_by_q, &d.gamma_by_q, &d.gamma_by_u].into_iter().flatten().flatten());
+        }
+    }
     let cone = model.graph.cone(&roots);
     let functions = cone.into_iter().filter_map(|id| match model.graph.node(id) {
         Node::Smooth { function, order, .. } if order > 3 => Some(function.0),
@@ -172,6 +192,11 @@ fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
 /// One program per function that the runtime's traits ask for.
 fn programs(g: &Graph, e: &Equations) -> Programs {
     let nodes = |named: &[Named]| named.iter().map(|n| n.node).collect::<Vec<_>>();
+    let solution: Vec<NodeId> = match e.constraints.as_ref().map(|c| &c.solution) {
+        None => e.accelerations.clone(),
+        Some(Solution::General(_)) => Vec::new(),
+        Some(Solution::Unrolled(u)) => [u.accelerations.as_slice(), &u.multipliers, &guards(&u.guards)].concat(),
+    };
     let pivots: Vec<NodeId> = e.pivots.iter().flat_map(|p| [p.pivot, p.diagonal]).collect();
     let flat = |rows: &[Vec<NodeId>]| rows.iter().flatten().copied().collect::<Vec<_>>();
     let staged = |name: &str, results: &[NodeId]| schedule(g, name, results, Staging::Hoisted);
@@ -180,7 +205,7 @@ fn programs(g: &Graph, e: &Equations) -> Programs {
     let checked =
         |declared: bool, named: &[Named]| if declared { [nodes(named), pivots.clone()].concat() } else { nodes(named) };
     Programs {
-        accelerations: staged("accelerations", &[e.accelerations.clone(), pivots.clone()].concat()),
+        accelerations: staged("accelerations", &[solution, pivots.clone()].concat()),
         mass_matrix: inline("mass_matrix", &flat(&e.mass_matrix)),
         generalized_force: inline("generalized_force", &e.generalized_force),
         momenta: inline("momenta", &e.momenta),
@@ -190,7 +215,10 @@ fn programs(g: &Graph, e: &Equations) -> Programs {
         conserved: inline("conserved", &nodes(&e.conserved)),
         powers: inline("powers", &nodes(&e.powers)),
         jacobians: match &e.jacobians {
-            Err(nodes) => Err(Excess { function: "state_jacobian".into(), operations: *nodes }),
+            Err(Withheld::General) => Err(NoJacobians::General),
+            Err(Withheld::TooLarge(nodes)) => {
+                Err(NoJacobians::TooLarge(Excess { function: "state_jacobian".into(), operations: *nodes }))
+            }
             Ok(j) => jacobians(
                 staged(
                     "state_jacobian",
@@ -202,14 +230,50 @@ fn programs(g: &Graph, e: &Equations) -> Programs {
         },
         outputs: inline("outputs", &checked(e.outputs_use_accelerations, &e.outputs)),
         events: inline("events", &checked(e.events_use_accelerations, &e.events)),
-        constraints: None,
+        constraints: e.constraints.as_ref().map(|c| constraints(g, e, c)),
     }
 }
 
-fn jacobians(state: Program, inputs: Program, parameters: Program) -> Result<Jacobians, Excess> {
+/// Pivot and scale of every guard.
+fn guards(guards: &[Guard]) -> Vec<NodeId> {
+    guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect()
+}
+
+fn constraints(g: &Graph, e: &Equations, c: &ConstraintEquations) -> ConstraintPrograms {
+    let flat = |rows: &[Vec<NodeId>]| rows.iter().flatten().copied().collect::<Vec<_>>();
+    let inline = |name: &str, results: &[NodeId]| schedule(g, name, results, Staging::Inline);
+    let terms = [flat(&e.mass_matrix), c.free_force.clone(), flat(&c.jacobian), c.gamma.clone()].concat();
+    let friction = |by: &Vec<Vec<NodeId>>| inline("friction", &[e.generalized_force.clone(), flat(by)].concat());
+    ConstraintPrograms {
+        residual: inline("residual", &c.residual),
+        velocity_residual: inline("velocity_residual", &c.velocity_residual),
+        jacobian: inline("jacobian", &flat(&c.jacobian)),
+        velocity_offset: inline("velocity_offset", &c.velocity_offset),
+        gamma: inline("gamma", &c.gamma),
+        terms: inline("terms", &terms),
+        friction: c.force_by_multipliers.as_ref().map(friction),
+        correction: match &c.solution {
+            Solution::General(_) => None,
+            Solution::Unrolled(u) => {
+                let (corrections, multipliers) = &u.correction;
+                Some(inline("correction", &[corrections.as_slice(), multipliers, &guards(&u.guards)].concat()))
+            }
+        },
+        derivatives: match &c.derivatives {
+            Err(nodes) => Err(Excess { function: "constraint_derivatives".into(), operations: *nodes }),
+            Ok(d) => {
+                let all = [flat(&d.reaction_by_q), flat(&d.gamma_by_q), flat(&d.gamma_by_u)].concat();
+                let program = inline("constraint_derivatives", &all);
+                excess(&program).map_or(Ok(program), Err)
+            }
+        },
+    }
+}
+
+fn jacobians(state: Program, inputs: Program, parameters: Program) -> Result<Jacobians, NoJacobians> {
     let excess = [&state, &inputs, &parameters].into_iter().find_map(excess);
     match excess {
-        Some(excess) => Err(excess),
+        Some(excess) => Err(NoJacobians::TooLarge(excess)),
         None => Ok(Jacobians { state, inputs, parameters }),
     }
 }
@@ -229,8 +293,10 @@ impl Programs {
     /// All programs that are emitted, in the order of the listing.
     pub fn all(&self) -> impl Iterator<Item = &Program> {
         let jacobians = self.jacobians.iter().flat_map(|j| [&j.state, &j.inputs, &j.parameters]);
-        self.required().chain(jacobians)
+        let derivatives = self.constraints.iter().flat_map(|c| &c.derivatives);
+        self.required().chain(jacobians).chain(derivatives)
     }
+
     /// The programs that every model has, in a fixed order; the Jacobians are apart.
     pub fn required(&self) -> impl Iterator<Item = &Program> {
         let always = [
@@ -244,6 +310,16 @@ impl Programs {
             &self.outputs,
             &self.events,
         ];
-        always.into_iter().chain(&self.kinetic_energy).chain(&self.potential_energy)
+        let constraints = self.constraints.iter().flat_map(ConstraintPrograms::required);
+        always.into_iter().chain(&self.kinetic_energy).chain(&self.potential_energy).chain(constraints)
+    }
+}
+
+impl ConstraintPrograms {
+    /// All programs but the derivatives, in the order of the listing.
+    fn required(&self) -> impl Iterator<Item = &Program> {
+        let always =
+            [&self.residual, &self.velocity_residual, &self.jacobian, &self.velocity_offset, &self.gamma, &self.terms];
+        always.into_iter().chain(&self.friction).chain(&self.correction)
     }
 }

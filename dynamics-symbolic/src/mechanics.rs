@@ -1,5 +1,6 @@
 //! From a declared model to its equations of motion.
 
+mod constraints;
 mod derive;
 mod equations;
 mod forces;
@@ -10,7 +11,10 @@ mod velocity_form;
 
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub use derive::{Underivable, derive};
-pub use equations::{ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Solution};
+pub use equations::{
+    ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Solution,
+    Withheld,
+};
 pub use model::{
     Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,
     Output, Parameter,

@@ -169,7 +169,7 @@ impl Dependence {
 
     /// Union.
     #[must_use]
-    pub fn with(self, other: Self) -> Self {
+    pub const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
     /// Whether some of `other`'s kinds are contained.

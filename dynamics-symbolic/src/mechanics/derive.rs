@@ -4,7 +4,8 @@ use crate::algebra::Factors;
 use crate::calculus::{ZeroDenominator, directional, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
-use super::equations::{Derivation, Equations, Named, Pivot};
+use super::constraints;
+use super::equations::{Derivation, Equations, Jacobians, Named, Pivot, Withheld};
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{Failure, Residual, Sweep, jacobians, residual_by_entries, with_accelerations};
 use super::lagrange::{Inertia, inverse, lagrange, mixed};
@@ -32,55 +33,57 @@ impl From<ZeroDenominator> for Underivable {
 /// A mass matrix that is singular in every state, or a zero denominator.
 pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
     let n = model.coordinates.len();
+    let mut constraints = constraints::constraint_equations(model);
     let g = &mut model.graph;
     let energies = Energies::sum(g, &model.energies);
     let parts = Parts::split(g, &energies, n);
     let inertia = parts.inertia(g, n);
+    let own = inertia.force;
     let applied = applied(g, &model.forces, &model.energies, n);
-    let force = applied.iter().fold(inertia.force, |total, (_, part)| each(g, &total, part, Graph::add));
+    let force = applied.iter().fold(own.clone(), |total, (_, part)| each(g, &total, part, Graph::add));
     // A frame that turns at a given rate is in the positions and, where it does not matter, not in the results.
     let inertia = Inertia {
         mass: inertia.mass.iter().map(|row| timeless(g, row)).collect(),
         force: timeless(g, &force),
         momenta: timeless(g, &inertia.momenta),
     };
-    let force = inertia.force.clone();
-    let powers = powers(g, &applied, energies.lagrangian);
-
-    let factors = Factors::new(g, &inertia.mass).map_err(Underivable::Singular)?;
-    let accelerations = factors.solve(g, &force);
+    let mut powers = powers(g, &applied, energies.lagrangian);
+    let free = if constraints.is_none() { Some(Free::new(g, &inertia)?) } else { None };
     // T + V is there already, so it stands for the energy function wherever the two are equal.
     let energy_function = {
         let twice = power(g, &inertia.momenta);
         let energy = g.sub(twice, energies.lagrangian);
         timeless(g, &[energy])[0]
     };
-
+    if let Some(c) = &mut constraints {
+        powers.extend(constraints::powers(g, &model.constraints, &c.velocity_offset));
+        c.force_by_multipliers = constraints::force_by_multipliers(g, &inertia.force, c.rows.len());
+        c.free_force = free_force(g, &own, &applied);
+    }
     let swept: Residual = &|g| {
         let inverse = parts.inverse(g, n);
         applied.iter().fold(inverse, |total, (_, part)| each(g, &total, part, Graph::sub))
     };
-    let entered: Residual = &|g| residual_by_entries(g, &inertia.mass, &force);
     let size = (model.inputs.len(), model.parameters.len());
-    let jacobians = match jacobians(g, &[swept, entered], parts.sweep(), (&factors, &accelerations), size) {
-        Ok(jacobians) => Ok(jacobians),
-        Err(Failure::TooLarge(nodes)) => Err(nodes),
-        Err(Failure::ZeroDenominator) => return Err(Underivable::ZeroDenominator),
+    let jacobians = match &free {
+        Some(free) => free.jacobians(g, &inertia, (swept, parts.sweep()), size)?,
+        None => Err(Withheld::General),
     };
 
-    let uses = |g: &Graph, node: NodeId| g.dependence(node).on(Dependence::ACCELERATIONS);
+    let uses = |g: &Graph, node: NodeId| g.dependence(node).on(SOLVED_FOR);
     let declared: Vec<Named> = model.outputs.iter().flat_map(scalars).collect();
     let watched: Vec<Named> = model.events.iter().map(|e| named(&e.name, "", e.node)).collect();
     let outputs_use_accelerations = declared.iter().any(|o| uses(g, o.node));
     let events_use_accelerations = watched.iter().any(|e| uses(g, e.node));
+    let in_place = free.as_ref().map(|free| free.accelerations.as_slice());
     Ok(Equations {
         derivation: parts.derivation,
-        pivots: pivots(g, &factors, &inertia.mass),
-        outputs: solved(g, declared, &accelerations)?,
-        events: solved(g, watched, &accelerations)?,
+        pivots: free.as_ref().map_or_else(Vec::new, |free| pivots(g, &free.factors, &inertia.mass)),
+        outputs: put_in(g, declared, in_place)?,
+        events: put_in(g, watched, in_place)?,
+        accelerations: free.map_or_else(Vec::new, |free| free.accelerations),
         mass_matrix: inertia.mass,
-        generalized_force: force,
-        accelerations,
+        generalized_force: inertia.force,
         momenta: inertia.momenta,
         energy_function,
         energies: energies.apart(&model.energies).map(|(t, v)| (timeless(g, &[t])[0], timeless(g, &[v])[0])),
@@ -89,8 +92,40 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
         jacobians,
         outputs_use_accelerations,
         events_use_accelerations,
-        constraints: None,
+        constraints,
     })
+}
+
+/// What is known only once the equations are solved.
+const SOLVED_FOR: Dependence = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
+
+/// The solution M⁻¹Q of a model without constraints.
+struct Free {
+    factors: Factors,
+    accelerations: Vec<NodeId>,
+}
+
+impl Free {
+    fn new(g: &mut Graph, inertia: &Inertia) -> Result<Self, Underivable> {
+        let factors = Factors::new(g, &inertia.mass).map_err(Underivable::Singular)?;
+        let accelerations = factors.solve(g, &inertia.force);
+        Ok(Self { factors, accelerations })
+    }
+
+    fn jacobians(
+        &self,
+        g: &mut Graph,
+        inertia: &Inertia,
+        (swept, sweep): (Residual, Sweep),
+        size: (usize, usize),
+    ) -> Result<Result<Jacobians, Withheld>, Underivable> {
+        let entered: Residual = &|g| residual_by_entries(g, &inertia.mass, &inertia.force);
+        match jacobians(g, &[swept, entered], sweep, (&self.factors, &self.accelerations), size) {
+            Ok(jacobians) => Ok(Ok(jacobians)),
+            Err(Failure::TooLarge(nodes)) => Ok(Err(Withheld::TooLarge(nodes))),
+            Err(Failure::ZeroDenominator) => Err(Underivable::ZeroDenominator),
+        }
+    }
 }
 
 /// The energies by role.
@@ -180,6 +215,14 @@ fn powers(g: &mut Graph, applied: &[(String, Vec<NodeId>)], lagrangian: NodeId) 
     powers
 }
 
+/// Q without the applied forces that contain reactions.
+fn free_force(g: &mut Graph, own: &[NodeId], applied: &[(String, Vec<NodeId>)]) -> Vec<NodeId> {
+    let free = applied.iter().filter(|(_, part)| part.iter().all(|f| !g.dependence(*f).on(Dependence::MULTIPLIERS)));
+    let free: Vec<&Vec<NodeId>> = free.map(|(_, part)| part).collect();
+    let force = free.into_iter().fold(own.to_vec(), |total, part| each(g, &total, part, Graph::add));
+    timeless(g, &force)
+}
+
 /// Pivots that are not plain numbers, with the elements of the diagonal that they came from.
 fn pivots(g: &Graph, factors: &Factors, mass: &[Vec<NodeId>]) -> Vec<Pivot> {
     let all = factors.pivots().map(|(i, pivot)| Pivot { coordinate: i, pivot, diagonal: mass[i][i] });
@@ -190,10 +233,12 @@ fn scalars(output: &Output) -> impl Iterator<Item = Named> {
     output.components.iter().map(|(suffix, node)| named(&format!("{}{suffix}", output.name), &output.unit, *node))
 }
 
-/// With accelerations replaced by their values.
-fn solved(g: &mut Graph, named: Vec<Named>, accelerations: &[NodeId]) -> Result<Vec<Named>, Underivable> {
-    let nodes: Vec<NodeId> = named.iter().map(|n| n.node).collect();
-    let nodes = with_accelerations(g, &nodes, accelerations)?;
+/// With accelerations replaced by their values, where these are on the graph.
+fn put_in(g: &mut Graph, named: Vec<Named>, accelerations: Option<&[NodeId]>) -> Result<Vec<Named>, Underivable> {
+    let mut nodes: Vec<NodeId> = named.iter().map(|n| n.node).collect();
+    if let Some(accelerations) = accelerations {
+        nodes = with_accelerations(g, &nodes, accelerations)?;
+    }
     let nodes = timeless(g, &nodes);
     Ok(named.into_iter().zip(nodes).map(|(named, node)| Named { node, ..named }).collect())
 }

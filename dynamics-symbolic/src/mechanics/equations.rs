@@ -49,6 +49,15 @@ pub struct Jacobians {
     pub by_parameters: Vec<Vec<NodeId>>,
 }
 
+/// Why there are no derivatives of q̈.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Withheld {
+    /// So many nodes had been taken when deriving them was given up.
+    TooLarge(usize),
+    /// q̈ is found by the general solver, at run time.
+    General,
+}
+
 /// The equations of motion M q̈ = Q and what is derived from them; N coordinates.
 #[derive(Clone, Debug)]
 pub struct Equations {
@@ -58,9 +67,9 @@ pub struct Equations {
     pub mass_matrix: Vec<Vec<NodeId>>,
     /// Q(q,q̇,t).
     pub generalized_force: Vec<NodeId>,
-    /// q̈ = M⁻¹Q.
+    /// q̈ = M⁻¹Q; empty where there are constraints, whose [`Solution`] has it.
     pub accelerations: Vec<NodeId>,
-    /// Pivots met on the way.
+    /// Pivots met on the way; none where there are constraints, whose solution has guards.
     pub pivots: Vec<Pivot>,
     /// ∂L/∂q̇.
     pub momenta: Vec<NodeId>,
@@ -72,13 +81,13 @@ pub struct Equations {
     pub powers: Vec<Named>,
     /// Conserved quantities: the energy function, momenta of ignorable coordinates and of constant combinations.
     pub conserved: Vec<Named>,
-    /// Derivatives of q̈, or how many nodes it had taken when deriving them was given up.
-    pub jacobians: Result<Jacobians, usize>,
+    /// Derivatives of q̈, or why there are none.
+    pub jacobians: Result<Jacobians, Withheld>,
     /// Outputs, flattened, with accelerations replaced by their values.
     pub outputs: Vec<Named>,
     /// Events, with accelerations replaced by their values.
     pub events: Vec<Named>,
-    /// Whether an output was declared in terms of accelerations, so that evaluating it can meet a singular M.
+    /// Whether an output was declared in terms of accelerations or multipliers, so that evaluating it can meet a singular M.
     pub outputs_use_accelerations: bool,
     /// Likewise for events.
     pub events_use_accelerations: bool,
@@ -104,16 +113,25 @@ pub struct ConstraintEquations {
     pub velocity_offset: Vec<NodeId>,
     /// γ with Φ_q q̈ = γ, R.
     pub gamma: Vec<NodeId>,
+    /// Q without the forces that contain reactions, N; Q itself where there are none.
+    pub free_force: Vec<NodeId>,
     /// ∂Q/∂λ, N×R, where applied forces contain reactions; Q itself then contains multipliers.
     pub force_by_multipliers: Option<Vec<Vec<NodeId>>>,
+    /// What implicit methods need, or how many nodes it had taken when deriving it was given up.
+    pub derivatives: Result<ConstraintDerivatives, usize>,
+    /// How q̈ and λ are found.
+    pub solution: Solution,
+}
+
+/// Derivatives of the reaction and of γ; N coordinates, R rows.
+#[derive(Clone, Debug)]
+pub struct ConstraintDerivatives {
     /// ∂(Φ_qᵀλ)/∂q, N×N.
     pub reaction_by_q: Vec<Vec<NodeId>>,
     /// ∂γ/∂q, R×N.
     pub gamma_by_q: Vec<Vec<NodeId>>,
     /// ∂γ/∂q̇, R×N.
     pub gamma_by_u: Vec<Vec<NodeId>>,
-    /// How q̈ and λ are found.
-    pub solution: Solution,
 }
 
 /// How the equations M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ are solved.

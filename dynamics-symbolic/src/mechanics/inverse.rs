@@ -82,7 +82,7 @@ impl From<ZeroDenominator> for Failure {
 }
 
 /// Nodes after which deriving Jacobians is given up: three for each operation that can be emitted. The largest model that fits takes half.
-const MOST_NODES: usize = 60_000;
+pub(super) const MOST_NODES: usize = 60_000;
 
 /// What all derivatives of q̈ need.
 struct Implicit<'a> {

@@ -1,6 +1,6 @@
 //! The listing: the derived programs as stable text with operation counts, for snapshot tests and for reading what is computed.
 
-use crate::mechanics::{Equations, Model};
+use crate::mechanics::{Equations, Guard, Guarded, Model, Solution};
 use crate::schedule::{Cost, Program};
 
 use super::plain::Plain;
@@ -40,9 +40,10 @@ fn section(out: &mut String, model: &Model, equations: &Equations, program: &Pro
         out.push_str(&format!("; once per model {}", count(&program.hoisted_cost)));
     }
     out.push('\n');
-    let jacobian = program.name.ends_with("_jacobian");
+    let jacobian = program.name.ends_with("_jacobian") || program.name == "constraint_derivatives";
     let size = program.cost.total() + program.hoisted_cost.total();
-    if size > if jacobian { PRINTED } else { PRINTED_AT_ALL } {
+    // M, Q, Φ_q and γ are printed each by itself.
+    if program.name == "terms" || size > if jacobian { PRINTED } else { PRINTED_AT_ALL } {
         out.push_str("  (counted only)\n");
         return;
     }
@@ -65,7 +66,8 @@ fn section(out: &mut String, model: &Model, equations: &Equations, program: &Pro
     part(out, "", false);
     for (label, Text { text, .. }) in labels(model, equations, &program.name).into_iter().zip(results) {
         // Elements above the diagonal have no label, zeros of matrices are left out.
-        if label.is_empty() || text == "0" && (jacobian || program.name == "mass_matrix") {
+        if label.is_empty() || text == "0" && (jacobian || ["mass_matrix", "jacobian"].contains(&program.name.as_str()))
+        {
             continue;
         }
         out.push_str(&format!("  {label} = {text}\n"));
@@ -109,7 +111,7 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
     };
     let own = |names: &mut dyn Iterator<Item = String>| names.collect::<Vec<String>>();
     match program {
-        "accelerations" => [accelerations, pivots].concat(),
+        "accelerations" => [accelerations, solution(model, equations), pivots].concat(),
         "mass_matrix" => {
             let entry = |i: usize, j: usize| if j <= i { format!("M[{}, {}]", q[i], q[j]) } else { String::new() };
             (0..q.len()).flat_map(|i| (0..q.len()).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect()
@@ -129,6 +131,62 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
         }
         "input_jacobian" => [jacobian(&own(&mut model.inputs.iter().map(|i| i.name.clone()))), pivots].concat(),
         "parameter_jacobian" => [jacobian(&own(&mut model.parameters.iter().map(|p| p.name.clone()))), pivots].concat(),
-        other => (0..).map(|i| format!("{other}[{i}]")).take(equations.accelerations.len()).collect(),
+        other => constraint_labels(model, equations, other),
     }
+}
+
+/// What the results of the constraints' programs are called.
+fn constraint_labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
+    let q: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
+    let rows: Vec<String> = equations.constraints.iter().flat_map(|c| &c.rows).map(|row| row.name.clone()).collect();
+    let each = |wrap: &dyn Fn(&str) -> String| rows.iter().map(|n| wrap(n)).collect::<Vec<_>>();
+    let by = |of: &[String], prefix: &str, suffix: &str| -> Vec<String> {
+        let entry = |a: &String, b: &str| format!("d {a} / d {prefix}{b}{suffix}");
+        of.iter().flat_map(|a| q.iter().map(move |b| entry(a, b))).collect()
+    };
+    match program {
+        "residual" => each(&|n| n.to_owned()),
+        "velocity_residual" => each(&|n| format!("{n}'")),
+        "velocity_offset" => each(&|n| format!("offset[{n}]")),
+        "gamma" => each(&|n| format!("gamma[{n}]")),
+        "jacobian" => rows.iter().flat_map(|r| q.iter().map(move |x| format!("J[{r}, {x}]"))).collect(),
+        "friction" => {
+            let force: Vec<String> = q.iter().map(|n| format!("Q[{n}]")).collect();
+            let by = force.iter().flat_map(|f| rows.iter().map(move |r| format!("d {f} / d lambda[{r}]")));
+            force.iter().cloned().chain(by).collect()
+        }
+        "correction" => {
+            let corrections = q.iter().map(|n| format!("delta[{n}]"));
+            corrections.chain(each(&|n| format!("mu[{n}]"))).chain(guards(model, equations)).collect()
+        }
+        "constraint_derivatives" => {
+            let reaction: Vec<String> = q.iter().map(|n| format!("reaction[{n}]")).collect();
+            let gamma = each(&|n| format!("gamma[{n}]"));
+            [by(&reaction, "", ""), by(&gamma, "", ""), by(&gamma, "", "'")].concat()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// λ by row, and the guards, where the solution is on the graph.
+fn solution(model: &Model, equations: &Equations) -> Vec<String> {
+    match equations.constraints.as_ref() {
+        Some(c) if matches!(c.solution, Solution::Unrolled(_)) => {
+            let multipliers = c.rows.iter().map(|row| format!("lambda[{}]", row.name));
+            multipliers.chain(guards(model, equations)).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Pivot and scale of every guard.
+fn guards(model: &Model, equations: &Equations) -> Vec<String> {
+    let Some(c) = &equations.constraints else { return Vec::new() };
+    let Solution::Unrolled(solution) = &c.solution else { return Vec::new() };
+    let name = |of| match of {
+        Guarded::Coordinate(i) => model.coordinates[i].name.clone(),
+        Guarded::Row(r) => c.rows[r].name.clone(),
+    };
+    let labels = |guard: &Guard| [format!("pivot[{}]", name(guard.of)), format!("scale[{}]", name(guard.of))];
+    solution.guards.iter().flat_map(labels).collect()
 }

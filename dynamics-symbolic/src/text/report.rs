@@ -3,7 +3,7 @@
 use crate::check::hazards::Hazards;
 use crate::check::structure::{Linearity, Pattern, Structure};
 use crate::graph::{Dependence, Graph, Node, NodeId};
-use crate::mechanics::{Derivation, Equations, Model, Named};
+use crate::mechanics::{Derivation, Equations, Model, Named, Withheld};
 use crate::schedule::Program;
 
 use super::formula::Formulas;
@@ -13,9 +13,14 @@ use super::plain::Plain;
 const WIDTH: usize = 96;
 const HEADING: usize = 20;
 
-/// The report on a model. `withheld` is a function that is too large to be emitted, with its operations.
+/// The report on a model. `withheld` is the Jacobian that there is not, with the reason.
 #[must_use]
-pub fn report(model: &Model, equations: &Equations, programs: &[&Program], withheld: Option<(&str, usize)>) -> String {
+pub fn report(
+    model: &Model,
+    equations: &Equations,
+    programs: &[&Program],
+    withheld: Option<(&str, Withheld)>,
+) -> String {
     let structure = Structure::of(model, equations);
     let mut out = format!("{}\n\n", model.name);
     declared(&mut out, model);
@@ -24,11 +29,14 @@ pub fn report(model: &Model, equations: &Equations, programs: &[&Program], withh
     watch(&mut out, model, equations);
     simplified(&mut out, model, equations, programs);
     cost(&mut out, programs);
-    if let Some((function, operations)) = withheld {
-        let text = format!(
-            "none: {function} would take some {operations} operations; write velocities in body frames, or fewer parameters, to \
-             make it smaller"
-        );
+    if let Some((function, why)) = withheld {
+        let text = match why {
+            Withheld::TooLarge(operations) => format!(
+                "none: {function} would take some {operations} operations; write velocities in body frames, or fewer \
+                 parameters, to make it smaller"
+            ),
+            Withheld::General => "none: accelerations are found by the general solver, at run time".to_owned(),
+        };
         entry(&mut out, "Jacobians", &text);
     }
     out

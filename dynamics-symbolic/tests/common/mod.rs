@@ -8,7 +8,8 @@ use dynamics_symbolic::graph::{
     Binary, Bindings, Comparison, FunctionId, Graph, NodeId, Number, Origin, Symbol, Unary,
 };
 use dynamics_symbolic::mechanics::{
-    Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model, Output, Parameter,
+    Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,
+    Output, Parameter,
 };
 
 /// A model under construction, with short names for the operations.
@@ -42,6 +43,25 @@ impl Builder {
     }
     pub fn energy(&mut self, name: &str, role: EnergyRole, node: NodeId) {
         self.model.energies.push(Energy { name: name.into(), role, node, origin: Origin(0) });
+    }
+    pub fn holonomic(&mut self, name: &str, rows: &[NodeId]) {
+        self.constraint(name, ConstraintKind::Holonomic, rows);
+    }
+    pub fn nonholonomic(&mut self, name: &str, rows: &[NodeId]) {
+        self.constraint(name, ConstraintKind::Nonholonomic { integrable: false }, rows);
+    }
+    fn constraint(&mut self, name: &str, kind: ConstraintKind, rows: &[NodeId]) {
+        let suffix = |i: usize| if rows.len() == 1 { String::new() } else { format!("[{i}]") };
+        let components = rows.iter().enumerate().map(|(i, row)| (suffix(i), *row)).collect();
+        self.model.constraints.push(Constraint {
+            name: name.into(),
+            kind,
+            components,
+            unit: String::new(),
+            redundant: false,
+            switched: false,
+            origin: Origin(700 + self.model.constraints.len() as u32),
+        });
     }
     pub fn ratio(&mut self, n: i128, d: i128) -> NodeId {
         self.g().number(Number::ratio(n, d))

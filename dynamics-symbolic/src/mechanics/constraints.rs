@@ -1,0 +1,168 @@
+//! What follows from the constraints: Φ, Φ̇, Φ_q, γ and their derivatives.
+//!
+//! Everything is a directional derivative of what the user wrote; nothing is expanded. With D the derivative along q → q̇, t → 1 at fixed q̇,
+//!
+//!   Φ̇ = DΦ = Φ_q q̇ + Φ_t,    γ = −DΦ̇ = −(Φ_q q̇)_q q̇ − 2 Φ_qt q̇ − Φ_tt,
+//!
+//! and a row A q̇ + b of a nonholonomic constraint stands in the place of Φ̇: A its gradient by q̇, b its value at q̇ = 0, γ = −D(A q̇ + b).
+
+use crate::calculus::{directional, gradient, substitute, timeless};
+use crate::graph::{Dependence, Graph, NodeId, Symbol};
+
+use super::equations::{ConstraintDerivatives, ConstraintEquations, General, Named, Solution};
+use super::inverse::MOST_NODES;
+use super::lagrange::symbols;
+use super::model::{Constraint, Model};
+use super::velocity_form::transport;
+
+/// The constraints' own equations for n coordinates; `None` without any. The solution is left to the general solver.
+pub(super) fn constraint_equations(model: &mut Model) -> Option<ConstraintEquations> {
+    let n = model.coordinates.len();
+    let rows: Vec<Named> = model.constraints.iter().flat_map(named_rows).collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let holonomic = model.constraints.iter().filter(|c| c.is_holonomic()).map(|c| c.components.len()).sum();
+    let g = &mut model.graph;
+    let written: Vec<NodeId> = rows.iter().map(|r| r.node).collect();
+    let (places, velocities) = written.split_at(holonomic);
+    let mut velocity_residual = directional(g, places, &mut transport);
+    velocity_residual.extend(velocities);
+    let gamma = directional(g, &velocity_residual, &mut transport).into_iter().map(|rate| g.neg(rate));
+    let gamma: Vec<NodeId> = gamma.collect();
+    let velocity_offset = offsets(g, places, velocities);
+    let jacobian = jacobian(g, places, velocities, n);
+    let derivatives = derivatives(g, (places, velocities), &gamma, n);
+    Some(ConstraintEquations {
+        residual: timeless(g, places),
+        velocity_residual: timeless(g, &velocity_residual),
+        jacobian: jacobian.iter().map(|row| timeless(g, row)).collect(),
+        velocity_offset: timeless(g, &velocity_offset),
+        gamma: timeless(g, &gamma),
+        rows,
+        holonomic,
+        free_force: Vec::new(),
+        force_by_multipliers: None,
+        derivatives,
+        solution: Solution::General(General::NoPivots),
+    })
+}
+
+/// The rows of a constraint by name: `closure.x`.
+fn named_rows(c: &Constraint) -> impl Iterator<Item = Named> {
+    let (name, unit) = (&c.name, &c.unit);
+    c.components.iter().map(move |(suffix, node)| Named {
+        name: format!("{name}{suffix}"),
+        unit: unit.clone(),
+        node: *node,
+    })
+}
+
+/// Φ_t joined by b. Φ_t is a partial derivative; b is what is left of a row at rest.
+fn offsets(g: &mut Graph, places: &[NodeId], velocities: &[NodeId]) -> Vec<NodeId> {
+    let mut offsets = directional(g, places, &mut |g, s| (s == Symbol::Time).then(|| g.one()));
+    for row in velocities {
+        let zero = g.zero();
+        let at_rest = |g: &mut Graph| substitute(g, &[*row], &mut |_, s| matches!(s, Symbol::Rate(_)).then_some(zero));
+        // Linear in q̇, so no denominator contains q̇ without cancelling; where one does, b is the row less A q̇, which its Jacobian gives.
+        let b = match at_rest(g) {
+            Ok(values) => values[0],
+            Err(_) => less_linear_part(g, *row),
+        };
+        offsets.push(b);
+    }
+    offsets
+}
+
+/// row − (∂row/∂q̇) q̇.
+fn less_linear_part(g: &mut Graph, row: NodeId) -> NodeId {
+    let along = directional(g, &[row], &mut |g, s| match s {
+        Symbol::Rate(_) => Some(g.symbol(s)),
+        _ => None,
+    })[0];
+    g.sub(row, along)
+}
+
+/// Φ_q joined by A: a reverse sweep per row, which visits only what the row is made of.
+fn jacobian(g: &mut Graph, places: &[NodeId], velocities: &[NodeId], n: usize) -> Vec<Vec<NodeId>> {
+    let one = g.one();
+    let (q, u) = (symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate));
+    let mut rows: Vec<Vec<NodeId>> = places.iter().map(|row| gradient(g, &[(*row, one)], &q)).collect();
+    rows.extend(velocities.iter().map(|row| gradient(g, &[(*row, one)], &u)));
+    rows
+}
+
+/// Φ_qᵀλ with symbols for λ: two reverse sweeps.
+pub(super) fn reaction(g: &mut Graph, places: &[NodeId], velocities: &[NodeId], n: usize) -> Vec<NodeId> {
+    let multipliers: Vec<NodeId> =
+        (0..places.len() + velocities.len()).map(|r| g.symbol(Symbol::Multiplier(r as u32))).collect();
+    let (of_places, of_velocities) = multipliers.split_at(places.len());
+    let seeded =
+        |rows: &[NodeId], seeds: &[NodeId]| rows.iter().copied().zip(seeds.iter().copied()).collect::<Vec<_>>();
+    let holonomic = gradient(g, &seeded(places, of_places), &symbols(n, Symbol::Coordinate));
+    let nonholonomic = gradient(g, &seeded(velocities, of_velocities), &symbols(n, Symbol::Rate));
+    holonomic.into_iter().zip(nonholonomic).map(|(a, b)| g.add(a, b)).collect()
+}
+
+/// ∂(Φ_qᵀλ)/∂q, ∂γ/∂q, ∂γ/∂q̇, a forward sweep per symbol; or how many nodes they had taken when they were given up.
+fn derivatives(
+    g: &mut Graph,
+    (places, velocities): (&[NodeId], &[NodeId]),
+    gamma: &[NodeId],
+    n: usize,
+) -> Result<ConstraintDerivatives, usize> {
+    let start = g.len();
+    let reaction = reaction(g, places, velocities, n);
+    let mut swept = |roots: &[NodeId], by: fn(u32) -> Symbol| {
+        let zero = g.zero();
+        let mut rows = vec![vec![zero; n]; roots.len()];
+        for j in 0..n {
+            let x = by(j as u32);
+            let column = directional(g, roots, &mut |g, s| (s == x).then(|| g.one()));
+            rows.iter_mut().zip(timeless(g, &column)).for_each(|(row, entry)| row[j] = entry);
+            if g.len() - start > MOST_NODES {
+                return Err(g.len() - start);
+            }
+        }
+        Ok(rows)
+    };
+    Ok(ConstraintDerivatives {
+        reaction_by_q: swept(&reaction, Symbol::Coordinate)?,
+        gamma_by_q: swept(gamma, Symbol::Coordinate)?,
+        gamma_by_u: swept(gamma, Symbol::Rate)?,
+    })
+}
+
+/// ∂Q/∂λ, N×R, where Q contains multipliers: a forward sweep per row.
+pub(super) fn force_by_multipliers(g: &mut Graph, force: &[NodeId], rows: usize) -> Option<Vec<Vec<NodeId>>> {
+    if force.iter().all(|f| !g.dependence(*f).on(Dependence::MULTIPLIERS)) {
+        return None;
+    }
+    let zero = g.zero();
+    let mut by = vec![vec![zero; rows]; force.len()];
+    for r in 0..rows {
+        let lambda = Symbol::Multiplier(r as u32);
+        let column = directional(g, force, &mut |g, s| (s == lambda).then(|| g.one()));
+        by.iter_mut().zip(column).for_each(|(row, entry)| row[r] = entry);
+    }
+    Some(by)
+}
+
+/// Powers of the constraints that move, by name: −λᵀΦ_t or −λᵀb, because q̇ᵀΦ_qᵀλ = (Φ̇ − Φ_t)ᵀλ and Φ̇ = 0.
+pub(super) fn powers(g: &mut Graph, constraints: &[Constraint], offset: &[NodeId]) -> Vec<Named> {
+    let mut first = 0;
+    let mut powers = Vec::new();
+    for c in constraints {
+        let mut power = g.zero();
+        for (row, offset) in offset.iter().enumerate().skip(first).take(c.components.len()) {
+            let lambda = g.symbol(Symbol::Multiplier(row as u32));
+            let term = g.mul(*offset, lambda);
+            power = g.sub(power, term);
+        }
+        first += c.components.len();
+        if !g.is_zero(power) {
+            powers.push(Named { name: c.name.clone(), unit: String::new(), node: power });
+        }
+    }
+    powers
+}
