@@ -1,7 +1,16 @@
 //! Linear algebra on the graph.
 
+mod block;
 mod ldl;
+mod minimum_degree;
+mod modular;
+mod null_space;
+mod partition;
+mod solver;
+mod sparse;
+mod structure;
 mod unrolled;
 
 pub use ldl::Factors;
+pub use solver::{Constrained, Solver, Stuck, unroll};
 pub use unrolled::{Elimination, Guard, Guarded, Unrolled};

@@ -4,6 +4,8 @@
 //! is by minimum degree, ties toward the last coordinate, which for a chain eliminates from its tip and for decoupled blocks creates no fill
 //! between them.
 
+use std::collections::BTreeMap;
+
 use crate::graph::{Graph, NodeId};
 
 /// The factors of a symmetric matrix.
@@ -25,33 +27,46 @@ impl Factors {
     /// # Errors
     /// The unknown whose pivot is identically zero.
     pub fn new(g: &mut Graph, matrix: &[Vec<NodeId>]) -> Result<Self, usize> {
-        let n = matrix.len();
-        let mut rest: Vec<Vec<NodeId>> = (0..n).map(|i| (0..n).map(|j| matrix[i.max(j)][i.min(j)]).collect()).collect();
-        let mut left: Vec<usize> = (0..n).collect();
+        let mut rest = Rest::new(matrix.len());
+        for (i, row) in matrix.iter().enumerate() {
+            row[..=i].iter().enumerate().for_each(|(j, entry)| rest.set(g, i, j, *entry));
+        }
+        let mut factors = Self::empty(g, matrix.len());
+        while let Some(k) = rest.fewest_neighbours(|_| true) {
+            factors.eliminate(g, &mut rest, k).ok_or(k)?;
+        }
+        Ok(factors)
+    }
+
+    /// Factors of which no unknown is eliminated yet.
+    pub(super) fn empty(g: &Graph, n: usize) -> Self {
         let zero = g.zero();
-        let mut factors =
-            Self { order: Vec::new(), pivots: vec![zero; n], reciprocals: vec![zero; n], columns: vec![Vec::new(); n] };
-        while let Some(k) = next(g, &rest, &left) {
-            left.retain(|i| *i != k);
-            let pivot = rest[k][k];
-            let one = g.one();
-            let Some(reciprocal) = g.div(one, pivot) else { return Err(k) };
-            factors.order.push(k);
-            factors.pivots[k] = pivot;
-            factors.reciprocals[k] = reciprocal;
-            let neighbours: Vec<usize> = left.iter().copied().filter(|i| !g.is_zero(rest[*i][k])).collect();
-            for (at, &i) in neighbours.iter().enumerate() {
-                let l = g.mul_as_is(rest[i][k], reciprocal);
-                factors.columns[k].push((i, l));
-                for &j in &neighbours[..=at] {
-                    let product = g.mul_as_is(l, rest[j][k]);
-                    let entry = g.sub(rest[i][j], product);
-                    rest[i][j] = entry;
-                    rest[j][i] = entry;
+        Self { order: Vec::new(), pivots: vec![zero; n], reciprocals: vec![zero; n], columns: vec![Vec::new(); n] }
+    }
+
+    /// Eliminates an unknown from what is left: the products that were subtracted from the diagonal, by unknown; `None` where its pivot is zero.
+    pub(super) fn eliminate(&mut self, g: &mut Graph, rest: &mut Rest, k: usize) -> Option<Vec<(usize, NodeId)>> {
+        let (pivot, one) = (rest.diagonal(g, k), g.one());
+        let reciprocal = g.div(one, pivot)?;
+        self.order.push(k);
+        self.pivots[k] = pivot;
+        self.reciprocals[k] = reciprocal;
+        let neighbours = rest.remove(k);
+        let mut subtracted = Vec::with_capacity(neighbours.len());
+        for (at, &(i, entry)) in neighbours.iter().enumerate() {
+            let l = g.mul_as_is(entry, reciprocal);
+            self.columns[k].push((i, l));
+            for &(j, other) in &neighbours[..=at] {
+                let product = g.mul_as_is(l, other);
+                let updated = rest.get(g, i, j);
+                let updated = g.sub(updated, product);
+                rest.set(g, i, j, updated);
+                if i == j {
+                    subtracted.push((i, product));
                 }
             }
         }
-        Ok(factors)
+        Some(subtracted)
     }
 
     /// Unknowns in the order of elimination, with their pivots.
@@ -83,8 +98,60 @@ impl Factors {
     }
 }
 
-/// The unknown with the fewest neighbours among those left; the last of them on ties.
-fn next(g: &Graph, rest: &[Vec<NodeId>], left: &[usize]) -> Option<usize> {
-    let degree = |k: usize| left.iter().filter(|i| **i != k && !g.is_zero(rest[**i][k])).count();
-    left.iter().copied().min_by_key(|k| (degree(*k), core::cmp::Reverse(*k)))
+/// What is left of a symmetric matrix after some unknowns are eliminated: entries that are not identically zero, by row.
+#[derive(Clone, Debug)]
+pub(super) struct Rest {
+    rows: Vec<BTreeMap<usize, NodeId>>,
+    /// Unknowns that are left, ascending.
+    left: Vec<usize>,
+}
+
+impl Rest {
+    pub(super) fn new(n: usize) -> Self {
+        Self { rows: vec![BTreeMap::new(); n], left: (0..n).collect() }
+    }
+
+    pub(super) fn get(&self, g: &Graph, i: usize, j: usize) -> NodeId {
+        self.rows[i].get(&j).copied().unwrap_or(g.zero())
+    }
+
+    pub(super) fn diagonal(&self, g: &Graph, i: usize) -> NodeId {
+        self.get(g, i, i)
+    }
+
+    pub(super) fn set(&mut self, g: &Graph, i: usize, j: usize, entry: NodeId) {
+        for (i, j) in [(i, j), (j, i)] {
+            if g.is_zero(entry) {
+                self.rows[i].remove(&j);
+            } else {
+                self.rows[i].insert(j, entry);
+            }
+        }
+    }
+
+    /// The unknowns that share an entry with `k`, ascending.
+    pub(super) fn neighbours(&self, k: usize) -> impl Iterator<Item = usize> + '_ {
+        self.rows[k].keys().copied().filter(move |i| *i != k)
+    }
+
+    /// Whether no unknown is left.
+    pub(super) fn is_done(&self) -> bool {
+        self.left.is_empty()
+    }
+
+    /// The unknown with the fewest neighbours among those left that are `ready`; the last of them on ties.
+    pub(super) fn fewest_neighbours(&self, ready: impl Fn(usize) -> bool) -> Option<usize> {
+        let degree = |k: &usize| self.neighbours(*k).count();
+        self.left.iter().copied().filter(|k| ready(*k)).min_by_key(|k| (degree(k), core::cmp::Reverse(*k)))
+    }
+
+    /// Takes an unknown out: its neighbours with their entries.
+    fn remove(&mut self, k: usize) -> Vec<(usize, NodeId)> {
+        self.left.retain(|i| *i != k);
+        let row = core::mem::take(&mut self.rows[k]);
+        row.keys().filter(|i| **i != k).for_each(|i| {
+            self.rows[*i].remove(&k);
+        });
+        row.into_iter().filter(|(i, _)| *i != k).collect()
+    }
 }

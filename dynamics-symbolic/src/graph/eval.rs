@@ -13,7 +13,7 @@ pub trait Bindings {
 impl Graph {
     /// Values of `roots` and all that they are made of, indexed by node; NaN elsewhere.
     #[must_use]
-    pub fn evaluate(&self, roots: &[NodeId], bindings: &impl Bindings) -> Vec<f64> {
+    pub fn evaluate(&self, roots: &[NodeId], bindings: &(impl Bindings + ?Sized)) -> Vec<f64> {
         let ids = self.cone(roots);
         let mut v = vec![f64::NAN; ids.last().map_or(0, |id| id.index() + 1)];
         for id in ids {

@@ -7,7 +7,7 @@ use super::number::Number;
 pub(crate) const P: u64 = (1 << 61) - 31;
 
 /// Value of an expression at two random points, modulo 2⁶¹ − 31.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Fingerprint(pub(super) [u64; 2]);
 
 fn add(a: u64, b: u64) -> u64 {

@@ -1,0 +1,179 @@
+//! Independent coordinates: with q̈ = R q̈_i + s, Φ_q R = 0, the equations of motion are
+//!
+//!   (Rᵀ M R) q̈_i = Rᵀ (Q − M s)        λ from the dependent rows of M q̈ − Q = Φ_qᵀλ
+//!
+//! The dependent columns of Φ_q are brought to block triangular form, so that R and s follow by substitution, block by block: a loop of a
+//! mechanism after the other. λ follows from the transposed blocks in the opposite order.
+
+use crate::graph::{Graph, NodeId};
+
+use super::block::BlockFactors;
+use super::ldl::Factors;
+use super::sparse::{Sparse, Values};
+use super::structure::Block;
+use super::unrolled::{Guard, Guarded};
+
+/// Below this share of the diagonal a pivot of the reduced inertia is rounding.
+const INERTIA: f64 = 1e-13;
+
+/// A choice of independent coordinates with the blocks that determine the others, in order.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Partition {
+    pub(super) independent: Vec<usize>,
+    pub(super) blocks: Vec<Block>,
+}
+
+/// The reduced system.
+#[derive(Clone, Debug)]
+pub(super) struct NullSpace {
+    partition: Partition,
+    mass: Sparse,
+    jacobian: Sparse,
+    blocks: Vec<BlockFactors>,
+    /// Columns of R.
+    motions: Vec<Values>,
+    /// Columns of M R.
+    momenta: Vec<Values>,
+    reduced: Factors,
+    pub(super) guards: Vec<Guard>,
+}
+
+impl NullSpace {
+    /// Reduces the system of M (N×N) and Φ_q (R×N); `None` where a block or the reduced inertia is singular in every state.
+    pub(super) fn new(g: &mut Graph, mass: &Sparse, jacobian: &Sparse, partition: &Partition) -> Option<Self> {
+        let mut blocks = Vec::new();
+        for (rows, columns) in &partition.blocks {
+            blocks.push(BlockFactors::new(g, jacobian, rows, columns)?);
+        }
+        let mut motions = Vec::new();
+        for i in &partition.independent {
+            let mut motion = Values::default();
+            motion.set(*i, g.one());
+            substitute(g, jacobian, &partition.blocks, &blocks, &mut motion, None);
+            motions.push(motion);
+        }
+        let momenta: Vec<Values> = motions.iter().map(|motion| times(g, mass, motion)).collect();
+        let mut matrix = Vec::new();
+        for (i, motion) in motions.iter().enumerate() {
+            let row: Vec<NodeId> = momenta[..=i].iter().map(|momentum| product(g, motion, momentum)).collect();
+            matrix.push(row);
+        }
+        let reduced = Factors::new(g, &matrix).ok()?;
+        let mut guards: Vec<Guard> = blocks.iter().flat_map(|b| b.guards.iter().copied()).collect();
+        let pivots = reduced.pivots().filter(|(_, pivot)| g.as_number(*pivot).is_none());
+        guards.extend(pivots.map(|(i, pivot)| Guard {
+            of: Guarded::Coordinate(partition.independent[i]),
+            pivot,
+            scale: matrix[i][i],
+            tolerance: INERTIA,
+        }));
+        let (partition, mass, jacobian) = (partition.clone(), mass.clone(), jacobian.clone());
+        Some(Self { partition, mass, jacobian, blocks, motions, momenta, reduced, guards })
+    }
+
+    /// The blocks: rows and dependent coordinates.
+    pub(super) fn blocks(&self) -> &[Block] {
+        &self.partition.blocks
+    }
+
+    /// q̈ and λ.
+    pub(super) fn solve(&self, g: &mut Graph, force: &[NodeId], gamma: &[NodeId]) -> (Vec<NodeId>, Vec<NodeId>) {
+        let n = force.len();
+        // s, and Q − M s.
+        let mut drift = Values::default();
+        substitute(g, &self.jacobian, &self.partition.blocks, &self.blocks, &mut drift, Some(gamma));
+        let carried = times(g, &self.mass, &drift);
+        let mut driving = Values::default();
+        for (k, force) in force.iter().enumerate() {
+            let inert = carried.get(g, k);
+            driving.set(k, g.sub(*force, inert));
+        }
+        let right: Vec<NodeId> = self.motions.iter().map(|motion| product(g, motion, &driving)).collect();
+        let leading = self.reduced.solve(g, &right);
+        let mut accelerations: Vec<NodeId> = (0..n).map(|k| drift.get(g, k)).collect();
+        // M q̈ − Q.
+        let mut unbalanced: Vec<NodeId> = (0..n).map(|k| driving.get(g, k)).collect();
+        unbalanced.iter_mut().for_each(|x| *x = g.neg(*x));
+        for (a, (motion, momentum)) in leading.iter().zip(self.motions.iter().zip(&self.momenta)) {
+            for (sums, column) in [(&mut accelerations, motion), (&mut unbalanced, momentum)] {
+                let entries: Vec<(usize, NodeId)> = column.entries(g).collect();
+                for (k, entry) in entries {
+                    let product = g.mul(entry, *a);
+                    sums[k] = g.add(sums[k], product);
+                }
+            }
+        }
+        (accelerations, self.multipliers(g, &unbalanced))
+    }
+
+    /// λ with Φ_qᵀλ = `unbalanced` in the dependent coordinates: the blocks transposed, from the last to the first.
+    fn multipliers(&self, g: &mut Graph, unbalanced: &[NodeId]) -> Vec<NodeId> {
+        let mut multipliers = vec![None; self.jacobian.rows.len()];
+        for ((_, columns), factors) in self.partition.blocks.iter().zip(&self.blocks).rev() {
+            let mut right = Values::default();
+            for &c in columns {
+                right.set(c, unbalanced[c]);
+                for (row, entry) in self.jacobian.column(c) {
+                    if let Some(known) = multipliers[row] {
+                        right.subtract(g, c, entry, known);
+                    }
+                }
+            }
+            let found: Vec<(usize, NodeId)> = factors.solve_transposed(g, right).into_entries().collect();
+            found.into_iter().for_each(|(row, value)| multipliers[row] = Some(value));
+        }
+        let zero = g.zero();
+        multipliers.into_iter().map(|x| x.unwrap_or(zero)).collect()
+    }
+}
+
+/// Adds the dependent entries to `x` so that Φ_q x = `right` (zero where there is none).
+fn substitute(
+    g: &mut Graph,
+    jacobian: &Sparse,
+    blocks: &[Block],
+    factors: &[BlockFactors],
+    x: &mut Values,
+    right: Option<&[NodeId]>,
+) {
+    for ((rows, columns), factors) in blocks.iter().zip(factors) {
+        let mut rest = Values::default();
+        for &r in rows {
+            rest.set(r, right.map_or(g.zero(), |right| right[r]));
+            for (c, entry) in jacobian.rows[r].iter().filter(|(c, _)| !columns.contains(c)) {
+                let known = x.get(g, *c);
+                rest.subtract(g, r, *entry, known);
+            }
+        }
+        if rows.iter().any(|r| !g.is_zero(rest.get(g, *r))) {
+            let found: Vec<(usize, NodeId)> = factors.solve(g, rest).into_entries().collect();
+            found.into_iter().for_each(|(c, value)| x.set(c, value));
+        }
+    }
+}
+
+/// A x.
+fn times(g: &mut Graph, a: &Sparse, x: &Values) -> Values {
+    let mut sums = Values::default();
+    let entries: Vec<(usize, NodeId)> = x.entries(g).collect();
+    for (j, value) in entries {
+        for (i, entry) in a.column(j) {
+            let product = g.mul(entry, value);
+            let old = sums.get(g, i);
+            sums.set(i, g.add(old, product));
+        }
+    }
+    sums
+}
+
+/// xᵀ y.
+fn product(g: &mut Graph, x: &Values, y: &Values) -> NodeId {
+    let entries: Vec<(usize, NodeId)> = x.entries(g).collect();
+    let mut sum = g.zero();
+    for (i, value) in entries {
+        let other = y.get(g, i);
+        let product = g.mul(value, other);
+        sum = g.add(sum, product);
+    }
+    sum
+}

@@ -1,0 +1,162 @@
+//! Which coordinates are independent: candidates whose dependent columns are regular at a random point, the structurally cheap ones first.
+
+use std::collections::BTreeSet;
+
+use crate::graph::{Bindings, Graph};
+
+use super::modular::{is_singular, null_space};
+use super::null_space::Partition;
+use super::sparse::Sparse;
+use super::structure::{Block, blocks};
+
+/// Up to here all sets of independent coordinates are looked at: degrees of freedom, coordinates.
+const ALL: (usize, usize) = (3, 20);
+/// Most sets that are looked at otherwise.
+const MOST: usize = 300;
+
+/// What there is to choose from.
+#[derive(Debug)]
+pub(super) enum Choice {
+    /// Partitions, the structurally cheapest first.
+    Partitions(Vec<Partition>),
+    /// The rows are redundant at a random point.
+    Redundant,
+}
+
+/// The partitions of the coordinates of Φ_q that are worth a try.
+pub(super) fn partitions(g: &Graph, jacobian: &Sparse, coordinates: usize) -> Choice {
+    let values = jacobian.rows.iter().map(|row| row.iter().map(|(c, x)| (*c, g.fingerprint(*x))).collect());
+    let basis = null_space(values.collect(), coordinates);
+    let freedom = basis.len();
+    if coordinates - freedom < jacobian.rows.len() {
+        return Choice::Redundant;
+    }
+    let pattern = jacobian.pattern();
+    let regular = |set: &[usize]| {
+        let minor = basis.iter().map(|(_, x)| set.iter().map(|c| x.get(c).copied().unwrap_or_default()).collect());
+        !is_singular(minor.collect())
+    };
+    let priced = |set: &[usize]| {
+        let dependent: Vec<usize> = (0..coordinates).filter(|c| !set.contains(c)).collect();
+        let blocks = blocks(&pattern, &dependent).filter(|_| regular(set))?;
+        Some((structural_cost(&pattern, &blocks, set), Partition { independent: set.to_vec(), blocks }))
+    };
+    let first: Vec<usize> = basis.iter().map(|(free, _)| *free).collect();
+    let mut found: Vec<(usize, Partition)> = if freedom == 1 || freedom <= ALL.0 && coordinates <= ALL.1 {
+        subsets(coordinates, freedom).iter().take(MOST.max(1140)).filter_map(|set| priced(set)).collect()
+    } else {
+        descend(first, coordinates, &priced)
+    };
+    found.sort_by(|(a, p), (b, r)| (a, &p.independent).cmp(&(b, &r.independent)));
+    Choice::Partitions(found.into_iter().map(|(_, partition)| partition).collect())
+}
+
+/// Exchanges one independent coordinate for a dependent one as long as that is cheaper.
+fn descend(
+    first: Vec<usize>,
+    coordinates: usize,
+    priced: &dyn Fn(&[usize]) -> Option<(usize, Partition)>,
+) -> Vec<(usize, Partition)> {
+    let mut seen = BTreeSet::from([first.clone()]);
+    let Some(mut best) = priced(&first) else { return Vec::new() };
+    let mut found = vec![best.clone()];
+    loop {
+        let mut improved = false;
+        let base = best.1.independent.clone();
+        for (at, c) in (0..base.len()).flat_map(|at| (0..coordinates).map(move |c| (at, c))) {
+            let mut set = base.clone();
+            if seen.len() > MOST || set.contains(&c) {
+                continue;
+            }
+            set[at] = c;
+            set.sort_unstable();
+            if !seen.insert(set.clone()) {
+                continue;
+            }
+            if let Some(next) = priced(&set) {
+                if next.0 < best.0 {
+                    best = next.clone();
+                    improved = true;
+                }
+                found.push(next);
+            }
+        }
+        if !improved {
+            return found;
+        }
+    }
+}
+
+/// All subsets of so many of the first n numbers, in lexicographic order.
+fn subsets(n: usize, size: usize) -> Vec<Vec<usize>> {
+    let mut sets = vec![Vec::new()];
+    for _ in 0..size {
+        let longer = |set: Vec<usize>| {
+            let from = set.last().map_or(0, |x| x + 1);
+            (from..n).map(move |x| set.iter().copied().chain([x]).collect())
+        };
+        sets = sets.into_iter().flat_map(longer).collect();
+    }
+    sets
+}
+
+/// About how many products the elimination takes: what each block costs, and how far the independent coordinates reach.
+fn structural_cost(pattern: &[Vec<usize>], blocks: &[Block], independent: &[usize]) -> usize {
+    let width = pattern.iter().flatten().max().map_or(0, |c| c + 1).max(independent.iter().max().map_or(0, |c| c + 1));
+    let mut reach: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); width];
+    for i in independent {
+        reach[*i].insert(*i);
+    }
+    let mut cost = 0;
+    for (rows, columns) in blocks {
+        let outside: Vec<usize> =
+            rows.iter().flat_map(|r| &pattern[*r]).copied().filter(|c| !columns.contains(c)).collect();
+        let reached: BTreeSet<usize> = outside.iter().flat_map(|c| reach[*c].iter().copied()).collect();
+        let size = rows.len();
+        // The determinant, then for every independent coordinate and the particular solution the right-hand side and the substitution.
+        let right: usize = outside.iter().map(|c| reach[*c].len() + 1).sum();
+        cost += size.pow(3) + right + size * size * (reached.len() + 1) + size * reached.len() * reached.len();
+        columns.iter().for_each(|c| reach[*c] = reached.clone());
+    }
+    cost
+}
+
+/// How far the dependent blocks are from being singular at the worst of the given states: the least ratio of a block's determinant to the
+/// norms of its columns, 1 at best.
+pub(super) fn conditioning(g: &Graph, jacobian: &Sparse, partition: &Partition, states: &[&dyn Bindings]) -> f64 {
+    let roots: Vec<_> = jacobian.rows.iter().flat_map(|row| row.values().copied()).collect();
+    let mut worst = 1.0f64;
+    for state in states {
+        let values = g.evaluate(&roots, *state);
+        let entry = |r: usize, c: usize| jacobian.rows[r].get(&c).map_or(0.0, |x| values[x.index()]);
+        for (rows, columns) in &partition.blocks {
+            let block: Vec<Vec<f64>> = rows.iter().map(|r| columns.iter().map(|c| entry(*r, *c)).collect()).collect();
+            let norm = |c: &usize| jacobian.column(*c).map(|(_, x)| values[x.index()].powi(2)).sum::<f64>().sqrt();
+            let scale: f64 = columns.iter().map(norm).product();
+            let ratio = determinant(block).abs() / scale;
+            // Unknown is not good.
+            worst = if ratio.is_nan() { 0.0 } else { worst.min(ratio) };
+        }
+    }
+    worst
+}
+
+/// By elimination with row pivoting.
+fn determinant(mut a: Vec<Vec<f64>>) -> f64 {
+    let n = a.len();
+    let mut product = 1.0;
+    for k in 0..n {
+        let pivot = (k..n).max_by(|i, j| a[*i][k].abs().total_cmp(&a[*j][k].abs())).unwrap_or(k);
+        a.swap(k, pivot);
+        product *= if pivot == k { a[k][k] } else { -a[k][k] };
+        if a[k][k] == 0.0 {
+            return 0.0;
+        }
+        let (done, rest) = a.split_at_mut(k + 1);
+        for row in rest {
+            let factor = row[k] / done[k][k];
+            row.iter_mut().zip(&done[k]).for_each(|(x, p)| *x -= factor * p);
+        }
+    }
+    product
+}
