@@ -80,18 +80,23 @@ pub mod prelude {
 /// What generated code refers to. Not for use by hand: it changes without notice.
 #[doc(hidden)]
 pub mod __private {
+    pub use core::any::TypeId;
     pub use core::clone::Clone;
     pub use core::cmp::PartialEq;
     pub use core::fmt::Debug;
     pub use core::marker::Copy;
+    pub use core::ops::Fn;
+    pub use core::option::Option;
     pub use core::prelude::v1::derive;
     pub use core::primitive::{bool, f64, str, usize};
     pub use core::result::Result::{self, Err, Ok};
     pub use core::{assert, unreachable};
     pub use dynamics_macros::__model;
-    pub use dynamics_runtime::constrain::workspace_len;
+    pub use dynamics_runtime::constrain::{solve_once, workspace_len};
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
-    pub use dynamics_runtime::generated::{OnlyOneDynamicsImplPerModel, matrix, name_singular, singular, vector};
+    pub use dynamics_runtime::generated::{
+        OnlyOneDynamicsImplPerModel, matrix, name_singular, no_derivatives, released, singular, solved_or_nan, vector,
+    };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
@@ -100,6 +105,7 @@ pub mod __private {
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Point};
+    pub use dynamics_runtime::reaction::{Reaction, Reactions, switched, type_of};
     pub use dynamics_runtime::unconstrained;
     pub use dynamics_runtime::{Expr, SmoothFunction, math};
     pub use nalgebra::{ArrayStorage, SMatrix, SVector};

@@ -6,6 +6,7 @@
 //! `syntax/limits.rs`.
 
 mod calls;
+mod constraints;
 mod control;
 mod declare;
 mod derivative;
@@ -29,7 +30,8 @@ use std::collections::BTreeSet;
 use dynamics_symbolic::mechanics::Model;
 
 use crate::diagnostics::Diagnostics;
-use crate::syntax::{Declaration, Implementation};
+use crate::syntax::{Declaration, Implementation, Role};
+use constraints::Declared;
 use dimensions::Dimensions;
 pub(crate) use origins::Origins;
 use scope::Frame;
@@ -60,6 +62,10 @@ struct Elaborator<'a> {
     /// `Self::NAME`, once evaluated.
     constants: Vec<Option<Value>>,
     frames: Vec<Frame>,
+    /// The constraints so far.
+    constraints: Vec<Declared>,
+    /// The role whose function is being elaborated, with all that it calls.
+    role: Role,
     /// Functions that some role has called.
     reached: BTreeSet<usize>,
     steps: usize,
@@ -86,6 +92,8 @@ pub(crate) fn elaborate(
         functions: Vec::new(),
         constants: Vec::new(),
         frames: Vec::new(),
+        constraints: Vec::new(),
+        role: Role::Helper,
         reached: BTreeSet::new(),
         steps: 0,
         depth: 0,

@@ -42,6 +42,8 @@ pub(crate) struct Surface {
     pub(crate) parameters: Vec<TokenStream>,
     /// Fields that are smooth functions.
     pub(crate) functions: Vec<Ident>,
+    /// Functions of constraints in the order of their rows.
+    pub(crate) constraints: Vec<Ident>,
     /// Helper functions `(&self, q) -> Vec2` or `Vec3`: the points of the default drawing.
     pub(crate) points: Vec<Ident>,
     /// The `#[drawing]` function.

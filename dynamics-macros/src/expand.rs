@@ -271,6 +271,10 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>) -
         inputs: declaration.inputs.iter().map(slot).collect(),
         parameters,
         functions,
+        constraints: [Role::Holonomic, Role::Nonholonomic]
+            .into_iter()
+            .flat_map(|role| functions_of(&|f| f.role == role))
+            .collect(),
         points: functions_of(&|f| {
             f.role == Role::Helper
                 && f.takes_coordinates_only()

@@ -63,7 +63,6 @@ catalogue! {
     impl_of_other_type() "`#[dynamics]` needs the name of a struct; write `impl Model {{ .. }}`";
     trait_impl() "`#[dynamics]` describes a model in its inherent impl block; write `impl Model {{ .. }}` without a trait";
     macro_in_model(name) "the macro call `{name}!` cannot be followed; write its code out";
-    constraint_role(name) "`#[{name}]` is not supported yet; choose coordinates that satisfy the constraint by themselves";
     cfg_in_model(name) "`#[{name}]` is not known to the macro, which would derive the model as if it held; keep it out of the model: choose by a parameter, or put functions that the model does not use into an `impl` block of their own";
     lagrangian_beside(role, function) "`#[lagrangian]` stands for T − V as a whole, yet `{function}` is marked `#[{role}]`; put everything into `#[lagrangian]`, or use `#[kinetic]` and `#[potential]` alone";
     role_with_arguments(name) "`#[{name}]` takes no arguments; write it bare";
@@ -71,6 +70,13 @@ catalogue! {
     two_roles(function, first, second) "`{function}` is both `#[{first}]` and `#[{second}]`; give each role its own function";
     duplicate_role(name, first) "`#[{name}]` is already on `{first}`; a model has only one";
     misspelt_role(name, role) "no role is called `{name}`; did you mean `#[{role}]`?";
+    constraint_options(name, option) "the options of `#[{name}]` stand in parentheses, separated by commas; write `#[{name}({option})]`, or `#[{name}]` without any";
+    unknown_constraint_option(name, option, hint) "`#[{name}]` has no option `{option}`{hint}";
+    constraint_option_twice(option) "`{option}` is said twice; say it once";
+    integrable_holonomic() "`integrable` belongs to `#[nonholonomic]`, a holonomic constraint is integrated already; leave it out";
+    redundant_as_option(name) "`redundant` is an attribute of its own; write `#[{name}] #[redundant]`";
+    redundant_without_constraint(function) "`{function}` is no constraint that could be redundant; write `#[holonomic]` or `#[nonholonomic]` beside it, or remove `#[redundant]`";
+    too_many_switched(limit) "more than {limit} switched constraints in one model; let those that are switched together be one array";
     forgotten_role(function, field) "`{function}` has no role and no function calls it, yet only it reads `{field}`; mark it `#[potential]`, `#[force]`, `#[output]` or what it is meant to be";
     no_kinetic_energy(name) "`{name}` has no kinetic energy; mark a function `#[kinetic]` or `#[lagrangian]`";
     role_signature(role, form) "`#[{role}]` needs another signature; write `{form}`";
@@ -149,6 +155,13 @@ catalogue! {
     rate_of_input(name) "the rate of the input `{name}` is not known; make it a coordinate, or take `.dt()` of something without it";
     third_derivative() "derivatives beyond accelerations are not known; take `.dt()` at most twice";
     rate_of_reaction() "the rate of a reaction is not known; take the derivative of what does not contain it";
+
+    // Reactions.
+    reaction_argument(method) "`{method}` is asked of the coordinates about a constraint; write `q.{method}(Self::name)`";
+    unknown_constraint(name, hint) "the model has no constraint `{name}`{hint}";
+    reaction_of_no_constraint(method, name) "`{method}` needs a constraint, and `{name}` is none; name a function with `#[holonomic]` or `#[nonholonomic]`";
+    reaction_in_role(method, role) "`{method}` has no place in a function with `#[{role}]`, which constraints are derived with; use it with `#[force]`, `#[output]` or `#[event]`";
+    slip_of_unswitched(name) "`{name}` always holds and is never slipping; declare it with the option `switched`";
 
     // Units.
     unknown_unit(name, hint) "`{name}` is no unit; {hint}";

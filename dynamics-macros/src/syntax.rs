@@ -4,6 +4,7 @@ mod attributes;
 mod conditions;
 mod impls;
 mod limits;
+mod roles;
 mod structs;
 
 pub(crate) use attributes::{ATTRIBUTES, Quantity, UnitText};

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::model::{Dynamics, ModelState, Quantity, Vector};
+use crate::model::{Constraint, Dynamics, ModelState, Quantity, Vector};
 
 /// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its diagonal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +74,18 @@ pub enum SolveError {
         /// The row.
         row: &'static str,
     },
+    /// Derivatives of the accelerations do not exist where a constraint row depends on the others.
+    DependentRow {
+        /// The row.
+        row: &'static str,
+        /// The pivot that vanished.
+        pivot: f64,
+    },
+    /// Derivatives of the accelerations are generated for a model whose constraints all hold.
+    Released {
+        /// The constraint that does not hold.
+        constraint: &'static str,
+    },
     /// A constraint, its Jacobian or γ is infinite or not a number.
     ConstraintNotFinite {
         /// The row.
@@ -116,6 +128,15 @@ impl fmt::Display for SolveError {
                 "the gradient of constraint `{row}` vanishes here, so that it restricts no acceleration; write it so that it crosses zero \
                  with a slope (the root of a square instead of the square), or stay away from this position"
             ),
+            Self::DependentRow { row, pivot } => write!(
+                f,
+                "constraint `{row}` depends on the others here (pivot {pivot:e}): the accelerations have no derivatives; differentiate at \
+                 another state"
+            ),
+            Self::Released { constraint } => write!(
+                f,
+                "constraint `{constraint}` is released, and derivatives are generated for all constraints; linearise a model without it"
+            ),
             Self::ConstraintNotFinite { row } => write!(f, "constraint `{row}` is not finite here"),
         }
     }
@@ -135,6 +156,13 @@ pub enum StateError {
         name: &'static str,
         /// The value.
         value: f64,
+    },
+    /// A constraint to be engaged or released is not among the switched ones.
+    NotSwitched {
+        /// The name that was given.
+        name: &'static str,
+        /// The constraints of the model.
+        constraints: &'static [Constraint],
     },
 }
 
@@ -163,6 +191,18 @@ impl fmt::Display for StateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotFinite { what, name, value } => write!(f, "{what} `{name}` is {value}; give a finite number"),
+            Self::NotSwitched { name, constraints } => {
+                if constraints.iter().any(|c| c.name == *name) {
+                    return write!(f, "constraint `{name}` always holds; declare it with the option `switched`");
+                }
+                write!(f, "no switched constraint is called `{name}`; ")?;
+                let mut switched = constraints.iter().filter(|c| c.switched.is_some()).peekable();
+                if switched.peek().is_none() {
+                    return f.write_str("the model has none: declare one with the option `switched`");
+                }
+                f.write_str("there are")?;
+                switched.enumerate().try_for_each(|(i, c)| write!(f, "{} `{}`", if i == 0 { "" } else { "," }, c.name))
+            }
         }
     }
 }

@@ -2,8 +2,9 @@
 
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
-use crate::error::SingularMassMatrix;
-use crate::model::Quantity;
+use crate::constrain::solve_once;
+use crate::error::{SingularMassMatrix, SolveError};
+use crate::model::{Constraints, Modes, Quantity, Solved, Vector};
 
 /// Implemented once per `#[dynamics] impl`, before anything else: a second block for the same struct then begins with an error
 /// that says what is wrong.
@@ -63,6 +64,41 @@ pub fn name_singular<const POSITIVE: bool>(
         negative: POSITIVE
             && pivots.get(at).is_some_and(|[pivot, diagonal]| *pivot < -PIVOT_TOLERANCE * diagonal.abs()),
     }
+}
+
+/// q̈ and λ of a model with constraints, all NaN where they do not exist: for functions that cannot fail.
+#[must_use]
+pub fn solved_or_nan<M: Constraints>(model: &M, state: &M::State) -> Solved<M::Vector, M::Rows> {
+    let solved = model.constants().map_err(SolveError::from).and_then(|constants| solve_once(model, &constants, state));
+    if let Ok(solved) = solved {
+        return Solved { accelerations: solved.accelerations, multipliers: solved.multipliers };
+    }
+    let (mut accelerations, mut multipliers) = (M::Vector::zeros(), M::Rows::zeros());
+    accelerations.as_mut_slice().fill(f64::NAN);
+    multipliers.as_mut_slice().fill(f64::NAN);
+    Solved { accelerations, multipliers }
+}
+
+/// The error of derivatives whose elimination meets a pivot that is too small: that of a coordinate, or of a constraint row.
+#[cold]
+#[inline(never)]
+#[must_use]
+pub fn no_derivatives<M: Constraints>(coordinate: bool, index: usize, pivot: f64) -> SolveError {
+    let name = |names: &'static [Quantity]| names.get(index).map_or("", |quantity| quantity.name);
+    if coordinate {
+        let name = name(M::COORDINATES);
+        return SingularMassMatrix { coordinate: index, name, pivot, negative: false }.into();
+    }
+    SolveError::DependentRow { row: name(M::ROWS), pivot }
+}
+
+/// The error of derivatives, which are generated for all constraints, while one is released.
+#[inline]
+#[must_use]
+pub fn released<M: Constraints>(modes: Modes) -> Option<SolveError> {
+    let is_released = |index: &usize| !modes.holds(*index);
+    let found = M::CONSTRAINTS.iter().find(|c| c.switched.as_ref().is_some_and(is_released))?;
+    Some(SolveError::Released { constraint: found.name })
 }
 
 #[cfg(test)]

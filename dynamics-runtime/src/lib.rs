@@ -22,6 +22,7 @@ pub mod model;
 pub mod motion;
 #[cfg(feature = "alloc")]
 pub mod output;
+pub mod reaction;
 pub mod scalar;
 pub mod smooth;
 #[cfg(feature = "alloc")]

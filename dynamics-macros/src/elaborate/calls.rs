@@ -21,6 +21,9 @@ impl<'a> Elaborator<'a> {
 
     /// `receiver.method(..)`.
     pub(super) fn method_call(&mut self, e: &'a ExprMethodCall, receiver: Value) -> Value {
+        if matches!(receiver, Value::Coordinates) && (e.method == "reaction" || e.method == "slip") {
+            return self.of_constraint(e);
+        }
         if e.args.iter().any(|a| matches!(a, Expr::Closure(_))) && !receiver.is_poison() {
             return self.fail(e.method.span(), &messages::closure_method(&e.method));
         }
@@ -174,7 +177,7 @@ impl<'a> Elaborator<'a> {
                 let poisoned = self.frame().find(text).is_some_and(Value::is_poison);
                 return if poisoned { Value::Poison } else { self.fail(name.span(), &messages::call_of_value()) };
             }
-            "reaction" => return self.fail(name.span(), &messages::constraint_role("reaction")),
+            "reaction" => return self.fail(name.span(), &messages::reaction_argument("reaction")),
             text => {
                 let methods = self.implementation.functions.iter().any(|f| f.name == text);
                 let message = if methods {

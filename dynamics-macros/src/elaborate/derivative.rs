@@ -68,7 +68,7 @@ pub(super) fn collect(value: &Value, scalars: &mut Vec<Scalar>) -> bool {
 }
 
 /// A value of the same shape from other scalars.
-fn rebuild(value: &Value, scalars: &mut impl Iterator<Item = Scalar>) -> Value {
+pub(super) fn rebuild(value: &Value, scalars: &mut impl Iterator<Item = Scalar>) -> Value {
     match value {
         Value::Scalar(_) => scalars.next().into(),
         Value::Vector(v) => Value::Vector(scalars.take(v.len()).collect()),

@@ -13,23 +13,41 @@ use crate::messages;
 use crate::syntax::{Function, Role};
 
 impl<'a> Elaborator<'a> {
-    /// All functions with a role, in order.
+    /// All functions with a role: the constraints first, since their rows have to be known where a reaction is read.
     pub(super) fn roles(&mut self) {
         self.check_something_moves();
         let implementation = self.implementation;
-        for (index, function) in implementation.functions.iter().enumerate() {
-            if matches!(function.role, Role::Helper | Role::Drawing) || !self.check_signature(function) {
-                continue;
+        for wanted in [
+            |role| role == Role::Holonomic,
+            |role| role == Role::Nonholonomic,
+            |role: Role| !role.is_constraint() && !matches!(role, Role::Helper | Role::Drawing),
+        ] {
+            for (index, function) in implementation.functions.iter().enumerate() {
+                if wanted(function.role) {
+                    self.role(index, function);
+                }
+                if self.exhausted {
+                    return;
+                }
             }
-            let value = self.run(index, function);
-            if self.exhausted {
-                return;
-            }
-            if value.is_poison() {
-                self.check_reported(function);
-            } else {
-                self.take(function, value);
-            }
+        }
+    }
+
+    /// A function with a role.
+    fn role(&mut self, index: usize, function: &'a Function) {
+        if !self.check_signature(function) {
+            return self.lost_constraint(index, function);
+        }
+        self.role = function.role;
+        let value = self.run(index, function);
+        if self.exhausted {
+            return;
+        }
+        if value.is_poison() {
+            self.check_reported(function);
+            self.lost_constraint(index, function);
+        } else {
+            self.take(index, function, value);
         }
     }
 
@@ -51,7 +69,7 @@ impl<'a> Elaborator<'a> {
         };
         let allowed: &[&str] = match function.role {
             Role::Force => &["Force"],
-            Role::Output => &["Expr", "Vec2", "Vec3"],
+            Role::Output | Role::Holonomic | Role::Nonholonomic => &["Expr", "Vec2", "Vec3"],
             _ => &["Expr"],
         };
         // A type that is none of the vocabulary's may be the user's alias; arrays have no path. Their value decides.
@@ -104,7 +122,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Adds a role's value to the model.
-    fn take(&mut self, function: &Function, value: Value) {
+    fn take(&mut self, index: usize, function: &Function, value: Value) {
         let place = Place::from(function.name.span());
         let energy = |role| (role, Dimension::ENERGY);
         match function.role {
@@ -113,6 +131,7 @@ impl<'a> Elaborator<'a> {
             Role::Lagrangian => self.energy(function, value, energy(EnergyRole::Lagrangian)),
             Role::Dissipation => self.energy(function, value, (EnergyRole::Dissipation, Dimension::POWER)),
             Role::Force => self.force(function, value, place),
+            Role::Holonomic | Role::Nonholonomic => self.constraint(index, function, value),
             Role::Output => self.output(function, value, place),
             Role::Event => {
                 let Some(scalar) = self.result_scalar(function, value) else { return };
@@ -174,16 +193,21 @@ impl<'a> Elaborator<'a> {
         if !flatten(&value, "", &mut components, &mut units) {
             return self.wrong_result(function, "a scalar, a vector or an array of them", &value);
         }
+        let unit = self.common_unit(&units);
+        let components = components.into_iter().map(|(suffix, s)| (suffix, s.node)).collect();
+        let origin = self.origins.add(place);
+        self.model.outputs.push(Output { name: function.name.to_string(), components, unit, origin });
+    }
+
+    /// The unit that all have, as text; empty where they differ, are unknown or 1.
+    pub(super) fn common_unit(&self, units: &[UnitOf]) -> String {
         let known: Vec<String> = units.iter().flatten().map(|u| self.dimensions.units.text(u)).collect();
-        let unit = match known.split_first() {
+        match known.split_first() {
             Some((first, rest)) if rest.iter().all(|u| u == first) && !first.contains('[') && first != "1" => {
                 first.clone()
             }
             _ => String::new(),
-        };
-        let components = components.into_iter().map(|(suffix, s)| (suffix, s.node)).collect();
-        let origin = self.origins.add(place);
-        self.model.outputs.push(Output { name: function.name.to_string(), components, unit, origin });
+        }
     }
 
     fn result_scalar(&mut self, function: &Function, value: Value) -> Option<Scalar> {
@@ -196,15 +220,20 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn wrong_result(&mut self, function: &Function, expected: &str, found: &Value) {
+    pub(super) fn wrong_result(&mut self, function: &Function, expected: &str, found: &Value) {
         let place = Place::of(&function.item.sig.output);
         let role = function.role.name();
         self.diagnostics.error(place, &messages::role_result(role, expected, found.shape()));
     }
 }
 
-/// Scalar components of an output with their suffixes; false where it holds something else.
-fn flatten(value: &Value, prefix: &str, components: &mut Vec<(String, Scalar)>, units: &mut Vec<UnitOf>) -> bool {
+/// Scalar components of an output or a constraint with their suffixes; false where it holds something else.
+pub(super) fn flatten(
+    value: &Value,
+    prefix: &str,
+    components: &mut Vec<(String, Scalar)>,
+    units: &mut Vec<UnitOf>,
+) -> bool {
     let mut add = |suffix: String, scalar: &Scalar| {
         units.push(scalar.unit.clone());
         components.push((suffix, scalar.clone()));

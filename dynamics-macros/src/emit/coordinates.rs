@@ -22,6 +22,7 @@ pub(super) fn coordinates(surface: &Surface) -> TokenStream {
     let inputs = fields(&surface.inputs, docs::input);
     let doc = format!("Time jets of the coordinates of [`{}`]: what its functions take as `q`.", surface.name);
     let derive = docs::derive(&private, &["Clone", "Debug"]);
+    let (model, reactions) = (&surface.name, reactions(surface));
     quote! {
         #[doc = #doc]
         #derive
@@ -31,6 +32,39 @@ pub(super) fn coordinates(surface: &Surface) -> TokenStream {
             #(#inputs)*
             /// Time.
             #vis t: #expr,
+            __reactions: #private::Reactions<<#model as #private::Constraints>::Rows>,
+        }
+        #reactions
+    }
+}
+
+/// `q.reaction(Self::rod)` and `q.slip(Self::stick)`: a constraint is named by its function.
+fn reactions(surface: &Surface) -> TokenStream {
+    let (name, vis, private, model) = (surface.coordinates_type(), &surface.vis, surface.private(), &surface.name);
+    let (constraint, f, t, quiet) = (local("constraint"), local("F"), local("T"), quiet());
+    quote! {
+        #quiet
+        impl #name {
+            /// The multipliers λ of a constraint, named by its function as in `q.reaction(Self::rod)`, in the shape that the function
+            /// returns: generalized forces that push toward growing values of the constraint. NaN where no solution is at hand, or where
+            /// the function is no constraint.
+            #[must_use]
+            #vis fn reaction<#f, #t>(&self, #constraint: #f) -> #t
+            where
+                #f: #private::Fn(&#model, &#name) -> #t + 'static,
+                #t: #private::Reaction,
+            {
+                self.__reactions.of::<#model, #f, #t>(#constraint)
+            }
+            /// 0 while a switched constraint, named by its function, holds, else ±1: the side to which it was left. NaN where the function
+            /// is no switched constraint.
+            #[must_use]
+            #vis fn slip<#f, #t>(&self, #constraint: #f) -> #private::Expr
+            where
+                #f: #private::Fn(&#model, &#name) -> #t + 'static,
+            {
+                self.__reactions.slip::<#model, #f>(#constraint)
+            }
         }
     }
 }
@@ -41,6 +75,7 @@ pub(super) fn model(surface: &Surface) -> TokenStream {
     let (state_type, coordinates_type, name) = (surface.state_type(), surface.coordinates_type(), plain(&surface.name));
     let (n, m, f64) = (surface.degrees(), surface.input_count(), quote!(#private::f64));
     let (state, accelerations, assembly) = (local("state"), local("accelerations"), assembly(surface));
+    let multipliers = local("multipliers");
     quote! {
         #quiet
         #[automatically_derived]
@@ -55,7 +90,7 @@ pub(super) fn model(surface: &Surface) -> TokenStream {
             fn coordinates_with(
                 #state: &Self::State,
                 #accelerations: &Self::Vector,
-                _: &[#f64],
+                #multipliers: &[#f64],
             ) -> Self::Coordinates {
                 #assembly
             }
@@ -63,10 +98,11 @@ pub(super) fn model(surface: &Surface) -> TokenStream {
     }
 }
 
-/// The body of `coordinates_with(state, accelerations)`.
+/// The body of `coordinates_with(state, accelerations, multipliers)`.
 fn assembly(surface: &Surface) -> TokenStream {
     let private = surface.private();
     let (name, state, accelerations) = (surface.coordinates_type(), local("state"), local("accelerations"));
+    let multipliers = local("multipliers");
     let jets = offsets(&surface.coordinates).map(|(at, slot)| {
         let jet = |i: usize| quote!(#private::Expr::coordinate(#state.q[#i], #state.u[#i], #accelerations[#i]));
         initializer(slot, at, &jet)
@@ -76,7 +112,10 @@ fn assembly(surface: &Surface) -> TokenStream {
         initializer(slot, at, &jet)
     });
     quote! {
-        #name { #(#jets,)* #(#inputs,)* t: #private::Expr::time(#state.t) }
+        #name {
+            #(#jets,)* #(#inputs,)* t: #private::Expr::time(#state.t),
+            __reactions: #private::Reactions::new(#multipliers, #state.modes),
+        }
     }
 }
 

@@ -2,12 +2,13 @@
 
 mod constraints;
 mod evaluations;
+mod matrices;
 mod identity;
 mod solves;
 
-use dynamics_symbolic::compile::Compiled;
+use dynamics_symbolic::compile::{Compiled, ConstraintPrograms};
 use dynamics_symbolic::graph::{Dependence, Node, NodeId};
-use dynamics_symbolic::mechanics::Pivot;
+use dynamics_symbolic::mechanics::{ConstraintEquations, Pivot};
 use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -58,8 +59,24 @@ impl Emission<'_> {
         self.surface.degrees()
     }
 
+    /// What follows from the constraints, and their programs.
+    fn constrained(&self) -> Option<(&ConstraintEquations, &ConstraintPrograms)> {
+        self.compiled.equations.constraints.as_ref().zip(self.compiled.programs.constraints.as_ref())
+    }
+
+    /// Number of constraint rows.
+    fn rows(&self) -> usize {
+        self.constrained().map_or(0, |(equations, _)| equations.rows.len())
+    }
+
+    /// Number of switched constraints.
+    fn switched(&self) -> usize {
+        self.compiled.model.constraints.iter().filter(|c| c.switched).count()
+    }
+
     fn body<'b>(&'b self, constants: &'b [NodeId]) -> Body<'b> {
-        Body { access: &self.access, surface: self.surface, constants }
+        let constraints = self.constrained().map(|_| (self.rows(), self.switched()));
+        Body { access: &self.access, surface: self.surface, constants, constraints }
     }
 
     fn print(&self, program: &Program) -> Printed {
@@ -70,9 +87,50 @@ impl Emission<'_> {
     fn prologue(&self) -> TokenStream {
         let (model, t, q, u, w) = (local("model"), local("t"), local("q"), local("u"), local("w"));
         let state = local("state");
+        let modes = (0..self.switched()).map(|i| quote!(#state.modes.side(#i)));
+        let unsolved = self.unsolved(modes.collect());
         quote! {
             let #model = self;
             let (#t, #q, #u, #w) = (#state.t, &#state.q.data.0[0], &#state.u.data.0[0], &#state.inputs.data.0[0]);
+            #unsolved
+        }
+    }
+
+    /// Modes as given; accelerations and multipliers are not known.
+    fn unsolved(&self, modes: Vec<TokenStream>) -> TokenStream {
+        if self.constrained().is_none() {
+            return TokenStream::new();
+        }
+        let (a, lambda, names, f64) = (local("a"), local("lambda"), local("modes"), self.float());
+        let (n, r, switched) = (self.degrees(), self.rows(), self.switched());
+        quote! {
+            let (#a, #lambda) = (&[#f64::NAN; #n], &[#f64::NAN; #r]);
+            let #names: &[#f64; #switched] = &[#(#modes),*];
+        }
+    }
+
+    /// Whether some of these nodes need the solution of a model with constraints.
+    fn needs_solution(&self, results: &[NodeId]) -> bool {
+        let solution = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
+        self.constrained().is_some() && results.iter().any(|id| self.access.graph.dependence(*id).on(solution))
+    }
+
+    /// Accelerations and multipliers of a model with constraints, where a program reads them. In a function that cannot fail they are NaN
+    /// where there is no solution.
+    fn solution(&self, results: &[NodeId], fallible: bool) -> TokenStream {
+        if !self.needs_solution(results) {
+            return TokenStream::new();
+        }
+        let (private, state, solved) = (&self.private, local("state"), local("solved"));
+        let solution = if fallible {
+            quote!(#private::solve_once(self, &#private::Dynamics::constants(self)?, #state)?)
+        } else {
+            quote!(#private::solved_or_nan(self, #state))
+        };
+        let (a, lambda) = (local("a"), local("lambda"));
+        quote! {
+            let #solved = #solution;
+            let (#a, #lambda) = (&#solved.accelerations.data.0[0], &#solved.multipliers.data.0[0]);
         }
     }
 
@@ -126,21 +184,5 @@ impl Emission<'_> {
     /// A list of `Quantity`.
     fn quantities<'b>(&self, named: impl Iterator<Item = (&'b str, &'b str)>) -> TokenStream {
         identity::quantities(&self.private, named)
-    }
-
-    /// `SVector` of expressions.
-    fn vector(&self, elements: &[TokenStream]) -> TokenStream {
-        let private = &self.private;
-        quote!(#private::vector([#(#elements),*]))
-    }
-
-    /// `SMatrix` of expressions given by rows.
-    fn matrix(&self, elements: &[TokenStream], columns: usize) -> TokenStream {
-        let private = &self.private;
-        let columns = (0..columns).map(|j| {
-            let column = elements.iter().skip(j).step_by(columns);
-            quote!([#(#column),*])
-        });
-        quote!(#private::matrix([#(#columns),*]))
     }
 }

@@ -1,11 +1,11 @@
 //! The annotated impl block: functions with their roles, and constants.
 
-use syn::{FnArg, Ident, ImplItem, ImplItemConst, ImplItemFn, ItemImpl, Meta, ReturnType};
+use syn::{FnArg, Ident, ImplItem, ImplItemConst, ImplItemFn, ItemImpl, ReturnType};
 
 use super::conditions;
+use super::roles::{self, ConstraintOptions, Taken};
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
-use crate::suggest;
 
 /// What a function means to the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +15,8 @@ pub(crate) enum Role {
     Lagrangian,
     Dissipation,
     Force,
+    Holonomic,
+    Nonholonomic,
     Output,
     Event,
     /// Any Rust; runs when the motion is drawn, is not elaborated.
@@ -30,15 +32,18 @@ pub(crate) const ROLES: &[(&str, Role)] = &[
     ("lagrangian", Role::Lagrangian),
     ("dissipation", Role::Dissipation),
     ("force", Role::Force),
+    ("holonomic", Role::Holonomic),
+    ("nonholonomic", Role::Nonholonomic),
     ("output", Role::Output),
     ("event", Role::Event),
     ("drawing", Role::Drawing),
 ];
 
-/// Roles of the next release.
-const CONSTRAINTS: &[&str] = &["holonomic", "nonholonomic"];
-
 impl Role {
+    /// Whether it declares a constraint.
+    pub(crate) fn is_constraint(self) -> bool {
+        matches!(self, Self::Holonomic | Self::Nonholonomic)
+    }
     /// The attribute's name; empty for helpers.
     pub(crate) fn name(self) -> &'static str {
         ROLES.iter().find(|(_, role)| *role == self).map_or("", |(name, _)| name)
@@ -63,6 +68,8 @@ pub(crate) struct Function {
     pub(crate) role: Role,
     /// The role's attribute.
     pub(crate) role_place: Place,
+    /// What is said of a constraint beside its role.
+    pub(crate) options: ConstraintOptions,
     /// The function with the role's attribute taken off.
     pub(crate) item: ImplItemFn,
 }
@@ -118,8 +125,9 @@ pub(crate) fn implementation(mut item: ItemImpl, d: &mut Diagnostics) -> Option<
     for inner in &mut item.items {
         match inner {
             ImplItem::Fn(function) => {
-                let (role, role_place) = take_role(function, d);
-                functions.push(Function { name: function.sig.ident.clone(), role, role_place, item: function.clone() });
+                let Taken { role, place, options } = roles::take(function, d);
+                let (name, item) = (function.sig.ident.clone(), function.clone());
+                functions.push(Function { name, role, role_place: place, options, item });
             }
             ImplItem::Const(constant) => {
                 constants.push(Constant { name: constant.ident.clone(), item: constant.clone() });
@@ -168,55 +176,6 @@ fn check_lagrangian_alone(functions: &[Function], d: &mut Diagnostics) {
 /// Whether an attribute is `#[drawing]`.
 pub(super) fn is_drawing(attribute: &syn::Attribute) -> bool {
     attribute.path().is_ident(Role::Drawing.name())
-}
-
-/// Takes the role's attribute off a function.
-fn take_role(function: &mut ImplItemFn, d: &mut Diagnostics) -> (Role, Place) {
-    let mut found: Option<(Role, Place)> = None;
-    let attributes = std::mem::take(&mut function.attrs);
-    for attribute in attributes {
-        let name = attribute.path().get_ident().map(ToString::to_string).unwrap_or_default();
-        if CONSTRAINTS.contains(&name.as_str()) {
-            d.error(attribute_place(&attribute), &messages::constraint_role(&name));
-            continue;
-        }
-        let Some((_, role)) = ROLES.iter().find(|(known, _)| *known == name) else {
-            check_misspelt_role(&attribute, &name, d);
-            function.attrs.push(attribute);
-            continue;
-        };
-        if !matches!(attribute.meta, Meta::Path(_)) {
-            d.error(attribute_place(&attribute), &messages::role_with_arguments(&name));
-        }
-        match found {
-            Some((first, _)) if first == *role => {
-                d.error(attribute_place(&attribute), &messages::role_twice(&name, &function.sig.ident));
-            }
-            Some((first, _)) => {
-                d.error(attribute_place(&attribute), &messages::two_roles(&function.sig.ident, first.name(), &name));
-            }
-            None => found = Some((*role, attribute_place(&attribute))),
-        }
-    }
-    found.unwrap_or((Role::Helper, Place::from(function.sig.ident.span())))
-}
-
-/// Rust's own attributes near a role's name would be misread as misspelt; everything unknown and far from a role is rustc's to judge.
-fn check_misspelt_role(attribute: &syn::Attribute, name: &str, d: &mut Diagnostics) {
-    const RUST: &[&str] =
-        &["doc", "inline", "cold", "cfg", "cfg_attr", "allow", "expect", "warn", "deny", "must_use", "test"];
-    if RUST.contains(&name) || name.is_empty() {
-        return;
-    }
-    let known = ROLES.iter().map(|(name, _)| *name).chain(CONSTRAINTS.iter().copied());
-    if let Some(role) = suggest::nearest(name, known) {
-        d.error(attribute_place(attribute), &messages::misspelt_role(name, role));
-    }
-}
-
-/// The attribute without `#[..]`, so that the name is underlined.
-fn attribute_place(attribute: &syn::Attribute) -> Place {
-    Place::of(&attribute.meta)
 }
 
 /// A path as text.

@@ -1,6 +1,7 @@
 //! A program as the body of a function, cut into several functions where it is large.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::schedule::{Program, Step};
@@ -20,7 +21,8 @@ pub(in super::super) struct Printed {
     pub(in super::super) results: Vec<TokenStream>,
 }
 
-/// What a function body can read, by these names: `model`, `t`, `q`, `u`, `w` and, where `staged`, the constants `k`.
+/// What a function body can read, by these names: `model`, `t`, `q`, `u`, `w`, where the model has constraints `a`, `lambda` and `modes`, and,
+/// where `staged`, the constants `k`.
 pub(in super::super) struct Body<'a> {
     /// Where values come from.
     pub(in super::super) access: &'a Access<'a>,
@@ -28,6 +30,8 @@ pub(in super::super) struct Body<'a> {
     pub(in super::super) surface: &'a Surface,
     /// Constants computed before, in order; empty where nothing is staged.
     pub(in super::super) constants: &'a [NodeId],
+    /// Rows of constraints and switched constraints; `None` without constraints.
+    pub(in super::super) constraints: Option<(usize, usize)>,
 }
 
 impl Body<'_> {
@@ -46,6 +50,21 @@ impl Body<'_> {
     /// A program without staging.
     pub(in super::super) fn whole(&self, program: &Program) -> Printed {
         self.print(program, &all_steps(program, false), &program.results)
+    }
+
+    /// What some of a program's results need, without staging.
+    pub(in super::super) fn part(&self, program: &Program, results: Range<usize>) -> Printed {
+        let results = &program.results[results];
+        let mut wanted: BTreeSet<NodeId> = results.iter().copied().collect();
+        let mut steps: Vec<Step> = Vec::new();
+        for step in all_steps(program, false).into_iter().rev() {
+            if defined(&step).iter().any(|id| wanted.contains(id)) {
+                wanted.extend(read(self.access.graph, &step));
+                steps.push(step);
+            }
+        }
+        steps.reverse();
+        self.print(program, &steps, results)
     }
 
     fn printer(&self) -> Printer<'_> {
@@ -87,7 +106,9 @@ impl Body<'_> {
                 #[inline(never)]
                 fn #name #signature { #body [#(#out),*] }
             });
-            statements.extend(quote!(let #x = &#name(#model, #t, #q, #u, #w, #k, #x);));
+            let (a, lambda, modes) = (local("a"), local("lambda"), local("modes"));
+            let solved = self.constraints.map(|_| quote!(#a, #lambda, #modes,));
+            statements.extend(quote!(let #x = &#name(#model, #t, #q, #u, #w, #solved #k, #x);));
             available = live;
         }
         let mut printer = self.printer();
@@ -104,9 +125,13 @@ impl Body<'_> {
         let constants = self.constants.len();
         let (model, t, q, u, w, k, x) =
             (local("model"), local("t"), local("q"), local("u"), local("w"), local("k"), local("x"));
+        let (a, lambda, modes) = (local("a"), local("lambda"), local("modes"));
+        let solved = self.constraints.map(|(rows, switched)| {
+            quote!(#a: &[#f64; #n], #lambda: &[#f64; #rows], #modes: &[#f64; #switched],)
+        });
         quote! {
             (
-                #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m], #k: &[#f64; #constants],
+                #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m], #solved #k: &[#f64; #constants],
                 #x: &[#f64; #live],
             ) -> [#f64; #out]
         }

@@ -21,9 +21,10 @@ impl Emission<'_> {
     ) -> (TokenStream, TokenStream) {
         let Printed { functions, statements, results } = self.print(program);
         let (name, at_state, prologue, value) = (local(name), self.at_state(), self.prologue(), value(&results));
+        let solution = self.solution(&program.results, false);
         let method = quote! {
             #[inline]
-            fn #name(#at_state) -> #result { #prologue #statements #value }
+            fn #name(#at_state) -> #result { #prologue #solution #statements #value }
         };
         (functions, method)
     }
@@ -32,12 +33,12 @@ impl Emission<'_> {
     pub(super) fn writing(&self, program: &Program, name: &str) -> (TokenStream, TokenStream) {
         let Printed { functions, statements, results } = self.print(program);
         let (name, at_state, prologue, values) = (local(name), self.at_state(), self.prologue(), local("values"));
-        let (f64, count) = (&self.float(), results.len());
+        let (f64, solution) = (&self.float(), self.solution(&program.results, false));
+        let write = self.write(&quote!(#values), &results);
         let method = quote! {
             #[inline]
             fn #name(#at_state, #values: &mut [#f64]) {
-                #prologue #statements
-                #values[..#count].copy_from_slice(&[#(#results),*]);
+                #prologue #solution #statements #write
             }
         };
         (functions, method)

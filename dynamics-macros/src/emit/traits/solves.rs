@@ -13,9 +13,9 @@ use super::super::program::{Printed, defined, read};
 use super::{Emission, Names, identity};
 
 /// Accelerations in two stages.
-struct Staged {
+pub(super) struct Staged {
     /// Nodes of the constants array.
-    constants: Vec<NodeId>,
+    pub(super) constants: Vec<NodeId>,
     /// Pivots that the parameters alone decide: coordinate, Dᵢ, Mᵢᵢ.
     fixed: Vec<(usize, NodeId, NodeId)>,
     /// Pivots to check at every state.
@@ -52,18 +52,21 @@ impl Emission<'_> {
     }
 
     /// Sorts the pivots and finds which hoisted nodes are read at every state.
-    fn staged(&self) -> Staged {
+    pub(super) fn staged(&self) -> Staged {
         let (program, graph) = (&self.compiled.programs.accelerations, self.access.graph);
         let hoisted: BTreeSet<NodeId> = program.hoisted.iter().flat_map(defined).collect();
         let in_body: BTreeSet<NodeId> = program.body.iter().flat_map(defined).collect();
         let (mut fixed, mut moving) = (Vec::new(), Vec::new());
-        for pivot in self.compiled.equations.pivots.iter().filter(|p| !self.is_number(p.pivot)) {
+        // With constraints there are guards instead of pivots, checked at every state: see `constraints.rs`.
+        let pivots = if self.constrained().is_some() { &[][..] } else { &self.compiled.equations.pivots };
+        for pivot in pivots.iter().filter(|p| !self.is_number(p.pivot)) {
             let entry = (pivot.coordinate, pivot.pivot, pivot.diagonal);
             let computed_per_state = in_body.contains(&pivot.pivot) || in_body.contains(&pivot.diagonal);
             if self.is_constant(pivot) && !computed_per_state { fixed.push(entry) } else { moving.push(entry) }
         }
         let mut used: BTreeSet<NodeId> = program.body.iter().flat_map(|step| read(graph, step)).collect();
-        used.extend(program.results.iter().take(self.degrees()));
+        let solved = if self.constrained().is_some() { program.results.len() } else { self.degrees() };
+        used.extend(program.results.iter().take(solved));
         used.extend(moving.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
         let constants =
             program.constants.iter().copied().filter(|id| used.contains(id) && hoisted.contains(id)).collect();
@@ -84,11 +87,13 @@ impl Emission<'_> {
         // Parts of a large program have one signature; nothing of the state is read here.
         let (t, q, u, w) = (local("t"), local("q"), local("u"), local("w"));
         let (n, m, f64) = (self.degrees(), self.surface.input_count(), self.float());
+        let unsolved = self.unsolved(vec![quote!(#f64::NAN); self.switched()]);
         let method = quote! {
             #[inline]
             fn constants(&self) -> Result<Self::Constants, #private::SingularMassMatrix> {
                 let #model = self;
                 let (#t, #q, #u, #w) = (#f64::NAN, &[#f64::NAN; #n], &[#f64::NAN; #n], &[#f64::NAN; #m]);
+                #unsolved
                 #statements
                 #check
                 Ok([#(#constants),*])
@@ -99,6 +104,9 @@ impl Emission<'_> {
 
     /// `fn accelerations_with`.
     fn accelerations(&self, staged: &Staged) -> (TokenStream, TokenStream) {
+        if self.constrained().is_some() {
+            return (TokenStream::new(), self.constrained_accelerations());
+        }
         let program = &self.compiled.programs.accelerations;
         let mut wanted: Vec<NodeId> = program.results.iter().copied().take(self.degrees()).collect();
         wanted.extend(staged.moving.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
@@ -123,7 +131,7 @@ impl Emission<'_> {
         (functions, method)
     }
 
-    /// A method that may fail for a singular M: the last results of its program are pivots.
+    /// A method that may fail for a singular M: the last results of its program are pivots, or guards where there are constraints.
     fn solving(
         &self,
         program: &Program,
@@ -131,11 +139,14 @@ impl Emission<'_> {
         result: &TokenStream,
         value: impl FnOnce(&[TokenStream]) -> TokenStream,
     ) -> (TokenStream, TokenStream) {
-        let pivots = 2 * self.compiled.equations.pivots.len();
         let private = &self.private;
         let result = quote!(Result<#result, #private::SolveError>);
         self.method(program, name, &result, |r| {
-            let (check, value) = (self.check(&self.pivots(r)), value(&r[..r.len() - pivots]));
+            let (checked, check) = match self.constrained() {
+                Some((equations, _)) => self.guarded_derivatives(equations, r),
+                None => (2 * self.compiled.equations.pivots.len(), self.check(&self.pivots(r))),
+            };
+            let value = value(&r[..r.len() - checked]);
             quote!(#check Ok(#value))
         })
     }
@@ -200,14 +211,14 @@ impl Emission<'_> {
     fn results(&self, program: &Program, name: &str, named: &[Named]) -> (TokenStream, TokenStream) {
         let Printed { functions, statements, results } = self.print(program);
         let check = if results.len() > named.len() { self.check(&self.pivots(&results)) } else { TokenStream::new() };
-        let (values, count) = (&results[..named.len()], named.len());
         let (name, at_state, prologue, slice) = (local(name), self.at_state(), self.prologue(), local("values"));
         let (f64, private) = (self.float(), &self.private);
+        let solution = self.solution(&program.results, true);
+        let write = self.write(&quote!(#slice), &results[..named.len()]);
         let method = quote! {
             #[inline]
             fn #name(#at_state, #slice: &mut [#f64]) -> Result<(), #private::SolveError> {
-                #prologue #statements #check
-                #slice[..#count].copy_from_slice(&[#(#values),*]);
+                #prologue #solution #statements #check #write
                 Ok(())
             }
         };

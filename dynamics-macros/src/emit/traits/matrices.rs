@@ -1,0 +1,66 @@
+//! Results as vectors, matrices and slices.
+//!
+//! A large matrix is mostly zeros: of one with more than [`SPARSE`] elements only the others are written.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::super::local;
+use super::Emission;
+
+/// Most elements that are written one by one whether they are zero or not.
+const SPARSE: usize = 400;
+/// Statements of one block.
+const BLOCK: usize = 256;
+
+impl Emission<'_> {
+    /// `SVector` of expressions.
+    pub(super) fn vector(&self, elements: &[TokenStream]) -> TokenStream {
+        let private = &self.private;
+        quote!(#private::vector([#(#elements),*]))
+    }
+
+    /// `SMatrix` of expressions given by rows.
+    pub(super) fn matrix(&self, elements: &[TokenStream], columns: usize) -> TokenStream {
+        let private = &self.private;
+        if elements.len() > SPARSE {
+            let (matrix, rows) = (local("matrix"), elements.len() / columns);
+            let assignments = nonzero(elements).map(|(i, element)| {
+                let (i, j) = (i / columns, i % columns);
+                quote!(#matrix[#j][#i] = #element;)
+            });
+            let assignments = blocks(assignments.collect());
+            return quote!({
+                let mut #matrix = [[0.0; #rows]; #columns];
+                #assignments
+                #private::matrix(#matrix)
+            });
+        }
+        let columns = (0..columns).map(|j| {
+            let column = elements.iter().skip(j).step_by(columns);
+            quote!([#(#column),*])
+        });
+        quote!(#private::matrix([#(#columns),*]))
+    }
+
+    /// Writes expressions to a slice that is at least as long.
+    pub(super) fn write(&self, slice: &TokenStream, elements: &[TokenStream]) -> TokenStream {
+        let count = elements.len();
+        if count <= SPARSE {
+            return quote!(#slice[..#count].copy_from_slice(&[#(#elements),*]););
+        }
+        let assignments = nonzero(elements).map(|(i, element)| quote!(#slice[#i] = #element;));
+        let assignments = blocks(assignments.collect());
+        quote!(#slice[..#count].fill(0.0); #assignments)
+    }
+}
+
+/// The expressions that are not the literal 0, with their places.
+fn nonzero(elements: &[TokenStream]) -> impl Iterator<Item = (usize, &TokenStream)> {
+    elements.iter().enumerate().filter(|(_, element)| element.to_string() != "0.0")
+}
+
+/// Statements in nested blocks: a long chain of them in one block is hard on the compiler.
+fn blocks(statements: Vec<TokenStream>) -> TokenStream {
+    statements.chunks(BLOCK).map(|block| quote!({ #(#block)* })).collect()
+}

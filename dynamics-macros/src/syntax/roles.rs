@@ -1,0 +1,142 @@
+//! The attributes that give a function its role, and the options of constraints.
+
+use syn::parse::Parser;
+use syn::punctuated::Punctuated;
+use syn::{Attribute, Ident, ImplItemFn, Meta, Token};
+
+use super::impls::{ROLES, Role};
+use crate::diagnostics::{Diagnostics, Place};
+use crate::messages;
+use crate::suggest;
+
+/// What is said of a constraint beside its role.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct ConstraintOptions {
+    /// It is switched on and off while the model runs.
+    pub(crate) switched: bool,
+    /// It, or a combination of it with others, can be integrated, and that is meant.
+    pub(crate) integrable: bool,
+    /// `#[redundant]`: that it repeats others is meant.
+    pub(crate) redundant: bool,
+}
+
+/// What the attributes of a function say.
+pub(super) struct Taken {
+    pub(super) role: Role,
+    pub(super) place: Place,
+    pub(super) options: ConstraintOptions,
+}
+
+/// The attribute beside a constraint's role.
+const REDUNDANT: &str = "redundant";
+
+/// Options in the parentheses of a constraint's role, with the roles that have them.
+const OPTIONS: &[(&str, &[Role])] =
+    &[("switched", &[Role::Holonomic, Role::Nonholonomic]), ("integrable", &[Role::Nonholonomic])];
+
+/// Takes the role's attributes off a function.
+pub(super) fn take(function: &mut ImplItemFn, d: &mut Diagnostics) -> Taken {
+    let mut found: Option<(Role, Place)> = None;
+    let mut redundant: Option<Place> = None;
+    let mut options = ConstraintOptions::default();
+    for attribute in std::mem::take(&mut function.attrs) {
+        let name = attribute.path().get_ident().map(ToString::to_string).unwrap_or_default();
+        let place = attribute_place(&attribute);
+        if name == REDUNDANT {
+            check_bare(&attribute, &name, d);
+            if redundant.replace(place).is_some() {
+                d.error(place, &messages::role_twice(&name, &function.sig.ident));
+            }
+            continue;
+        }
+        let Some((_, role)) = ROLES.iter().find(|(known, _)| *known == name) else {
+            check_misspelt(&attribute, &name, d);
+            function.attrs.push(attribute);
+            continue;
+        };
+        if role.is_constraint() {
+            read_options(&attribute, *role, &mut options, d);
+        } else {
+            check_bare(&attribute, &name, d);
+        }
+        match found {
+            Some((first, _)) if first == *role => {
+                d.error(place, &messages::role_twice(&name, &function.sig.ident));
+            }
+            Some((first, _)) => {
+                d.error(place, &messages::two_roles(&function.sig.ident, first.name(), &name));
+            }
+            None => found = Some((*role, place)),
+        }
+    }
+    let (role, place) = found.unwrap_or((Role::Helper, Place::from(function.sig.ident.span())));
+    if let Some(at) = redundant {
+        options.redundant = true;
+        if !role.is_constraint() {
+            d.error(at, &messages::redundant_without_constraint(&function.sig.ident));
+        }
+    }
+    Taken { role, place, options }
+}
+
+/// Roles other than constraints have nothing to be said about them.
+fn check_bare(attribute: &Attribute, name: &str, d: &mut Diagnostics) {
+    if !matches!(attribute.meta, Meta::Path(_)) {
+        d.error(attribute_place(attribute), &messages::role_with_arguments(name));
+    }
+}
+
+/// `#[holonomic(switched)]`.
+fn read_options(attribute: &Attribute, role: Role, options: &mut ConstraintOptions, d: &mut Diagnostics) {
+    let list = match &attribute.meta {
+        Meta::Path(_) => return,
+        Meta::List(list) => Punctuated::<Ident, Token![,]>::parse_terminated.parse2(list.tokens.clone()).ok(),
+        Meta::NameValue(_) => None,
+    };
+    let known = || OPTIONS.iter().filter(|(_, roles)| roles.contains(&role)).map(|(name, _)| *name);
+    let Some(list) = list.filter(|list| !list.is_empty()) else {
+        let example = known().next().unwrap_or_default();
+        return d.error(attribute_place(attribute), &messages::constraint_options(role.name(), example));
+    };
+    for option in list {
+        let text = option.to_string();
+        let flag = match text.as_str() {
+            REDUNDANT => {
+                d.error(option.span(), &messages::redundant_as_option(role.name()));
+                continue;
+            }
+            "switched" => &mut options.switched,
+            "integrable" if role == Role::Holonomic => {
+                d.error(option.span(), &messages::integrable_holonomic());
+                continue;
+            }
+            "integrable" => &mut options.integrable,
+            _ => {
+                let hint = suggest::did_you_mean(&text, known());
+                d.error(option.span(), &messages::unknown_constraint_option(role.name(), &text, hint));
+                continue;
+            }
+        };
+        if std::mem::replace(flag, true) {
+            d.error(option.span(), &messages::constraint_option_twice(&text));
+        }
+    }
+}
+
+/// Rust's own attributes near a role's name would be misread as misspelt; everything unknown and far from a role is rustc's to judge.
+fn check_misspelt(attribute: &Attribute, name: &str, d: &mut Diagnostics) {
+    const RUST: &[&str] =
+        &["doc", "inline", "cold", "cfg", "cfg_attr", "allow", "expect", "warn", "deny", "must_use", "test"];
+    if RUST.contains(&name) || name.is_empty() {
+        return;
+    }
+    let known = ROLES.iter().map(|(name, _)| *name).chain([REDUNDANT]);
+    if let Some(role) = suggest::nearest(name, known) {
+        d.error(attribute_place(attribute), &messages::misspelt_role(name, role));
+    }
+}
+
+/// The attribute without `#[..]`, so that the name is underlined.
+fn attribute_place(attribute: &Attribute) -> Place {
+    Place::of(&attribute.meta)
+}
