@@ -394,10 +394,10 @@ macro_rules! unconstrained {
                 Self::Rows::default()
             }
             fn jacobian(&self, _: &Self::State) -> Self::Jacobian {
-                Self::Jacobian::default()
+                $crate::generated::matrix([[]; $n])
             }
             fn velocity_jacobian(&self, _: &Self::State) -> Self::VelocityJacobian {
-                Self::VelocityJacobian::default()
+                $crate::generated::matrix([[]; $n])
             }
             fn velocity_offset(&self, _: &Self::State) -> Self::VelocityOffset {
                 Self::VelocityOffset::default()
@@ -405,7 +405,16 @@ macro_rules! unconstrained {
             fn gamma(&self, _: &Self::State) -> Self::Rows {
                 Self::Rows::default()
             }
-            fn terms(&self, _: &Self::State, _: &mut $crate::model::Terms<'_>) {}
+            fn terms(&self, state: &Self::State, terms: &mut $crate::model::Terms<'_>) {
+                let mass = $crate::model::Dynamics::mass_matrix(self, state);
+                let force = $crate::model::Dynamics::generalized_force(self, state);
+                for i in 0..$n {
+                    terms.force[i] = force[i];
+                    for j in 0..$n {
+                        terms.mass[$n * i + j] = mass[(i, j)];
+                    }
+                }
+            }
             fn solve_unrolled(
                 &self,
                 constants: &Self::Constants,

@@ -159,6 +159,11 @@ impl<'a> Elaborator<'a> {
             let name = segments.last().map(ToString::to_string).unwrap_or_default();
             return self.fail(place, &messages::closure_method(name));
         }
+        if let [name] = segments.as_slice()
+            && (*name == "reaction" || *name == "slip")
+        {
+            return self.fail(name.span(), &messages::reaction_argument(name));
+        }
         let arguments = self.arguments(&e.args);
         match segments.as_slice() {
             [.., ty, name] if *ty == "Self" || **ty == self.declaration.name => self.call_function(name, arguments),
@@ -177,7 +182,6 @@ impl<'a> Elaborator<'a> {
                 let poisoned = self.frame().find(text).is_some_and(Value::is_poison);
                 return if poisoned { Value::Poison } else { self.fail(name.span(), &messages::call_of_value()) };
             }
-            "reaction" => return self.fail(name.span(), &messages::reaction_argument("reaction")),
             text => {
                 let methods = self.implementation.functions.iter().any(|f| f.name == text);
                 let message = if methods {

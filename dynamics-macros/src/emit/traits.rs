@@ -2,8 +2,8 @@
 
 mod constraints;
 mod evaluations;
-mod matrices;
 mod identity;
+mod matrices;
 mod solves;
 
 use dynamics_symbolic::compile::{Compiled, ConstraintPrograms};

@@ -126,9 +126,9 @@ impl Body<'_> {
         let (model, t, q, u, w, k, x) =
             (local("model"), local("t"), local("q"), local("u"), local("w"), local("k"), local("x"));
         let (a, lambda, modes) = (local("a"), local("lambda"), local("modes"));
-        let solved = self.constraints.map(|(rows, switched)| {
-            quote!(#a: &[#f64; #n], #lambda: &[#f64; #rows], #modes: &[#f64; #switched],)
-        });
+        let solved = self
+            .constraints
+            .map(|(rows, switched)| quote!(#a: &[#f64; #n], #lambda: &[#f64; #rows], #modes: &[#f64; #switched],));
         quote! {
             (
                 #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m], #solved #k: &[#f64; #constants],

@@ -19,9 +19,7 @@ impl Emission<'_> {
     /// `impl Constraints`; a model without any says so.
     pub(super) fn constraints(&self) -> TokenStream {
         let (model, private, n) = (&self.surface.target, &self.private, self.degrees());
-        let Some((equations, programs)) = self.constrained() else {
-            return quote!(#private::unconstrained!(#model, #n););
-        };
+        let Some((equations, programs)) = self.constrained() else { return self.unconstrained() };
         let (types, listed) = (self.constraint_types(equations), self.listed(equations));
         let (h, r) = (equations.holonomic, equations.rows.len());
         let to_vector = |r: &[TokenStream]| self.vector(r);
@@ -57,6 +55,56 @@ impl Emission<'_> {
                 #types #listed
                 #(#methods)*
                 #constraint_of
+            }
+        }
+    }
+
+    /// No rows.
+    fn unconstrained(&self) -> TokenStream {
+        let (model, private, n, f64) = (&self.surface.target, &self.private, self.degrees(), self.float());
+        let (option, state) = (quote!(#private::Option), quote!(&<Self as Model>::State));
+        let solved = quote!(#option<#private::Solved<<Self as Model>::Vector, Self::Rows>>);
+        // Not by the macro `unconstrained!`: its impl could not be put where the user's block is.
+        quote! {
+            impl #private::Constraints for #model {
+                type Rows = #private::SVector<#f64, 0>;
+                type Residual = #private::SVector<#f64, 0>;
+                type Jacobian = #private::SMatrix<#f64, 0, #n>;
+                type VelocityJacobian = #private::SMatrix<#f64, 0, #n>;
+                type VelocityOffset = #private::SVector<#f64, 0>;
+                type Workspace = [#f64; 0];
+                const CONSTRAINTS: &'static [#private::Constraint] = &[];
+                const ROWS: &'static [#private::Quantity] = &[];
+                const ROUTE: #private::Route = #private::Route::Unconstrained;
+                fn residual(&self, _: #state) -> Self::Residual { #private::vector([]) }
+                fn velocity_residual(&self, _: #state) -> Self::Rows { #private::vector([]) }
+                fn jacobian(&self, _: #state) -> Self::Jacobian { #private::matrix([[]; #n]) }
+                fn velocity_jacobian(&self, _: #state) -> Self::VelocityJacobian { #private::matrix([[]; #n]) }
+                fn velocity_offset(&self, _: #state) -> Self::VelocityOffset { #private::vector([]) }
+                fn gamma(&self, _: #state) -> Self::Rows { #private::vector([]) }
+                fn terms(&self, state: #state, terms: &mut #private::Terms<'_>) {
+                    // M is symmetric: by rows it is as by columns.
+                    terms.mass.copy_from_slice(#private::Dynamics::mass_matrix(self, state).as_slice());
+                    terms.force.copy_from_slice(#private::Dynamics::generalized_force(self, state).as_slice());
+                }
+                #[inline]
+                fn solve_unrolled(&self, k: &Self::Constants, state: #state) -> #solved {
+                    match #private::Dynamics::accelerations_with(self, k, state) {
+                        Ok(accelerations) => {
+                            #option::Some(#private::Solved { accelerations, multipliers: #private::vector([]) })
+                        }
+                        Err(_) => #option::None,
+                    }
+                }
+                #[inline]
+                fn correct_unrolled(&self, _: #state, _: &Self::Rows) -> #solved {
+                    #option::Some(#private::Solved {
+                        accelerations: #private::vector([0.0; #n]),
+                        multipliers: #private::vector([]),
+                    })
+                }
+                fn constraint_derivatives(&self, _: #state, _: &Self::Rows, _: &mut [#f64]) {}
+                fn constraint_of(_: #private::TypeId) -> #option<#private::usize> { #option::None }
             }
         }
     }
@@ -187,10 +235,11 @@ impl Emission<'_> {
         let (mass, rest) = results.split_at(n * n);
         let (force, rest) = rest.split_at(n);
         let (jacobian, gamma) = rest.split_at(r * n);
-        let writes = [("mass", mass), ("force", force), ("jacobian", jacobian), ("gamma", gamma)].map(|(name, values)| {
-            let name = local(name);
-            self.write(&quote!(#terms.#name), values)
-        });
+        let writes =
+            [("mass", mass), ("force", force), ("jacobian", jacobian), ("gamma", gamma)].map(|(name, values)| {
+                let name = local(name);
+                self.write(&quote!(#terms.#name), values)
+            });
         let method = quote! {
             #[inline]
             fn terms(#at_state, #terms: &mut #private::Terms<'_>) {
@@ -353,9 +402,12 @@ impl Emission<'_> {
     fn constraint_of(&self) -> TokenStream {
         let (private, none, some, function) = (&self.private, self.none(), self.some(), local("function"));
         let model = &self.surface.target;
-        let tests = self.surface.constraints.iter().enumerate().map(|(i, name)| {
-            quote!(if #function == #private::type_of(&<#model>::#name) { return #some(#i); })
-        });
+        let tests = self
+            .surface
+            .constraints
+            .iter()
+            .enumerate()
+            .map(|(i, name)| quote!(if #function == #private::type_of(&<#model>::#name) { return #some(#i); }));
         quote! {
             fn constraint_of(#function: #private::TypeId) -> #private::Option<#private::usize> {
                 #(#tests)*
