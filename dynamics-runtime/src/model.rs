@@ -367,7 +367,7 @@ pub trait Constraints: Dynamics {
     ) -> Option<Solved<Self::Vector, Self::Rows>>;
     /// δ and μ with M δ = Φ_qᵀμ, Φ_q δ = `right`, by the generated code; `None` as for [`Constraints::solve_unrolled`].
     fn correct_unrolled(&self, state: &Self::State, right: &Self::Rows) -> Option<Solved<Self::Vector, Self::Rows>>;
-    /// ∂(Φ_qᵀλ)/∂q (N×N), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), by rows one after the other.
+    /// ∂(Φ_qᵀλ)/∂q (N×N), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), by rows one after the other; NaN for a model that is too large for them.
     fn constraint_derivatives(&self, state: &Self::State, multipliers: &Self::Rows, values: &mut [f64]);
     /// The constraint whose function has this type: index into [`Constraints::CONSTRAINTS`].
     fn constraint_of(function: TypeId) -> Option<usize>;

@@ -381,11 +381,17 @@ impl Emission<'_> {
         (count, quote!(#released #(#checks)*))
     }
 
-    /// `fn constraint_derivatives`.
+    /// `fn constraint_derivatives`; not a number where they are too large to be emitted.
     fn constraint_derivatives(&self, programs: &ConstraintPrograms) -> Method {
-        let Printed { functions, statements, results } = self.print(&programs.derivatives);
         let (at_state, prologue, f64, lambda) = (self.at_state(), self.prologue(), self.float(), local("lambda"));
         let (multipliers, values) = (local("multipliers"), local("values"));
+        let Ok(program) = &programs.derivatives else {
+            let method = quote! {
+                fn constraint_derivatives(#at_state, _: &Self::Rows, #values: &mut [#f64]) { #values.fill(#f64::NAN); }
+            };
+            return (TokenStream::new(), method);
+        };
+        let Printed { functions, statements, results } = self.print(program);
         let write = self.write(&quote!(#values), &results);
         let method = quote! {
             #[inline]
