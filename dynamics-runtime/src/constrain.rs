@@ -21,11 +21,20 @@ use system::{Miss, Names, Read, System};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Modes, Route, Solved, Terms, Vector, Workspace};
 
+pub mod assemble;
+pub(crate) mod involved;
+pub(crate) mod svd;
+
+pub use assemble::{assemble, check_start};
+pub use involved::Involved;
+
 /// Length of the memory that the general solvers need for n coordinates and r constraint rows.
 #[must_use]
 pub const fn workspace_len(n: usize, r: usize) -> usize {
     let read = n * n + n + n * r + r;
-    read + system::memory(n, r) + 2 * n * r + 2 * r * r + 8 * (n + r)
+    let solving = read + system::memory(n, r) + 2 * n * r + 2 * r * r + 8 * (n + r);
+    let assembling = assemble::memory(n, r);
+    if solving > assembling { solving } else { assembling }
 }
 
 /// Φ_q a = γ is contradictory where no a comes closer than this, against the size of γ: well above what the drift of an unstabilised motion

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::constrain::Involved;
 use crate::model::{Constraint, Dynamics, ModelState, Quantity, Vector};
 
 /// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its diagonal.
@@ -144,7 +145,7 @@ impl fmt::Display for SolveError {
 
 impl core::error::Error for SolveError {}
 
-/// A value given to a state builder is not finite.
+/// Why values do not make a state of a model: one is not finite, the constraints do not hold, or they cannot be made to hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StateError {
@@ -163,6 +164,63 @@ pub enum StateError {
         name: &'static str,
         /// The constraints of the model.
         constraints: &'static [Constraint],
+    },
+    /// A holonomic constraint does not hold at the coordinates.
+    ConstraintViolated {
+        /// The row, `closure.x`.
+        row: &'static str,
+        /// Φ there.
+        residual: f64,
+        /// |Φ| / ‖Φ_q‖: how far the coordinates are from fulfilling it.
+        distance: f64,
+    },
+    /// The velocities do not fit a constraint: Φ̇ or A q̇ + b is not 0.
+    VelocityViolated {
+        /// The row.
+        row: &'static str,
+        /// Φ̇, or A q̇ + b.
+        residual: f64,
+        /// |Φ̇| / ‖Φ_q‖: how far the velocities are from fulfilling it.
+        distance: f64,
+    },
+    /// A constraint holds, but its gradient Φ_q vanishes there (Φ is a square, for example): it holds nothing.
+    VanishingGradient {
+        /// The row.
+        row: &'static str,
+    },
+    /// A constraint or its gradient is infinite or not a number at the state, or, where coordinates are to be found, at the guess.
+    ConstraintNotFinite {
+        /// The row.
+        row: &'static str,
+    },
+    /// No values of the coordinates that were not given fulfil the constraints, at least none that the guess leads to.
+    NotAssembled {
+        /// The row that is missed most at the closest approach.
+        row: &'static str,
+        /// Φ there.
+        residual: f64,
+        /// |Φ| / ‖Φ_q‖ there.
+        distance: f64,
+        /// The given coordinates that keep it from closing; empty where the given values have no part in it.
+        given: Involved,
+    },
+    /// Where the guess leads, branches of solutions meet, and nothing decides between them.
+    SingularGuess {
+        /// The row that is missed most there.
+        row: &'static str,
+        /// Φ there.
+        residual: f64,
+        /// The coordinates in which the branches differ.
+        coordinates: Involved,
+    },
+    /// No values of the velocities that were not given fulfil the constraints.
+    VelocityNotAssembled {
+        /// The row that is missed most.
+        row: &'static str,
+        /// Φ̇, or A q̇ + b, that remains.
+        residual: f64,
+        /// The given velocities that keep it from being fulfilled; empty where the position is one that the constraints drive no further.
+        given: Involved,
     },
 }
 
@@ -203,6 +261,51 @@ impl fmt::Display for StateError {
                 f.write_str("there are")?;
                 switched.enumerate().try_for_each(|(i, c)| write!(f, "{} `{}`", if i == 0 { "" } else { "," }, c.name))
             }
+            Self::ConstraintViolated { row, residual, distance } => write!(
+                f,
+                "constraint `{row}` does not hold: its residual is {residual:e}, the coordinates are {distance:e} away from it; give \
+                 coordinates that fulfil it, or only some of them and `.assemble()`"
+            ),
+            Self::VelocityViolated { row, residual, distance } => write!(
+                f,
+                "the velocities violate constraint `{row}`: its residual is {residual:e}, they are {distance:e} away from it; give \
+                 velocities that fulfil it, or only some of them and `.assemble()`"
+            ),
+            Self::VanishingGradient { row } => write!(
+                f,
+                "constraint `{row}` holds nothing here: its gradient vanishes where it is fulfilled; write it without the square, or \
+                 start elsewhere"
+            ),
+            Self::ConstraintNotFinite { row } => {
+                write!(f, "constraint `{row}` is not finite here; give other coordinates or guesses")
+            }
+            Self::NotAssembled { row, residual, distance, given } => {
+                write!(
+                    f,
+                    "the constraints cannot be fulfilled: at the closest approach `{row}` is missed by {residual:e}"
+                )?;
+                if distance.is_finite() {
+                    write!(f, " (a distance of {distance:e})")?;
+                }
+                if given.is_empty() {
+                    write!(f, "; check the parameters, or give another guess")
+                } else {
+                    write!(f, "; change what is given for {given}, or give another guess")
+                }
+            }
+            Self::SingularGuess { row, residual, coordinates } => write!(
+                f,
+                "the guess leads to a point where branches meet (`{row}` is missed by {residual:e} there) and does not decide between \
+                 them; give another guess for {coordinates}"
+            ),
+            Self::VelocityNotAssembled { row, residual, given } if given.is_empty() => write!(
+                f,
+                "no velocities fulfil the constraints here: `{row}` is missed by {residual:e}; the position is singular, start from another"
+            ),
+            Self::VelocityNotAssembled { row, residual, given } => write!(
+                f,
+                "no velocities fulfil the constraints: `{row}` is missed by {residual:e}; change what is given for the rates of {given}"
+            ),
         }
     }
 }

@@ -3,6 +3,8 @@
 
 pub mod constrained;
 
+pub mod by_jets;
+
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{Dynamics, Events, Model, ModelState, Modes, Outputs, Powers, Quantity};
 use nalgebra::{SMatrix, SVector};

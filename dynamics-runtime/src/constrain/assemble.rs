@@ -1,0 +1,172 @@
+//! Consistent starts: states checked against the constraints, and states completed so that they fulfil them.
+//!
+//! **Positions** that were not given solve Φ(q, t) = 0 by a damped Gauss–Newton method from their guesses. Of all solutions of the linearised
+//! constraints each step takes the shortest in the norm ‖δ‖² = Σ Mᵢᵢ δᵢ², so that nothing moves that need not, and its length is controlled by
+//! the invariant test of Deuflhard's NLEQ-ERR (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, §3.3.3 and §4.4), so that the
+//! iterates stay near the path that leads from the guess to its own branch. Where that path ends (a singular configuration lies across it), the
+//! Levenberg–Marquardt method looks for the closest approach; what is then still open is an error that says by how much.
+//!
+//! **Velocities** that were not given are those of least kinetic energy among all that fulfil Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0 together with those given.
+//! Accelerations and multipliers follow from the equations of motion.
+//!
+//! Released constraints take no part. Nothing here allocates where the crate does not (`alloc` takes the matrices off the stack).
+
+mod positions;
+mod room;
+mod velocities;
+
+use crate::error::StateError;
+use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Vector};
+use room::Room;
+pub(super) use room::memory;
+
+/// Largest violation with which a state counts as consistent, |Φ| / ‖Φ_q‖ against 1 + |q|∞: what is left when coordinates are given with
+/// seven digits. Projection removes it before a simulation begins.
+pub const CONSISTENT: f64 = 1e-6;
+
+/// The same for what [`assemble`] returns: rounding, with a margin for residuals of long expressions.
+const ASSEMBLED: f64 = 1e-10;
+
+/// Checks that a state is finite and fulfils the constraints that hold: positions, then velocities, each to [`CONSISTENT`].
+///
+/// # Errors
+/// With the row that is violated most, its residual and the distance from fulfilling it.
+pub fn check_start<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
+    StateError::check::<M>(state)?;
+    check_positions(model, state, CONSISTENT)?;
+    check_gradients(model, state)?;
+    check_velocities(model, state, CONSISTENT)
+}
+
+/// Completes a state: solves the positions, then the velocities that were not given, so that the constraints hold to rounding.
+///
+/// `state` holds what was given, guesses for other coordinates, and 0 elsewhere; `given_q` and `given_u` have N elements each and say what must
+/// not be changed. Velocities that were not given start from nothing, whatever the state says.
+///
+/// # Errors
+/// Where a value is not finite, where no positions or no velocities fulfil the constraints together with what was given, and where a guess
+/// does not decide between branches.
+///
+/// # Panics
+/// Where a slice has fewer than N elements.
+pub fn assemble<M: Constraints>(
+    model: &M,
+    mut state: M::State,
+    given_q: &[bool],
+    given_u: &[bool],
+) -> Result<M::State, StateError> {
+    let n = M::COORDINATES.len();
+    assert!(given_q.len() >= n && given_u.len() >= n, "one flag per coordinate");
+    for (u, _) in state.u_mut().as_mut_slice().iter_mut().zip(given_u).filter(|(_, given)| !**given) {
+        *u = 0.0;
+    }
+    StateError::check::<M>(&state)?;
+    if M::ROWS.is_empty() {
+        return Ok(state);
+    }
+    crate::constrain::with_workspace::<M, _>(|memory| {
+        let mut room = Room::new(memory, n, M::ROWS.len());
+        positions::solve(model, &mut state, &given_q[..n], &mut room)?;
+        check_gradients(model, &state)?;
+        velocities::solve(model, &mut state, &given_u[..n], &mut room)
+    })?;
+    Ok(state)
+}
+
+/// The constraints that hold; the holonomic ones alone where `holonomic`.
+pub(crate) fn active<M: Constraints>(
+    modes: Modes,
+    holonomic: bool,
+) -> impl Iterator<Item = &'static Constraint> + Clone {
+    M::CONSTRAINTS.iter().filter(move |c| {
+        let right_kind = !holonomic || c.kind == ConstraintKind::Holonomic;
+        right_kind && c.switched.is_none_or(|index| modes.holds(index))
+    })
+}
+
+/// The rows of [`active`].
+pub(crate) fn active_rows<M: Constraints>(modes: Modes, holonomic: bool) -> impl Iterator<Item = usize> + Clone {
+    active::<M>(modes, holonomic).flat_map(|c| c.first..c.first + c.rows)
+}
+
+/// The row with the largest distance |value| / ‖Φ_q row‖, if that is above the tolerance against `size`.
+struct Violation {
+    row: usize,
+    residual: f64,
+    distance: f64,
+}
+
+fn worst<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    holonomic: bool,
+    values: &[f64],
+    tolerance: f64,
+) -> Result<Option<Violation>, StateError> {
+    let jacobian = model.jacobian(state);
+    let n = M::COORDINATES.len();
+    let mut worst: Option<Violation> = None;
+    for row in active_rows::<M>(state.modes(), holonomic) {
+        let norm = crate::math::sqrt((0..n).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum());
+        let residual = values[row];
+        if !residual.is_finite() || !norm.is_finite() {
+            return Err(StateError::ConstraintNotFinite { row: M::ROWS[row].name });
+        }
+        let distance = if residual == 0.0 { 0.0 } else { residual.abs() / norm };
+        if distance > worst.as_ref().map_or(tolerance, |worst| worst.distance) {
+            worst = Some(Violation { row, residual, distance });
+        }
+    }
+    Ok(worst)
+}
+
+/// 1 + |v|∞.
+fn size(values: &[f64]) -> f64 {
+    values.iter().fold(1.0, |most, value| f64::max(most, 1.0 + value.abs()))
+}
+
+fn check_positions<M: Constraints>(model: &M, state: &M::State, tolerance: f64) -> Result<(), StateError> {
+    let values = model.residual(state);
+    match worst(model, state, true, values.as_slice(), tolerance * size(state.q().as_slice()))? {
+        Some(Violation { row, residual, distance }) => {
+            Err(StateError::ConstraintViolated { row: M::ROWS[row].name, residual, distance })
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_velocities<M: Constraints>(model: &M, state: &M::State, tolerance: f64) -> Result<(), StateError> {
+    let values = model.velocity_residual(state);
+    match worst(model, state, false, values.as_slice(), tolerance * size(state.u().as_slice()))? {
+        Some(Violation { row, residual, distance }) => {
+            Err(StateError::VelocityViolated { row: M::ROWS[row].name, residual, distance })
+        }
+        None => Ok(()),
+    }
+}
+
+/// A holonomic row whose gradient is this small against its gradient nearby holds nothing: Φ = (x² + y² − l²)², for example. Found where
+/// coordinates are within [`CONSISTENT`] of the place where it vanishes.
+const VANISHING: f64 = 1e-3;
+/// How far away "nearby" is, against 1 + |q|: a gradient that vanishes linearly has 10⁻³ of its value there at 10⁻⁶ from its zero.
+const NEARBY: f64 = 1e-3;
+
+/// Checks that no holonomic row that holds has a vanishing gradient, which would let it hold nothing without a word.
+fn check_gradients<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
+    let n = M::COORDINATES.len();
+    let mut beside = *state;
+    // Every coordinate by a different amount, so that no symmetry of the model hides the change.
+    for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+        *q += NEARBY * (1.0 + q.abs()) * (1.0 + 0.37 * i as f64 / n as f64);
+    }
+    let (here, there) = (model.jacobian(state), model.jacobian(&beside));
+    let square =
+        |jacobian: &M::Jacobian, row: usize| -> f64 { (0..n).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum() };
+    for row in active_rows::<M>(state.modes(), true) {
+        let (here, there) = (square(&here, row), square(&there, row));
+        if here <= VANISHING * VANISHING * there || here == 0.0 {
+            return Err(StateError::VanishingGradient { row: M::ROWS[row].name });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,198 @@
+//! Memory of the assembly, and the linearised constraints in it.
+
+use crate::constrain::memory::norm;
+use crate::constrain::svd::Svd;
+use crate::error::StateError;
+use crate::math;
+use crate::model::{Constraints, ModelState, Modes, Terms, Vector};
+
+use super::{active, active_rows};
+
+/// Weights are kept above this part of the largest one, so that a heavy flywheel leaves the rank of the rest to be seen.
+const LEAST_WEIGHT: f64 = 1e-4;
+
+/// Slices of one workspace. Scaled coordinates are y = w q with w = √Mᵢᵢ; rows are divided by
+/// the norm s of their constraint over all columns.
+pub(super) struct Room<'w> {
+    pub(super) mass: &'w mut [f64],
+    force: &'w mut [f64],
+    pub(super) jacobian: &'w mut [f64],
+    gamma: &'w mut [f64],
+    /// w of every coordinate.
+    pub(super) weights: &'w mut [f64],
+    /// s of every active row, in their order; the same for the rows of one constraint.
+    pub(super) scales: &'w mut [f64],
+    /// Right-hand sides and residuals of the active rows.
+    pub(super) right: &'w mut [f64],
+    /// Steps in the free coordinates.
+    pub(super) steps: [&'w mut [f64]; 3],
+    a: &'w mut [f64],
+    pub(super) v: &'w mut [f64],
+    pub(super) sigma: &'w mut [f64],
+    /// A second decomposition.
+    pub(super) spare: [&'w mut [f64]; 3],
+    /// Number of active rows and of free columns of what is decomposed.
+    pub(super) shape: (usize, usize),
+}
+
+/// Length of the memory of a [`Room`].
+pub(in crate::constrain) const fn memory(n: usize, r: usize) -> usize {
+    4 * n * n + 2 * r * n + 7 * n + 3 * r
+}
+
+impl<'w> Room<'w> {
+    pub(super) fn new(memory: &'w mut [f64], n: usize, r: usize) -> Self {
+        assert!(memory.len() >= self::memory(n, r), "the workspace is shorter than `workspace_len`");
+        let mut rest = memory;
+        let mut take = |len: usize| {
+            let (head, tail) = core::mem::take(&mut rest).split_at_mut(len);
+            rest = tail;
+            head
+        };
+        Self {
+            mass: take(n * n),
+            force: take(n),
+            jacobian: take(r * n),
+            gamma: take(r),
+            weights: take(n),
+            scales: take(r),
+            right: take(r),
+            steps: [take(n), take(n), take(n)],
+            a: take(r * n),
+            v: take(n * n),
+            sigma: take(n),
+            spare: [take(n * n), take(n * n), take(n)],
+            shape: (0, 0),
+        }
+    }
+
+    /// Evaluates M and Φ_q at a state.
+    pub(super) fn evaluate<M: Constraints>(&mut self, model: &M, state: &M::State) {
+        self.mass.fill(0.0);
+        self.jacobian.fill(0.0);
+        let (mass, force, jacobian, gamma) = (&mut *self.mass, &mut *self.force, &mut *self.jacobian, &mut *self.gamma);
+        model.terms(state, &mut Terms { mass, force, jacobian, gamma });
+    }
+
+    /// Sets the weights from the mass matrix: those of coordinates without inertia to the smallest of the others.
+    pub(super) fn weigh(&mut self) {
+        let n = self.weights.len();
+        let inertia = |i: usize| Some(self.mass[i * n + i]).filter(|m| *m > 0.0 && m.is_finite()).map(math::sqrt);
+        let largest = (0..n).filter_map(inertia).fold(0.0, f64::max);
+        let least = (0..n).filter_map(inertia).fold(largest, f64::min).max(LEAST_WEIGHT * largest);
+        for i in 0..n {
+            let fallback = if least > 0.0 { least } else { 1.0 };
+            self.weights[i] = inertia(i).unwrap_or(fallback).max(fallback);
+        }
+    }
+
+    /// Scales the active rows of Φ_q and decomposes them in the columns that are free; [`Room::evaluate`] comes before.
+    pub(super) fn decompose<M: Constraints>(
+        &mut self,
+        modes: Modes,
+        holonomic: bool,
+        given: &[bool],
+    ) -> Result<(), StateError> {
+        self.rescale::<M>(modes, holonomic)?;
+        self.decompose_again::<M>(modes, holonomic, given);
+        Ok(())
+    }
+
+    /// One scale per constraint, the largest norm of its rows: components of a vector count alike, whatever their gradients at the guess. Were
+    /// each row scaled by itself, a closest approach could be a place where a vector is longer than elsewhere.
+    fn rescale<M: Constraints>(&mut self, modes: Modes, holonomic: bool) -> Result<(), StateError> {
+        let n = self.weights.len();
+        let square =
+            |row: usize| -> f64 { (0..n).map(|j| math::powi(self.jacobian[row * n + j] / self.weights[j], 2)).sum() };
+        let mut k = 0;
+        for constraint in active::<M>(modes, holonomic) {
+            let rows = constraint.first..constraint.first + constraint.rows;
+            if let Some(row) = rows.clone().find(|row| !square(*row).is_finite()) {
+                return Err(StateError::ConstraintNotFinite { row: M::ROWS[row].name });
+            }
+            let largest = rows.clone().map(square).fold(0.0, f64::max);
+            let scale = if largest > 0.0 { math::sqrt(largest) } else { 1.0 };
+            self.scales[k..k + rows.len()].fill(scale);
+            k += rows.len();
+        }
+        Ok(())
+    }
+
+    /// Decomposes as [`Room::decompose`] does, with the rows scaled as they are.
+    pub(super) fn decompose_again<M: Constraints>(&mut self, modes: Modes, holonomic: bool, given: &[bool]) {
+        let n = self.weights.len();
+        let rows = || active_rows::<M>(modes, holonomic).enumerate();
+        let m = rows().count();
+        for (column, j) in free(given).enumerate() {
+            for (k, row) in rows() {
+                self.a[column * m + k] = self.jacobian[row * n + j] / (self.weights[j] * self.scales[k]);
+            }
+        }
+        let f = free(given).count();
+        self.shape = (m, f);
+        Svd::new(m, &mut self.a[..m * f], &mut self.v[..f * f], &mut self.sigma[..f]);
+    }
+
+    /// The decomposition made last.
+    pub(super) fn svd(&self) -> Svd<'_> {
+        let (m, f) = self.shape;
+        Svd { a: &self.a[..m * f], v: &self.v[..f * f], sigma: &self.sigma[..f], m }
+    }
+
+    /// steps\[to\] = A⁺ right, or the damped solution.
+    pub(super) fn solve(&mut self, to: usize, cut: f64, mu: f64) {
+        let (m, f) = self.shape;
+        let svd = Svd { a: &self.a[..m * f], v: &self.v[..f * f], sigma: &self.sigma[..f], m };
+        let cut = cut * svd.largest();
+        svd.solve(&self.right[..m], cut, mu, &mut self.steps[to][..f]);
+    }
+
+    /// Writes −values/s of the active rows to the right-hand side and returns its length ‖values/s‖; an error names a row that is not
+    /// finite.
+    pub(super) fn load<M: Constraints>(
+        &mut self,
+        modes: Modes,
+        holonomic: bool,
+        values: &[f64],
+    ) -> Result<f64, StateError> {
+        for (k, row) in active_rows::<M>(modes, holonomic).enumerate() {
+            self.right[k] = -values[row] / self.scales[k];
+            if !self.right[k].is_finite() {
+                return Err(StateError::ConstraintNotFinite { row: M::ROWS[row].name });
+            }
+        }
+        let (m, _) = self.shape;
+        Ok(norm(&self.right[..m]))
+    }
+
+    /// Copies a right singular vector, a direction in the free coordinates, to `spare\[0\]`.
+    pub(super) fn keep_right(&mut self, column: usize) {
+        let (_, f) = self.shape;
+        self.spare[0][..f].copy_from_slice(&self.v[column * f..][..f]);
+    }
+
+    /// ‖steps\[k\]‖.
+    pub(super) fn length(&self, k: usize) -> f64 {
+        norm(&self.steps[k][..self.shape.1])
+    }
+}
+
+/// Indices of the columns that are free.
+pub(super) fn free(given: &[bool]) -> impl Iterator<Item = usize> + Clone {
+    given.iter().enumerate().filter(|(_, given)| !**given).map(|(j, _)| j)
+}
+
+/// Moves the free elements of `values` by a step in scaled coordinates.
+pub(super) fn shift(values: &mut [f64], given: &[bool], weights: &[f64], factor: f64, step: &[f64]) {
+    let free = values.iter_mut().zip(weights).zip(given).filter(|(_, given)| !**given);
+    for (((value, weight), _), step) in free.zip(step) {
+        *value += factor * step / weight;
+    }
+}
+
+/// A copy of the state with its coordinates moved.
+pub(super) fn moved<S: ModelState>(state: &S, given: &[bool], weights: &[f64], factor: f64, step: &[f64]) -> S {
+    let mut out = *state;
+    shift(out.q_mut().as_mut_slice(), given, weights, factor, step);
+    out
+}
