@@ -9,25 +9,40 @@ use super::{Slot, Surface, docs, local, offsets, plain, quiet};
 pub(super) fn builder(surface: &Surface) -> TokenStream {
     let (name, vis, private) = (surface.builder_type(), &surface.vis, surface.private());
     let (model, state) = (&surface.name, surface.state_type());
-    let derive = docs::derive(&private, &["Clone", "Copy", "Debug"]);
+    let derive = docs::derive(&private, &["Clone", "Copy"]);
     let doc = format!("Assembles a [`{state}`] by name. What is not set is 0; an input that is not set is NaN.");
     let coordinates = offsets(&surface.coordinates).map(|(at, slot)| {
-        let q = setter(surface, slot, "", "q", at, &docs::coordinate(slot));
-        let u = setter(surface, slot, "_rate", "u", at, &docs::rate(slot));
-        quote!(#q #u)
+        let q = setter(surface, slot, (at, ""), "q", Some(("given_q", true)), &docs::coordinate(slot));
+        let guess = setter(surface, slot, (at, "_guess"), "q", Some(("given_q", false)), &docs::guess(slot));
+        let u = setter(surface, slot, (at, "_rate"), "u", Some(("given_u", true)), &docs::rate(slot));
+        quote!(#q #guess #u)
     });
-    let inputs = offsets(&surface.inputs).map(|(at, slot)| setter(surface, slot, "", "inputs", at, &docs::input(slot)));
+    let inputs =
+        offsets(&surface.inputs).map(|(at, slot)| setter(surface, slot, (at, ""), "inputs", None, &docs::input(slot)));
     let (constructor, build, quiet) = (constructor(surface), build(surface), quiet());
+    let (n, bool, text, f) = (surface.degrees(), quote!(#private::bool), plain(&name), local("f"));
     quote! {
         #[doc = #doc]
         #derive
         #[allow(dead_code, clippy::exhaustive_structs)]
         #[must_use]
-        #vis struct #name {
+        #vis struct #name<'m> {
+            model: &'m #model,
             state: #state,
+            /// What must not be changed where the rest is assembled.
+            given_q: [#bool; #n],
+            given_u: [#bool; #n],
+            /// The first name that is no switched constraint.
+            error: #private::Option<#private::StateError>,
+        }
+        // Models need not be `Debug`.
+        impl #private::Debug for #name<'_> {
+            fn fmt(&self, #f: &mut #private::fmt::Formatter<'_>) -> #private::fmt::Result {
+                #f.debug_struct(#text).field("state", &self.state).finish_non_exhaustive()
+            }
         }
         #quiet
-        impl #name {
+        impl #name<'_> {
             #(#coordinates)*
             #(#inputs)*
             #build
@@ -39,27 +54,37 @@ pub(super) fn builder(surface: &Surface) -> TokenStream {
     }
 }
 
-/// `.theta(value)`, the whole array for arrays.
-fn setter(surface: &Surface, slot: &Slot, suffix: &str, field: &str, at: usize, doc: &str) -> TokenStream {
+/// `.theta(value)`, the whole array for arrays; `given`: the flags that say what must not be changed, and whether it is given by this.
+fn setter(
+    surface: &Surface,
+    slot: &Slot,
+    (at, suffix): (usize, &str),
+    field: &str,
+    given: Option<(&str, bool)>,
+    doc: &str,
+) -> TokenStream {
     let (vis, private) = (&surface.vis, surface.private());
     let name = if suffix.is_empty() { slot.name.clone() } else { format_ident!("{}{suffix}", slot.name) };
     let (field, value) = (format_ident!("{field}"), local("value"));
-    let doc = format!("Sets `{}`. {doc}", plain(&name));
-    let ty = slot.ty(&quote!(#private::f64));
-    let assignments = match slot.len {
-        None => quote!(self.state.#field[#at] = #value;),
-        Some(n) => (0..n)
-            .map(|i| {
-                let to = at + i;
-                quote!(self.state.#field[#to] = #value[#i];)
-            })
-            .collect(),
+    let doc = match suffix {
+        "_guess" => doc.to_owned(),
+        _ => format!("Sets `{}`. {doc}", plain(&name)),
     };
+    let ty = slot.ty(&quote!(#private::f64));
+    let assignments = (0..slot.width()).map(|i| {
+        let to = at + i;
+        let element = slot.len.map_or_else(|| quote!(#value), |_| quote!(#value[#i]));
+        let given = given.map(|(flags, given)| {
+            let flags = format_ident!("{flags}");
+            quote!(self.#flags[#to] = #given;)
+        });
+        quote!(self.state.#field[#to] = #element; #given)
+    });
     quote! {
         #[doc = #doc]
         #[inline]
         #vis fn #name(mut self, #value: #ty) -> Self {
-            #assignments
+            #(#assignments)*
             self
         }
     }
@@ -67,7 +92,14 @@ fn setter(surface: &Surface, slot: &Slot, suffix: &str, field: &str, at: usize, 
 
 fn build(surface: &Surface) -> TokenStream {
     let (vis, private) = (&surface.vis, surface.private());
-    let (model, state, t) = (&surface.name, surface.state_type(), local("t"));
+    let (model, state, t, name) = (&surface.name, surface.state_type(), local("t"), local("name"));
+    let (index, error) = (local("index"), local("error"));
+    let result = quote!(#private::Result<#state, #private::StateError>);
+    let check_names = quote! {
+        if let #private::Option::Some(#error) = self.error {
+            return #private::Err(#error);
+        }
+    };
     quote! {
         /// Sets the time, 0 where not set.
         #[inline]
@@ -75,32 +107,57 @@ fn build(surface: &Surface) -> TokenStream {
             self.state.t = #t;
             self
         }
-        /// The state.
+        /// Releases a switched constraint, to the side of growing values: the state need not fulfil it. That no switched constraint has
+        /// this name is said by [`Self::build`] and [`Self::assemble`].
+        #vis fn release(mut self, #name: &'static #private::str) -> Self {
+            match #private::switched::<#model>(#name) {
+                #private::Ok(#index) => self.state.modes.release(#index, 1.0),
+                #private::Err(#error) => self.error = self.error.or(#private::Option::Some(#error)),
+            }
+            self
+        }
+        /// The state as it was set.
         ///
         /// # Errors
-        /// Where a value is not finite.
-        #vis fn build(self) -> #private::Result<#state, #private::StateError> {
-            #private::StateError::check::<#model>(&self.state)?;
+        /// Where a value is not finite, or where the state does not fulfil a constraint: with its name, its value and how far away it is
+        /// fulfilled.
+        #vis fn build(self) -> #result {
+            #check_names
+            #private::check_start::<#model>(self.model, &self.state)?;
             #private::Ok(self.state)
+        }
+        /// The state completed: what was set stays, positions that were not set are solved from their guesses (0 where there is none),
+        /// then velocities that were not set, so that all constraints are fulfilled.
+        ///
+        /// # Errors
+        /// Where a value is not finite, or where the constraints cannot be fulfilled: with the one that is missed, and by how much.
+        #vis fn assemble(self) -> #result {
+            #check_names
+            #private::assemble::<#model>(self.model, self.state, &self.given_q, &self.given_u)
         }
     }
 }
 
 fn constructor(surface: &Surface) -> TokenStream {
     let (vis, private) = (&surface.vis, surface.private());
-    let (state, builder, m) = (surface.state_type(), surface.builder_type(), surface.input_count());
+    let (state, builder, m, n) =
+        (surface.state_type(), surface.builder_type(), surface.input_count(), surface.degrees());
     let nan = vec![quote!(#private::f64::NAN); m];
     quote! {
         /// Starts a state of this model: at rest at t = 0 with all coordinates 0, and what is then set by name.
         #[inline]
-        #vis fn state(&self) -> #builder {
+        #vis fn state(&self) -> #builder<'_> {
             #builder {
+                model: self,
                 state: <#state as #private::ModelState>::new(
                     0.0,
                     #private::Vector::zeros(),
                     #private::Vector::zeros(),
                     #private::SVector::from_array_storage(#private::ArrayStorage([[#(#nan),*]])),
                 ),
+                given_q: [false; #n],
+                given_u: [false; #n],
+                error: #private::Option::None,
             }
         }
     }

@@ -24,6 +24,15 @@ pub(super) fn coordinate(slot: &Slot) -> String {
     format!("Generalized coordinate `{}`{}{}.", slot.text(), elements(slot), unit(slot))
 }
 
+/// Where the search for a coordinate starts.
+pub(super) fn guess(slot: &Slot) -> String {
+    format!(
+        "Sets where the search for `{0}` starts when the state is assembled: with several solutions the guess decides. {1}",
+        slot.text(),
+        coordinate(slot)
+    )
+}
+
 /// An input.
 pub(super) fn input(slot: &Slot) -> String {
     format!("Input `{}`{}{}.", slot.text(), elements(slot), unit(slot))

@@ -22,7 +22,7 @@ pub(super) fn state(surface: &Surface) -> TokenStream {
     });
     let inputs =
         offsets(&surface.inputs).map(|(at, slot)| accessor(surface, slot, "", "inputs", at, &docs::input(slot)));
-    let implementation = model_state(surface);
+    let (implementation, modes) = (model_state(surface), modes(surface));
     let quiet = quiet();
     quote! {
         #[doc = #doc]
@@ -44,8 +44,44 @@ pub(super) fn state(surface: &Surface) -> TokenStream {
         impl #name {
             #(#accessors)*
             #(#inputs)*
+            #modes
         }
         #implementation
+    }
+}
+
+/// Whether switched constraints hold, by their names.
+fn modes(surface: &Surface) -> TokenStream {
+    let (vis, private, model) = (&surface.vis, surface.private(), &surface.name);
+    let (name, str) = (local("name"), quote!(#private::str));
+    let result = |ty: TokenStream| quote!(#private::Result<#ty, #private::StateError>);
+    let (changed, held) = (result(quote!(())), result(quote!(#private::bool)));
+    let index = quote!(#private::switched::<#model>(#name)?);
+    quote! {
+        /// Whether a switched constraint holds.
+        ///
+        /// # Errors
+        /// Where no switched constraint has this name.
+        #vis fn is_engaged(&self, #name: &'static #str) -> #held {
+            #private::Ok(self.modes.holds(#index))
+        }
+        /// Lets a switched constraint hold. No velocity changes: where the state does not fulfil the constraint, the motion begins with an
+        /// error.
+        ///
+        /// # Errors
+        /// Where no switched constraint has this name.
+        #vis fn engage(&mut self, #name: &'static #str) -> #changed {
+            self.modes.engage(#index);
+            #private::Ok(())
+        }
+        /// Releases a switched constraint, to the side of growing values.
+        ///
+        /// # Errors
+        /// Where no switched constraint has this name.
+        #vis fn release(&mut self, #name: &'static #str) -> #changed {
+            self.modes.release(#index, 1.0);
+            #private::Ok(())
+        }
     }
 }
 

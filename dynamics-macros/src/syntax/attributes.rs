@@ -383,7 +383,8 @@ fn number(value: &Expr) -> Option<f64> {
 }
 
 /// Names that the generated state and coordinate types use themselves.
-const RESERVED: &[&str] = &["t", "q", "u", "inputs", "build", "at_time", "new"];
+const RESERVED: &[&str] =
+    &["t", "q", "u", "inputs", "modes", "new", "build", "assemble", "at_time", "release", "engage", "is_engaged"];
 
 /// Something moves; no name is taken twice; none collides with a generated one. What offends is left out, so that nothing is generated from it.
 pub(super) fn check_names(declaration: &mut Declaration, d: &mut Diagnostics) {
@@ -392,8 +393,10 @@ pub(super) fn check_names(declaration: &mut Declaration, d: &mut Diagnostics) {
     }
     let mut taken: Vec<(String, &'static str)> =
         declaration.fields.iter().map(|f| (f.name.to_string(), "a parameter")).collect();
-    let rates: Vec<(String, Ident)> =
-        declaration.coordinates.iter().map(|c| (format!("{}_rate", c.name), c.name.clone())).collect();
+    let named = |suffix: &str| -> Vec<(String, Ident)> {
+        declaration.coordinates.iter().map(|c| (format!("{}{suffix}", c.name), c.name.clone())).collect()
+    };
+    let (rates, guesses) = (named("_rate"), named("_guess"));
     let mut fits = |quantity: &Quantity, what: &'static str| {
         let name = quantity.name.to_string();
         let message = if RESERVED.contains(&name.as_str()) {
@@ -402,6 +405,8 @@ pub(super) fn check_names(declaration: &mut Declaration, d: &mut Diagnostics) {
             messages::duplicate_name(&name, other)
         } else if let Some((_, coordinate)) = rates.iter().find(|(rate, _)| *rate == name) {
             messages::rate_name(&name, coordinate)
+        } else if let Some((_, coordinate)) = guesses.iter().find(|(guess, _)| *guess == name) {
+            messages::guess_name(&name, coordinate)
         } else {
             taken.push((name, what));
             return true;
