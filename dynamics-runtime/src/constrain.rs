@@ -5,13 +5,16 @@
 //! the rank at the state at hand. Everything works in memory that the caller lends, [`workspace_len`] numbers of it, and allocates nothing.
 
 mod correct;
+mod embed;
 mod impact;
+mod lu;
 mod memory;
 mod orthogonal;
 mod project;
 mod system;
 
 pub use correct::{correct, solve_baumgarte};
+pub use embed::Embedding;
 pub use impact::{Impact, impact};
 pub use project::{Projection, check_gradients, project_positions, project_velocities};
 
@@ -32,9 +35,19 @@ pub use involved::Involved;
 #[must_use]
 pub const fn workspace_len(n: usize, r: usize) -> usize {
     let read = n * n + n + n * r + r;
-    let solving = read + system::memory(n, r) + 2 * n * r + 2 * r * r + 8 * (n + r);
-    let assembling = assemble::memory(n, r);
-    if solving > assembling { solving } else { assembling }
+    let solving = read + r + system::memory(n, r);
+    greatest([solving, embed::memory(n, r), assemble::memory(n, r)])
+}
+
+const fn greatest<const K: usize>(lengths: [usize; K]) -> usize {
+    let (mut most, mut i) = (0, 0);
+    while i < K {
+        if lengths[i] > most {
+            most = lengths[i];
+        }
+        i += 1;
+    }
+    most
 }
 
 /// Φ_q a = γ is contradictory where no a comes closer than this, against the size of γ: well above what the drift of an unstabilised motion

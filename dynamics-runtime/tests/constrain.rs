@@ -5,8 +5,8 @@ mod common;
 use common::at_rest_or_not;
 use common::constrained::{FourBar, Rod, Sleigh, SliderCrank, SquaredRod, TripleRod};
 use dynamics_runtime::constrain::{
-    check_gradients, impact, project_positions, project_velocities, solve_baumgarte, solve_general, solve_once,
-    with_workspace,
+    Embedding, check_gradients, impact, project_positions, project_velocities, solve_baumgarte, solve_general,
+    solve_once, with_workspace,
 };
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{Constraints, Dynamics};
@@ -168,4 +168,87 @@ fn the_sleigh_turns_as_its_closed_form_says() {
     // v̇ = side-slip of the turning frame, (J + m a²) ω̇ = m a v ω for an edge ahead.
     let turn = sleigh.m * sleigh.a * v * omega / (sleigh.j + sleigh.m * sleigh.a * sleigh.a);
     assert!((a[2] - turn).abs() < 1e-14, "{} {turn}", a[2]);
+}
+
+/// A slider-crank at a crank angle and rate, closed by hand.
+fn closed(model: &SliderCrank, theta: f64, rate: f64) -> common::PlainState<3, 0> {
+    let beta = -(model.a * theta.sin() / model.b).asin();
+    let x = model.a * theta.cos() + model.b * beta.cos();
+    let swing = -model.a * theta.cos() * rate / (model.b * beta.cos());
+    let slide = -model.a * theta.sin() * rate - model.b * beta.sin() * swing;
+    at_rest_or_not([theta, beta, x], [rate, swing, slide])
+}
+
+const CRANK: SliderCrank = SliderCrank { a: 0.1, b: 0.3, j: 0.02, rod: 1e-3, slider: 0.5, load: -40.0 };
+
+#[test]
+fn dependent_coordinates_follow_the_independent_ones() {
+    with_workspace::<SliderCrank, _>(|w| {
+        let exact = closed(&CRANK, 0.8, 20.0);
+        let mut embedding = Embedding::new(&CRANK, &exact, w).unwrap();
+        let dependent: Vec<usize> = embedding.dependent_coordinates().collect();
+        assert_eq!(dependent.len(), 2);
+        assert!(dependent.contains(&1), "the light rod follows: {dependent:?}");
+        let mut state = exact;
+        for i in dependent {
+            state.q[i] += 0.01;
+            state.u[i] = 0.0;
+        }
+        embedding.restore(&CRANK, &mut state, w).unwrap();
+        assert!((state.q - exact.q).amax() < 1e-15 && (state.u - exact.u).amax() < 1e-14, "{state:?}");
+        assert_eq!((embedding.projections, embedding.renewals), (0, 0));
+    });
+}
+
+#[test]
+fn partitions_change_where_they_degrade_and_keep_the_branch() {
+    with_workspace::<SliderCrank, _>(|w| {
+        // A heavy slider leads until the crank comes to a dead centre, where it can lead no more.
+        let heavy = SliderCrank { slider: 20.0, ..CRANK };
+        let mut state = closed(&heavy, 0.8, 20.0);
+        let mut embedding = Embedding::new(&heavy, &state, w).unwrap();
+        assert!(!embedding.dependent_coordinates().any(|i| i == 2));
+        for k in 0..=2000 {
+            let exact = closed(&heavy, 0.8 + 0.005 * f64::from(k), 20.0);
+            let dependent: Vec<usize> = embedding.dependent_coordinates().collect();
+            for i in 0..3 {
+                if !dependent.contains(&i) {
+                    (state.q[i], state.u[i]) = (exact.q[i], exact.u[i]);
+                }
+            }
+            embedding.restore(&heavy, &mut state, w).unwrap();
+            assert!(
+                (state.q - exact.q).amax() < 1e-12 && (state.u - exact.u).amax() < 1e-9,
+                "{k}: {state:?} {exact:?}"
+            );
+            embedding.renew(&heavy, &state, w).unwrap();
+        }
+        assert!(embedding.renewals >= 2 && embedding.worst > 1e-3, "{embedding:?}");
+    });
+}
+
+#[test]
+fn without_renewal_a_dead_point_is_projected_over_and_counted() {
+    with_workspace::<SliderCrank, _>(|w| {
+        let heavy = SliderCrank { slider: 20.0, ..CRANK };
+        let mut embedding = Embedding::new(&heavy, &closed(&heavy, 0.8, 20.0), w).unwrap();
+        let mut state = closed(&heavy, 1e-12, 20.0);
+        state.q[2] += 1e-9;
+        embedding.restore(&heavy, &mut state, w).unwrap();
+        assert_eq!(embedding.projections, 2);
+        assert!(heavy.residual(&state).amax() < 1e-15 && heavy.velocity_residual(&state).amax() < 1e-14);
+    });
+}
+
+#[test]
+fn nonholonomic_rows_bind_velocities_alone() {
+    let sleigh = Sleigh { m: 2.0, j: 0.7, a: 0.3 };
+    with_workspace::<Sleigh, _>(|w| {
+        let mut state = at_rest_or_not([1.0, 2.0, 0.4], [1.0, 0.3, 0.8]);
+        let mut embedding = Embedding::new(&sleigh, &state, w).unwrap();
+        assert_eq!((embedding.dependent_coordinates().count(), embedding.dependent_velocities().count()), (0, 1));
+        let q = state.q;
+        embedding.restore(&sleigh, &mut state, w).unwrap();
+        assert!(state.q == q && sleigh.velocity_residual(&state).amax() < 1e-15);
+    });
 }

@@ -12,6 +12,12 @@ impl<'w> Memory<'w> {
         Self(workspace)
     }
 
+    /// Memory of any length.
+    #[cfg(test)]
+    pub(crate) fn unchecked(memory: &'w mut [f64]) -> Self {
+        Self(memory)
+    }
+
     /// The next `len` numbers, as they are.
     pub(crate) fn take(&mut self, len: usize) -> &'w mut [f64] {
         let (piece, rest) = core::mem::take(&mut self.0).split_at_mut(len);

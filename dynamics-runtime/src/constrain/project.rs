@@ -156,7 +156,7 @@ fn held_and_finite<M: Constraints>(state: &M::State, mut right: M::Rows) -> Resu
 }
 
 /// The distance of a state from each row's constraint, |Φ|/‖Φ_q‖, is admissible.
-fn admit<M: Constraints>(model: &M, state: &M::State, what: &'static str) -> Result<(), SolveError> {
+pub(super) fn admit<M: Constraints>(model: &M, state: &M::State, what: &'static str) -> Result<(), SolveError> {
     let (_, _, distance) = worst(model, state, what)?;
     let at = if what == "positions" { state.q() } else { state.u() };
     let admissible = ADMISSIBLE * (1.0 + super::memory::max_abs(at.as_slice()));

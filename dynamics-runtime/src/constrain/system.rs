@@ -260,7 +260,7 @@ fn gather(a: &mut [f64], n: usize, r: usize, holds: impl Fn(usize) -> bool, acti
 
 /// sⱼ = 1/√Mⱼⱼ, less where that would let a light coordinate outweigh the others in its constraints a thousandfold: the
 /// others would be lost in rounding.
-fn scale_coordinates(mass: &[f64], jacobian: &[f64], scale: &mut [f64]) {
+pub(crate) fn scale_coordinates(mass: &[f64], jacobian: &[f64], scale: &mut [f64]) {
     let n = scale.len();
     for (j, s) in scale.iter_mut().enumerate() {
         let inertia = mass[j * n + j].abs();

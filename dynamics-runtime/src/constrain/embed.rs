@@ -1,0 +1,327 @@
+//! Minimal coordinates by coordinate partitioning: some coordinates lead, the constraints give the others.
+//!
+//! From Φ(q, t) = 0 the dependent coordinates q_D follow from the independent q_I by Newton on the block Φ_D, warm from what they were; from
+//! Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0 likewise the dependent velocities, by one linear solve; with nonholonomic rows there are fewer independent
+//! velocities than coordinates. A motion integrates the full vectors and lets [`Embedding::restore`] overwrite the dependent parts wherever it evaluates,
+//! so that the constraints hold to rounding and no error is fed back into what leads. Wehage & Haug, J. Mech. Design 104 (1982) 247–255.
+//!
+//! The blocks are chosen by Gaussian elimination with complete pivoting, coordinates scaled by their inertia and rows to unit length: what is
+//! light and moves most becomes dependent. Chosen anew, by [`Embedding::renew`], where the block's conditioning (its least pivot, with rows of Φ_q at unit length) has
+//! fallen to a fifth of what it was, if that helps. Where a block fails within a step — a dead point — the mass-weighted projection takes
+//! over, and is counted.
+
+use super::lu::{self, Lu};
+use super::memory::{Memory, max_abs, norm};
+use super::project::{admit, project_positions, project_velocities};
+use super::system::{RANK_TOLERANCE, scale_coordinates};
+use super::{holds, names};
+use crate::error::SolveError;
+use crate::math::sqrt;
+use crate::model::{Constraints, Model, ModelState, Modes, Vector};
+
+/// Share of the conditioning at its choice to which a block may fall before it is chosen anew: low enough that a crank is not changed at
+/// every quarter turn, high enough that no more than a digit is lost.
+const DEGRADED: f64 = 0.2;
+/// Conditioning below which a block is not used.
+const USELESS: f64 = 1e-9;
+/// Most Newton steps for dependent coordinates.
+const MOST: u32 = 12;
+
+/// Which rows determine which coordinates.
+#[derive(Clone, Copy, Debug)]
+struct Partition<V, R> {
+    /// Number of rows that hold.
+    active: usize,
+    rank: usize,
+    /// Indices, as numbers: their count is that of the rows, whatever the model.
+    rows: R,
+    columns: R,
+    /// Of the coordinates, when the partition was chosen: what the conditioning is judged in.
+    scale: V,
+    /// Least pivot then.
+    quality: f64,
+}
+
+/// Independent and dependent coordinates and velocities of a model.
+#[derive(Clone, Copy, Debug)]
+pub struct Embedding<M: Constraints> {
+    positions: PartitionOf<M>,
+    velocities: PartitionOf<M>,
+    modes: Modes,
+    /// How often the blocks were chosen anew.
+    pub renewals: u64,
+    /// How often a block failed and the projection took over.
+    pub projections: u64,
+    /// The worst conditioning that a block was used with: its least pivot, with rows of Φ_q at unit length.
+    pub worst: f64,
+}
+
+/// Memory that an embedding takes.
+pub(super) const fn memory(n: usize, r: usize) -> usize {
+    let choice = n * n + 2 * n + n * r + r;
+    let block = r * r + 4 * r + lu::memory(r);
+    if choice > block { choice } else { block }
+}
+
+impl<M: Constraints> Embedding<M> {
+    /// Chooses the dependent coordinates and velocities at a state, which should satisfy the constraints.
+    ///
+    /// # Errors
+    /// A constraint that is not finite, or whose gradient vanishes.
+    pub fn new(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<Self, SolveError> {
+        let (positions, velocities) = Self::choose(model, state, workspace)?;
+        let worst = positions.quality.min(velocities.quality);
+        Ok(Self { positions, velocities, modes: state.modes(), renewals: 0, projections: 0, worst })
+    }
+
+    fn choose(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<Pair<M>, SolveError> {
+        let modes = state.modes();
+        let velocities = partition(model, state, |row| holds::<M>(modes, row), workspace)?;
+        if M::Residual::LEN == M::Rows::LEN {
+            return Ok((velocities, velocities));
+        }
+        let holonomic = |row: usize| row < M::Residual::LEN && holds::<M>(modes, row);
+        Ok((partition(model, state, holonomic, workspace)?, velocities))
+    }
+
+    /// Indices of the coordinates that the constraints determine.
+    pub fn dependent_coordinates(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.positions.rank).map(|i| self.positions.columns[i] as usize)
+    }
+
+    /// Indices of the velocities that the constraints determine.
+    pub fn dependent_velocities(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.velocities.rank).map(|i| self.velocities.columns[i] as usize)
+    }
+
+    /// Computes the dependent coordinates and velocities from the independent ones, which stay, at the state's time.
+    ///
+    /// # Errors
+    /// [`SolveError::OffConstraint`] where the constraints cannot be satisfied near the state, a constraint that is not finite.
+    pub fn restore(&mut self, model: &M, state: &mut M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
+        if state.modes() != self.modes {
+            // Other constraints: another partition.
+            (self.positions, self.velocities) = Self::choose(model, state, workspace)?;
+            self.modes = state.modes();
+            self.renewals += 1;
+        }
+        let start = *state.q();
+        let solved = self.restore_positions(model, state, workspace)?;
+        if !solved {
+            *state.q_mut() = start;
+            self.projections += 1;
+            project_positions(model, state, workspace)?;
+        }
+        if !self.restore_velocities(model, state, workspace)? {
+            self.projections += 1;
+            project_velocities(model, state, workspace)?;
+        }
+        Ok(())
+    }
+
+    /// Newton on the dependent coordinates; whether it converged.
+    fn restore_positions(
+        &mut self,
+        model: &M,
+        state: &mut M::State,
+        workspace: &mut [f64],
+    ) -> Result<bool, SolveError> {
+        let k = self.positions.rank;
+        let mut size = f64::INFINITY;
+        let mut change = 1.0;
+        for _ in 0..MOST {
+            let residual = model.residual(state);
+            let before = core::mem::replace(&mut size, max_abs(self.pick(&residual, workspace)));
+            if !size.is_finite() {
+                return Err(self.not_finite(&residual));
+            }
+            // The next correction would be rounding, or no longer gains anything.
+            let next = change * (size / before);
+            let settled = next <= 2.0 * f64::EPSILON || (change <= 1e-7 && size >= 0.5 * before);
+            if size == 0.0 || (before.is_finite() && settled) {
+                return Ok(true);
+            }
+            let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
+            // What was picked above lies at the start.
+            let (right, delta) = (memory.take(k), memory.take(k));
+            let Some(block) = self.positions.factor(model, state, &mut memory) else { return Ok(false) };
+            self.worst = self.worst.min(block.quality());
+            block.solve(right, delta);
+            change = 0.0;
+            for (i, delta) in delta.iter().enumerate() {
+                let x = &mut state.q_mut()[self.positions.columns[i] as usize];
+                *x -= delta;
+                change = crate::math::max(change, delta.abs() / (1.0 + x.abs()));
+            }
+            if change.is_nan() || change > 1.0 {
+                return Ok(false);
+            }
+        }
+        Ok(false)
+    }
+
+    /// One linear solve for the dependent velocities; whether the block allowed it.
+    fn restore_velocities(
+        &mut self,
+        model: &M,
+        state: &mut M::State,
+        workspace: &mut [f64],
+    ) -> Result<bool, SolveError> {
+        let k = self.velocities.rank;
+        let residual = model.velocity_residual(state);
+        let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
+        let (right, delta) = (memory.take(k), memory.take(k));
+        (0..k).for_each(|i| right[i] = residual[self.velocities.rows[i] as usize]);
+        if !max_abs(right).is_finite() {
+            return Err(self.not_finite(&residual));
+        }
+        let Some(block) = self.velocities.factor(model, state, &mut memory) else { return Ok(false) };
+        self.worst = self.worst.min(block.quality());
+        block.solve(right, delta);
+        for (i, delta) in delta.iter().enumerate() {
+            state.u_mut()[self.velocities.columns[i] as usize] -= delta;
+        }
+        Ok(true)
+    }
+
+    /// The chosen rows' values, at the start of the workspace.
+    fn pick<'w>(&self, values: &impl Vector, workspace: &'w mut [f64]) -> &'w [f64] {
+        let k = self.positions.rank;
+        (0..k).for_each(|i| workspace[i] = values[self.positions.rows[i] as usize]);
+        &workspace[..k]
+    }
+
+    #[cold]
+    fn not_finite(&self, values: &impl Vector) -> SolveError {
+        let row = values.as_slice().iter().position(|x| !x.is_finite()).unwrap_or(0);
+        SolveError::ConstraintNotFinite { row: names::<M>().row(row) }
+    }
+
+    /// Chooses the blocks anew if their conditioning has degraded and better ones exist: to be called at accepted steps. Returns whether
+    /// they changed.
+    ///
+    /// # Errors
+    /// As [`Embedding::new`]; [`SolveError::OffConstraint`] where rows that repeated the chosen ones contradict them now.
+    pub fn renew(&mut self, model: &M, state: &M::State, workspace: &mut [f64]) -> Result<bool, SolveError> {
+        if self.positions.rank < self.positions.active {
+            admit(model, state, "positions")?;
+        }
+        if self.velocities.rank < self.velocities.active {
+            admit(model, state, "velocities")?;
+        }
+        let quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
+            let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
+            partition.factor(model, state, &mut memory).map_or(0.0, |block| block.quality())
+        };
+        let now = (quality(&self.positions, workspace), quality(&self.velocities, workspace));
+        let fine = |now: f64, partition: &PartitionOf<M>| now >= DEGRADED * partition.quality;
+        if fine(now.0, &self.positions) && fine(now.1, &self.velocities) {
+            return Ok(false);
+        }
+        let (positions, velocities) = Self::choose(model, state, workspace)?;
+        let then = (quality(&positions, workspace), quality(&velocities, workspace));
+        if then.0 <= 2.0 * now.0 && then.1 <= 2.0 * now.1 {
+            return Ok(false);
+        }
+        (self.positions, self.velocities) = (positions, velocities);
+        self.renewals += 1;
+        Ok(true)
+    }
+}
+
+type PartitionOf<M> = Partition<<M as Model>::Vector, <M as Constraints>::Rows>;
+type Pair<M> = (PartitionOf<M>, PartitionOf<M>);
+
+impl<V: Vector, R: Vector> Partition<V, R> {
+    /// The block of chosen rows and columns, factored; `None` where it is as good as singular.
+    fn factor<'w, M: Constraints<Vector = V, Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+        memory: &mut Memory<'w>,
+    ) -> Option<Block<'w>> {
+        let k = self.rank;
+        let jacobian = model.jacobian(state);
+        let (block, weight, scale) = (memory.take(k * k), memory.take(k), memory.take(k));
+        (0..k).for_each(|j| scale[j] = self.scale[self.columns[j] as usize]);
+        for (i, row) in block.chunks_exact_mut(k.max(1)).enumerate() {
+            let of = |j: usize| jacobian[(self.rows[i] as usize, j)] * self.scale[j];
+            weight[i] = 1.0 / sqrt((0..V::LEN).map(|j| of(j) * of(j)).sum());
+            (0..k).for_each(|j| row[j] = weight[i] * of(self.columns[j] as usize));
+        }
+        let factored = Lu::new(block, k, memory);
+        (factored.least >= USELESS).then_some(Block { factored, weight, scale })
+    }
+}
+
+/// A factored block.
+struct Block<'w> {
+    factored: Lu<'w>,
+    weight: &'w mut [f64],
+    scale: &'w mut [f64],
+}
+
+impl Block<'_> {
+    /// 1 where nothing is dependent.
+    fn quality(&self) -> f64 {
+        self.factored.least.min(1.0)
+    }
+
+    /// Φ_D δ = right, which is overwritten.
+    fn solve(&self, right: &mut [f64], delta: &mut [f64]) {
+        right.iter_mut().zip(&*self.weight).for_each(|(x, weight)| *x *= weight);
+        self.factored.solve(right, delta);
+        delta.iter_mut().zip(&*self.scale).for_each(|(x, scale)| *x *= scale);
+    }
+}
+
+/// Chooses rows and columns for the rows of Φ_q that `active` admits.
+fn partition<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    active: impl Fn(usize) -> bool,
+    workspace: &mut [f64],
+) -> Result<PartitionOf<M>, SolveError> {
+    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+    let mut memory = Memory::new(workspace, n, r);
+    let (matrix, mass, scale) = (memory.take(r * n), memory.take(n * n), memory.take(n));
+    let (mut rows, mut columns) = (memory.indices(r), memory.indices(n));
+    let (jacobian, inertia) = (model.jacobian(state), model.mass_matrix(state));
+    (0..n * n).for_each(|i| mass[i] = inertia[(i / n, i % n)]);
+    let mut m = 0;
+    for row in (0..r).filter(|row| active(*row)) {
+        (0..n).for_each(|j| matrix[m * n + j] = jacobian[(row, j)]);
+        if !max_abs(&matrix[m * n..(m + 1) * n]).is_finite() {
+            return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
+        }
+        rows.set(m, row);
+        m += 1;
+    }
+    scale_coordinates(mass, &matrix[..m * n], scale);
+    for (i, row) in matrix[..m * n].chunks_exact_mut(n).enumerate() {
+        row.iter_mut().zip(&*scale).for_each(|(x, s)| *x *= s);
+        let length = norm(row);
+        if length == 0.0 {
+            return Err(SolveError::VanishingGradient { row: names::<M>().row(rows.get(i)) });
+        }
+        row.iter_mut().for_each(|x| *x /= length);
+    }
+    let (rank, _) = lu::choose(&mut matrix[..m * n], m, n, RANK_TOLERANCE, &mut rows, &mut columns);
+    let mut chosen = Partition {
+        active: m,
+        rank,
+        rows: M::Rows::zeros(),
+        columns: M::Rows::zeros(),
+        scale: M::Vector::zeros(),
+        quality: 0.0,
+    };
+    chosen.scale.as_mut_slice().copy_from_slice(scale);
+    for i in 0..rank {
+        chosen.rows[i] = rows.get(i) as f64;
+        chosen.columns[i] = columns.get(i) as f64;
+    }
+    let mut memory = Memory::new(workspace, n, r);
+    // A block that is taken because there is no better one is judged by itself.
+    chosen.quality = chosen.factor(model, state, &mut memory).map_or(0.0, |block| block.quality());
+    Ok(chosen)
+}
