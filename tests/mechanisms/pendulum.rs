@@ -1,0 +1,142 @@
+//! The pendulum in Cartesian coordinates: IFToMM problem A01, its triple-redundant variant, and Cash's index-3 pendulum.
+
+use dynamics::constrain::solve_once;
+use dynamics::model::Route;
+use dynamics::prelude::*;
+
+use crate::support::*;
+
+/// A point mass on a massless rod; IFToMM library problem A01, González, Dopico, Lugrís & Cuadrado, Multibody Syst. Dyn. 16 (2006) 179.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(mass: kg, length: m, g: m / s^2)]
+struct Pendulum {
+    mass: f64,
+    length: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Pendulum {
+    fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, q.y)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * self.bob(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * self.bob(q).y
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (self.bob(q).norm_squared() - self.length.powi(2))
+    }
+    /// Φ_qᵀλ = λ (x, y) pushes outward: the tension is −λ l.
+    #[output]
+    fn tension(&self, q: &Coordinates<Self>) -> Expr {
+        -q.reaction(Self::rod) * self.length
+    }
+}
+
+fn by_hand(model: &Pendulum, s: &State<Pendulum>) -> Kkt {
+    let m = model.mass;
+    let gamma = -(s.x_rate().powi(2) + s.y_rate().powi(2));
+    Kkt::new([[m, 0.0], [0.0, m]], [0.0, -m * model.g], [[s.x(), s.y()]], [gamma])
+}
+
+fn a01() -> Pendulum {
+    Pendulum { mass: 1.0, length: 1.0, g: 9.81 }
+}
+
+/// t, (x, y), tension; closed form in Jacobi's elliptic functions. Energy 0: ẋ² + ẏ² = −2 g y, and the tension is −3 m g y / l.
+const A01: &[(f64, [f64; 2], f64)] = &[
+    (1.0, [0.986291751131875319, -0.165010853125541169], 4.856269407484676596),
+    (2.0, [-0.793566195332321747, -0.608483930443791514], 17.907682072960784276),
+    (5.0, [-0.942305435043755734, -0.334754338414000581], 9.851820179524037093),
+    (10.0, [-0.275087462576116860, -0.961419205099125064], 28.294567206067250641),
+    (100.0, [-0.181513351427031385, -0.983388480338405355], 28.941122976231312363),
+];
+
+#[test]
+fn the_derived_equations_are_those_by_hand() {
+    let model = Pendulum { mass: 1.7, length: 0.8, g: 9.81 };
+    let around = model.state().x(0.8).build().unwrap();
+    let mut random = Random(1);
+    for _ in 0..50 {
+        let state = near(&model, &around, &mut random, (2.0, 5.0)).unwrap();
+        Kkt::of(&model, &state).assert_equals(&by_hand(&model, &state), 1e-15);
+        assert_agreement(&model, &state, &by_hand(&model, &state));
+    }
+}
+
+/// Period of A01; energy 0 gives the speed √(−2 g y), and the first half of a period goes from left to right.
+const PERIOD: f64 = 2.367841947576237448;
+
+fn a01_velocity(model: &Pendulum, t: f64, [x, y]: [f64; 2]) -> [f64; 2] {
+    let speed = (-2.0 * model.g * y).sqrt();
+    let side = if t % PERIOD < 0.5 * PERIOD { speed } else { -speed };
+    [-y * side, x * side]
+}
+
+/// A01 with the same rod three times, once with twice the weight: Φ_q has rank 1 of 3.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(mass: kg, length: m, g: m / s^2)]
+struct TripleRod {
+    mass: f64,
+    length: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl TripleRod {
+    fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, q.y)
+    }
+    fn stretch(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (self.bob(q).norm_squared() - self.length.powi(2))
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * self.bob(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * self.bob(q).y
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Expr {
+        self.stretch(q)
+    }
+    #[holonomic]
+    #[redundant]
+    fn again(&self, q: &Coordinates<Self>) -> Expr {
+        self.stretch(q)
+    }
+    #[holonomic]
+    #[redundant]
+    fn twice(&self, q: &Coordinates<Self>) -> Expr {
+        2.0 * self.stretch(q)
+    }
+    /// Only the sum of the three pulls is unique.
+    #[output]
+    fn tension(&self, q: &Coordinates<Self>) -> Expr {
+        -self.length * (q.reaction(Self::rod) + q.reaction(Self::again) + 2.0 * q.reaction(Self::twice))
+    }
+}
+
+/// The three multipliers of minimum norm stand as the rows do, and are flagged as not unique.
+#[test]
+fn the_multipliers_of_the_triple_rod_are_not_unique_and_say_so() {
+    let model = TripleRod { mass: 2.0, length: 1.0, g: 9.81 };
+    let state = model.state().x(0.6).y(-0.8).x_rate(0.8).y_rate(0.6).build().unwrap();
+    let solved = solve_once(&model, &model.constants().unwrap(), &state).unwrap();
+    assert!(!solved.unique());
+    assert_eq!(solved.diagnosis.expect("the general solver").rank, 1);
+    // The sum λ₁ + λ₂ + 2 λ₃ is that of one rod: −m (v² − g y).
+    let sum = solved.multipliers[0] + solved.multipliers[1] + 2.0 * solved.multipliers[2];
+    assert!((sum + 2.0 * (1.0 + 9.81 * 0.8)).abs() < 1e-12, "{sum}");
+    assert!(matches!(TripleRod::ROUTE, Route::General { .. }));
+}

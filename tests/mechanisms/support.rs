@@ -1,0 +1,146 @@
+//! What the problems have in common: the KKT system, dense; random states on the manifold; errors judged apart.
+
+use dynamics::constrain::{solve_general, solve_once, with_workspace};
+use dynamics::model::{Terms, Vector};
+use dynamics::prelude::*;
+use nalgebra::{DMatrix, DVector};
+
+/// M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ at a state, as dense matrices.
+#[derive(Clone, Debug)]
+pub(crate) struct Kkt {
+    pub(crate) mass: DMatrix<f64>,
+    pub(crate) force: DVector<f64>,
+    pub(crate) jacobian: DMatrix<f64>,
+    pub(crate) gamma: DVector<f64>,
+}
+
+impl Kkt {
+    /// From rows written by hand.
+    pub(crate) fn new<const N: usize, const R: usize>(
+        mass: [[f64; N]; N],
+        force: [f64; N],
+        jacobian: [[f64; N]; R],
+        gamma: [f64; R],
+    ) -> Self {
+        Self {
+            mass: DMatrix::from_fn(N, N, |i, j| mass[i][j]),
+            force: DVector::from_row_slice(&force),
+            jacobian: DMatrix::from_fn(R, N, |i, j| jacobian[i][j]),
+            gamma: DVector::from_row_slice(&gamma),
+        }
+    }
+
+    /// What the model says.
+    pub(crate) fn of<M: Constraints>(model: &M, state: &M::State) -> Self {
+        let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+        let (mut mass, mut force) = (vec![0.0; n * n], vec![0.0; n]);
+        let (mut jacobian, mut gamma) = (vec![0.0; r * n], vec![0.0; r]);
+        let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        model.terms(state, &mut terms);
+        Self {
+            mass: DMatrix::from_row_slice(n, n, &mass),
+            force: DVector::from_row_slice(&force),
+            jacobian: DMatrix::from_row_slice(r, n, &jacobian),
+            gamma: DVector::from_row_slice(&gamma),
+        }
+    }
+
+    /// q̈ and λ by LU with pivoting of [M −Φ_qᵀ; Φ_q 0], for Φ_q of full rank; one refinement.
+    pub(crate) fn solve(&self) -> (DVector<f64>, DVector<f64>) {
+        let (n, r) = (self.force.len(), self.gamma.len());
+        let mut matrix = DMatrix::zeros(n + r, n + r);
+        matrix.view_mut((0, 0), (n, n)).copy_from(&self.mass);
+        matrix.view_mut((0, n), (n, r)).copy_from(&-self.jacobian.transpose());
+        matrix.view_mut((n, 0), (r, n)).copy_from(&self.jacobian);
+        let right = DVector::from_iterator(n + r, self.force.iter().chain(self.gamma.iter()).copied());
+        let lu = matrix.clone().lu();
+        let mut solution = lu.solve(&right).expect("a KKT matrix of full rank");
+        solution += lu.solve(&(&right - &matrix * &solution)).expect("a KKT matrix of full rank");
+        (solution.rows(0, n).into_owned(), solution.rows(n, r).into_owned())
+    }
+
+    /// Asserts that both say the same, relative to the size of each matrix.
+    #[track_caller]
+    pub(crate) fn assert_equals(&self, other: &Self, tolerance: f64) {
+        let parts = [
+            ("mass matrix", relative(self.mass.as_slice(), other.mass.as_slice())),
+            ("generalized force", relative(self.force.as_slice(), other.force.as_slice())),
+            ("constraint Jacobian", relative(self.jacobian.as_slice(), other.jacobian.as_slice())),
+            ("gamma", relative(self.gamma.as_slice(), other.gamma.as_slice())),
+        ];
+        for (what, error) in parts {
+            assert!(error <= tolerance, "{what}: difference {error:e}\n{self:?}\n{other:?}");
+        }
+    }
+}
+
+/// Largest difference relative to the largest value met; NaN where a value is.
+pub(crate) fn relative(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let scale = a.iter().chain(b).fold(0.0, |s: f64, x| s.max(x.abs()));
+    if scale == 0.0 { 0.0 } else { distance(a, b) / scale }
+}
+
+/// Largest absolute difference; NaN where a value is.
+pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, |m: f64, d| if d.is_nan() { d } else { m.max(d) })
+}
+
+/// A small deterministic generator, so that a failure can be repeated (xorshift64*).
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn next(&mut self, spread: f64) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        let unit = (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 53) as f64;
+        spread * (2.0 * unit - 1.0)
+    }
+}
+
+/// A state that satisfies the constraints to rounding, at random around another: Newton with the pseudo-inverse of Φ_q, none of the library's
+/// solvers. `None` where Newton does not settle.
+pub(crate) fn near<M: Constraints>(
+    model: &M,
+    around: &M::State,
+    random: &mut Random,
+    spread: (f64, f64),
+) -> Option<M::State> {
+    let mut state = *around;
+    state.q_mut().as_mut_slice().iter_mut().for_each(|q| *q += random.next(spread.0));
+    state.u_mut().as_mut_slice().iter_mut().for_each(|u| *u += random.next(spread.1));
+    let rows = M::Residual::LEN;
+    let mut settled = rows == 0;
+    for _ in 0..if settled { 0 } else { 60 } {
+        let residual = DVector::from_row_slice(model.residual(&state).as_slice());
+        let step = Kkt::of(model, &state).jacobian.rows(0, rows).into_owned().svd(true, true).solve(&residual, 1e-9);
+        let step = step.ok()?;
+        state.q_mut().as_mut_slice().iter_mut().zip(&step).for_each(|(q, d)| *q -= d);
+        if settled {
+            break;
+        }
+        settled = step.amax() < 1e-9;
+    }
+    for _ in 0..2 {
+        let residual = DVector::from_row_slice(model.velocity_residual(&state).as_slice());
+        let step = Kkt::of(model, &state).jacobian.svd(true, true).solve(&residual, 1e-9).ok()?;
+        state.u_mut().as_mut_slice().iter_mut().zip(&step).for_each(|(u, d)| *u -= d);
+    }
+    settled.then_some(state)
+}
+
+/// Asserts that all ways to accelerations and multipliers agree to 1e-10 with the dense solution of the equations by hand.
+#[track_caller]
+pub(crate) fn assert_agreement<M: Constraints>(model: &M, state: &M::State, by_hand: &Kkt) {
+    let (accelerations, multipliers) = by_hand.solve();
+    let constants = model.constants().expect("a regular mass matrix");
+    let fast = solve_once(model, &constants, state).expect("a solution");
+    let general = with_workspace::<M, _>(|workspace| solve_general(model, state, workspace)).expect("a solution");
+    for (name, solved) in [("solve_once", fast), ("general", general)] {
+        let a = relative(solved.accelerations.as_slice(), accelerations.as_slice());
+        let l = relative(solved.multipliers.as_slice(), multipliers.as_slice());
+        assert!(a <= 1e-10 && l <= 1e-10, "{name}: accelerations differ by {a:e}, multipliers by {l:e} at {state:?}");
+    }
+}
