@@ -15,6 +15,7 @@ mod sample;
 
 pub use arena::Graph;
 pub use eval::Bindings;
+pub(crate) use eval::Tape;
 pub use fingerprint::Fingerprint;
 pub(crate) use fingerprint::P as MODULUS;
 pub use id::{FunctionId, NodeId, Origin};

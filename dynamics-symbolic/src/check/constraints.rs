@@ -3,16 +3,27 @@
 //! A constraint that does nothing, that cannot hold, or that is not what it is declared to be has no motions or other ones than were meant, and a
 //! solver would at best say so in terms of matrices. Here it is said in terms of the declarations, before anything runs.
 
+mod analysis;
 mod contents;
 mod effect;
+mod exact;
 mod finding;
+mod generic;
+mod integrable;
 mod linear;
+mod manifold;
+mod newton;
+mod orthogonal;
+mod rows;
+mod sample;
 
 use crate::mechanics::Model;
 
 use super::Finding;
 
+pub use analysis::{Analysis, LookedAt, analyse};
 pub use finding::{Combination, ConstraintFinding};
+pub use sample::Sample;
 
 /// Checks of what is declared, one row at a time.
 pub(super) fn declared(model: &Model, found: &mut Vec<Finding>) {

@@ -14,11 +14,30 @@ impl Graph {
     /// Values of `roots` and all that they are made of, indexed by node; NaN elsewhere.
     #[must_use]
     pub fn evaluate(&self, roots: &[NodeId], bindings: &(impl Bindings + ?Sized)) -> Vec<f64> {
-        let ids = self.cone(roots);
-        let mut v = vec![f64::NAN; ids.last().map_or(0, |id| id.index() + 1)];
-        for id in ids {
+        let mut values = Vec::new();
+        Tape::new(self, roots).run(self, bindings, &mut values);
+        values
+    }
+}
+
+/// The operations behind some nodes in order, for evaluating them many times.
+#[derive(Clone, Debug)]
+pub(crate) struct Tape {
+    ids: Vec<NodeId>,
+}
+
+impl Tape {
+    /// For the values of `roots`.
+    pub(crate) fn new(graph: &Graph, roots: &[NodeId]) -> Self {
+        Self { ids: graph.cone(roots) }
+    }
+
+    /// Values of all that the roots are made of, indexed by node; NaN elsewhere. The graph is the one that it was made for.
+    pub(crate) fn run(&self, graph: &Graph, bindings: &(impl Bindings + ?Sized), v: &mut Vec<f64>) {
+        v.resize(self.ids.last().map_or(0, |id| id.index() + 1), f64::NAN);
+        for id in &self.ids {
             let at = |x: NodeId| v[x.index()];
-            let value = match self.node(id) {
+            let value = match graph.node(*id) {
                 Node::Number(n) => n.value(),
                 Node::Symbol(s) => bindings.symbol(s),
                 Node::Add(a, b) => at(a) + at(b),
@@ -40,6 +59,5 @@ impl Graph {
             };
             v[id.index()] = value;
         }
-        v
     }
 }

@@ -1,6 +1,7 @@
 //! Models built directly on the graph, as the macro's elaboration would build them.
 #![allow(dead_code, unreachable_pub)]
 
+pub mod constrained;
 pub mod mechanisms;
 pub mod reader;
 

@@ -13,9 +13,11 @@ pub(super) fn without_effect(model: &Model, found: &mut Vec<ConstraintFinding>) 
         for (suffix, node) in &c.components {
             let (name, origin, depends) = (format!("{}{suffix}", c.name), c.origin, g.dependence(*node));
             let (rates, coordinates) = (depends.on(Dependence::RATES), depends.on(Dependence::COORDINATES));
+            if foreign(depends) || g.is_zero(*node) && c.redundant {
+                continue;
+            }
             if g.is_zero(*node) {
                 found.push(ConstraintFinding::AlwaysZero { name, origin });
-            } else if foreign(depends) {
             } else if !rates && !coordinates {
                 found.push(ConstraintFinding::WithoutCoordinate { name, origin });
             } else if !rates && !c.is_holonomic() {

@@ -78,8 +78,6 @@ pub enum ConstraintFinding {
         name: String,
         /// How far at least, as a distance: |Φ| / ‖Φ_q‖.
         distance: f64,
-        /// How many starts were tried.
-        starts: usize,
         /// Its declaration.
         origin: Origin,
     },
@@ -105,6 +103,8 @@ pub enum ConstraintFinding {
     Integrable {
         /// How many independent combinations can be.
         integrable: usize,
+        /// Of how many nonholonomic rows that share coordinates.
+        of: usize,
         /// The rows that take part in them.
         names: Vec<String>,
         /// Declaration of the first.

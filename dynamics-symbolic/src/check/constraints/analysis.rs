@@ -1,0 +1,300 @@
+//! The rows together: which repeat or contradict others, in every state and where the constraints hold.
+//!
+//! Constraints that are always on have to be in order among themselves; every switched one together with them. Switched ones among each other
+//! may exclude each other. What the solvers need to know is about all of them at once, as a model starts with all of them on.
+
+use crate::check::Finding;
+use crate::mechanics::Model;
+
+use super::finding::{Combination, ConstraintFinding};
+use super::generic::{Dependent, Samples, Verdict, entangled};
+use super::integrable::{self, Integrability};
+use super::manifold::{self, Dependence, Manifold};
+use super::rows::Rows;
+use super::sample::Sample;
+
+/// A set that no start satisfies is called contradictory up to this many rows; with more, Newton's method may well have missed the way.
+const CERTAIN: usize = 24;
+/// Switched constraints whose manifolds are looked at one by one.
+const SWITCHED: usize = 8;
+
+/// What is known about the constraints of a model.
+#[derive(Clone, Debug, Default)]
+pub struct Analysis {
+    /// Mistakes.
+    pub findings: Vec<Finding>,
+    /// Number of rows, R.
+    pub rows: usize,
+    /// Rank of Φ_q joined by A with all constraints on: where they hold, if states were found in which they do, otherwise in general.
+    pub rank: usize,
+    /// Rank of Φ_q alone.
+    pub holonomic_rank: usize,
+    /// Rows whose multipliers are not unique: those in the span of the others.
+    pub not_unique: Vec<usize>,
+    /// Rows that can be left out without changing the motion, the last ones of every relation.
+    pub superfluous: Vec<usize>,
+    /// States in which the holonomic constraints hold; velocities and the inputs are random. Empty where none was found or looked for.
+    pub samples: Vec<Sample>,
+    /// What was looked at.
+    pub looked_at: LookedAt,
+    /// Nonholonomic rows that can be integrated; `None` where that was not settled.
+    pub integrable: Option<usize>,
+}
+
+/// Where the rank was determined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LookedAt {
+    /// In general only: there is no holonomic constraint, or random values of the parameters led nowhere.
+    #[default]
+    General,
+    /// In general only: there are too many rows.
+    TooMany,
+    /// In general only: no state was found in which all constraints hold at the nominal values.
+    Nowhere,
+    /// Where the constraints hold, at nominal values.
+    Nominal,
+    /// Where the constraints hold, at random values of the parameters that have no nominal one.
+    Random,
+}
+
+impl Analysis {
+    /// Whether rows depend on others when all constraints are on: then the multipliers are not unique and no order of elimination goes through.
+    #[must_use]
+    pub fn redundant(&self) -> bool {
+        self.rank < self.rows
+    }
+}
+
+/// Analyses the constraints of a model in which every row is in order by itself.
+#[must_use]
+pub fn analyse(model: &Model) -> Analysis {
+    if model.constraints.is_empty() {
+        return Analysis::default();
+    }
+    let rows = Rows::of(model);
+    let samples = Samples::of(&rows);
+    let order = Order::of(model, &rows);
+    let mut all = Set { model, rows: &rows, samples: &samples, faults: Vec::new(), entangled: Vec::new() };
+    let base = all.examine(&order.always, &order.always, true);
+    for (i, switched) in order.switched.iter().enumerate() {
+        let together: Vec<usize> = order.always.iter().chain(switched).copied().collect();
+        all.examine(&together, switched, i < SWITCHED);
+    }
+    let everything = order.everything();
+    let whole = if order.switched.is_empty() { base } else { all.look(&everything, true) };
+    let mut analysis = summarise(&rows, whole);
+    if all.faults.is_empty() {
+        let known = integrable::integrability(model, &rows, &analysis.superfluous);
+        judge_integrability(model, &rows, known.as_ref(), &mut all.faults);
+        analysis.integrable = known.map(|k| k.dimension);
+    }
+    if all.faults.is_empty() && !matches!(analysis.looked_at, LookedAt::TooMany | LookedAt::Nowhere) {
+        all.redundant_in_vain();
+    }
+    analysis.findings = all.faults.into_iter().map(Finding::Constraint).collect();
+    analysis
+}
+
+/// In which order rows are looked at: those marked as redundant last.
+struct Order {
+    always: Vec<usize>,
+    switched: Vec<Vec<usize>>,
+}
+
+impl Order {
+    fn of(model: &Model, rows: &Rows) -> Self {
+        let of = |c: usize| (0..rows.len()).filter(move |r| rows.constraint[*r] == c);
+        let chosen = |redundant: bool| {
+            let wanted =
+                move |c: &usize| !model.constraints[*c].switched && model.constraints[*c].redundant == redundant;
+            (0..model.constraints.len()).filter(wanted).flat_map(of)
+        };
+        let switched = (0..model.constraints.len()).filter(|c| model.constraints[*c].switched);
+        Self {
+            always: chosen(false).chain(chosen(true)).collect(),
+            switched: switched.map(|c| of(c).collect()).collect(),
+        }
+    }
+
+    fn everything(&self) -> Vec<usize> {
+        self.always.iter().chain(self.switched.iter().flatten()).copied().collect()
+    }
+}
+
+/// What was found out about some rows.
+struct Look {
+    order: Vec<usize>,
+    rank: usize,
+    general: Vec<Dependent>,
+    manifold: Option<Manifold>,
+    ranks: Option<manifold::Ranks>,
+}
+
+struct Set<'a> {
+    model: &'a Model,
+    rows: &'a Rows,
+    samples: &'a Samples,
+    faults: Vec<ConstraintFinding>,
+    /// Rows that are in some relation.
+    entangled: Vec<usize>,
+}
+
+impl Set<'_> {
+    fn look(&self, order: &[usize], project: bool) -> Look {
+        let (rank, general) = self.samples.dependents(self.rows, order);
+        let contradictory = general.iter().any(|d| d.verdict == Verdict::Contradicts);
+        let holonomic = order.iter().filter(|r| **r < self.rows.holonomic).count();
+        let possible = project && !contradictory && holonomic > 0 && order.len() <= manifold::LIMIT;
+        let manifold = possible.then(|| Manifold::of(self.model, self.rows, order));
+        let ranks = manifold.as_ref().and_then(|m| m.ranks(self.rows, order));
+        Look { order: order.to_vec(), rank, general, manifold, ranks }
+    }
+
+    /// Looks at rows and reports the faults of those in `own`.
+    fn examine(&mut self, order: &[usize], own: &[usize], project: bool) -> Look {
+        let look = self.look(order, project);
+        self.entangled.extend(entangled(&look.general));
+        if let Some(ranks) = &look.ranks {
+            self.entangled.extend(&ranks.entangled);
+        }
+        let mut reported = Vec::new();
+        for d in look.general.iter().filter(|d| own.contains(&d.row)) {
+            let fault = match d.verdict {
+                Verdict::Contradicts => Some(self.contradicts(d.row, d.of.clone())),
+                Verdict::Repeats if !self.redundant(d.row) => Some(self.repeats(d.row, d.of.clone(), false)),
+                // No state tells, and nobody says that the repetition is meant.
+                Verdict::Open if look.ranks.is_none() && !self.redundant(d.row) => Some(self.open(&look, d)),
+                _ => continue,
+            };
+            reported.push(d.row);
+            self.faults.extend(fault);
+        }
+        if reported.is_empty() {
+            self.on_manifold(&look, own);
+        }
+        look
+    }
+
+    fn on_manifold(&mut self, look: &Look, own: &[usize]) {
+        let Some(manifold) = &look.manifold else { return };
+        for r in manifold.vanishing.iter().filter(|r| own.contains(r)) {
+            let (name, origin) = self.named(*r);
+            self.faults.push(ConstraintFinding::GradientVanishes { name, origin });
+        }
+        if let Some((row, distance)) = manifold.nowhere.filter(|_| look.order.len() <= CERTAIN && !own.is_empty()) {
+            let (name, origin) = self.named(row);
+            self.faults.push(ConstraintFinding::Unsatisfiable { name, distance, origin });
+        }
+        let Some(ranks) = &look.ranks else { return };
+        for d in ranks.dependent.iter().filter(|d| own.contains(&d.row)) {
+            let of = look.general.iter().find(|g| g.row == d.row).map_or_else(|| self.combination(d), |g| g.of.clone());
+            // Velocities that no motion can have; holonomic rows that hold at all times are consistent by themselves.
+            let velocities = d.row >= self.rows.holonomic && !d.consistent;
+            if velocities {
+                let fault = self.contradicts(d.row, of);
+                self.faults.push(fault);
+            } else if !self.redundant(d.row) {
+                let fault = self.repeats(d.row, of, true);
+                self.faults.push(fault);
+            }
+        }
+    }
+
+    fn redundant(&self, row: usize) -> bool {
+        self.model.constraints[self.rows.constraint[row]].redundant
+    }
+
+    fn named(&self, row: usize) -> (String, crate::graph::Origin) {
+        (self.rows.names[row].clone(), self.model.constraints[self.rows.constraint[row]].origin)
+    }
+
+    fn contradicts(&self, row: usize, with: Combination) -> ConstraintFinding {
+        let (name, origin) = self.named(row);
+        ConstraintFinding::Contradicts { name, with, origin }
+    }
+
+    fn repeats(&self, row: usize, of: Combination, on_manifold: bool) -> ConstraintFinding {
+        let (name, origin) = self.named(row);
+        ConstraintFinding::Repeats { name, of, on_manifold, origin }
+    }
+
+    /// A row that repeats others or contradicts them, which no state was found to tell.
+    fn open(&self, look: &Look, d: &Dependent) -> ConstraintFinding {
+        let (coordinates, rows) = (self.rows.coordinates, look.order.iter().filter(|r| !self.redundant(**r)).count());
+        if look.rank < coordinates {
+            return self.repeats(d.row, d.of.clone(), false);
+        }
+        let (name, origin) = self.named(d.row);
+        ConstraintFinding::TooMany { rows, coordinates, name, origin }
+    }
+
+    fn combination(&self, d: &Dependence) -> Combination {
+        let Some(constant) = d.constant.as_ref().filter(|c| c.iter().all(|(_, (_, d))| *d == 1)) else {
+            return Combination::Of(self.rows.named(d.others.iter().copied()));
+        };
+        let names = self.rows.named(constant.iter().map(|(r, _)| *r));
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let factors: Vec<i64> = constant.iter().map(|(_, (n, _))| *n).collect();
+        Combination::Constant(crate::check::modular::combination(&factors, &names))
+    }
+
+    /// Constraints marked as redundant of which no row is in any relation.
+    fn redundant_in_vain(&mut self) {
+        for (i, c) in self.model.constraints.iter().enumerate().filter(|(_, c)| c.redundant) {
+            if !self.entangled.iter().any(|r| self.rows.constraint[*r] == i) {
+                self.faults.push(ConstraintFinding::RedundantInVain { name: c.name.clone(), origin: c.origin });
+            }
+        }
+    }
+}
+
+fn summarise(rows: &Rows, look: Look) -> Analysis {
+    let holonomic = |r: &usize| *r < rows.holonomic;
+    let mut superfluous: Vec<usize> = look.general.iter().map(|d| d.row).collect();
+    let mut not_unique = entangled(&look.general);
+    let mut rank = look.rank;
+    let mut looked_at = match &look.manifold {
+        None if look.order.len() > manifold::LIMIT => LookedAt::TooMany,
+        Some(m) if m.samples.is_empty() && m.nominal => LookedAt::Nowhere,
+        _ => LookedAt::General,
+    };
+    if let (Some(ranks), Some(manifold)) = (&look.ranks, &look.manifold) {
+        looked_at = if manifold.nominal { LookedAt::Nominal } else { LookedAt::Random };
+        rank = ranks.rank.1.min(rank);
+        superfluous.extend(ranks.dependent.iter().map(|d| d.row));
+        not_unique.extend(&ranks.entangled);
+    }
+    superfluous.extend(look.manifold.iter().flat_map(|m| m.vanishing.iter().copied()));
+    for list in [&mut superfluous, &mut not_unique] {
+        list.sort_unstable();
+        list.dedup();
+    }
+    let lost = superfluous.iter().filter(|r| holonomic(r)).count();
+    Analysis {
+        findings: Vec::new(),
+        rows: rows.len(),
+        rank,
+        holonomic_rank: rows.holonomic - lost,
+        not_unique,
+        superfluous,
+        samples: look.manifold.map_or_else(Vec::new, |m| m.samples),
+        looked_at,
+        integrable: None,
+    }
+}
+
+fn judge_integrability(model: &Model, rows: &Rows, known: Option<&Integrability>, faults: &mut Vec<ConstraintFinding>) {
+    let Some(known) = known else { return };
+    for group in &known.unsaid {
+        let first = &model.constraints[rows.constraint[group.rows[0]]];
+        let names = rows.named(group.rows.iter().copied());
+        let (integrable, of, origin) = (group.integrable, group.of, first.origin);
+        faults.push(ConstraintFinding::Integrable { integrable, of, names, origin });
+    }
+    for (i, c) in model.constraints.iter().enumerate() {
+        let said = c.kind == crate::mechanics::ConstraintKind::Nonholonomic { integrable: true };
+        if said && !c.switched && !known.rows.iter().any(|r| rows.constraint[*r] == i) {
+            faults.push(ConstraintFinding::IntegrableInVain { name: c.name.clone(), origin: c.origin });
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Elimination modulo 2⁶¹ − 31, row by row in a given order: which rows depend on those before them, and how.
+
+use crate::graph::Fingerprint;
+
+/// A sparse vector: indices ascending, no zeros.
+pub(super) type Sparse = Vec<(usize, Fingerprint)>;
+
+/// a − factor·b.
+fn minus(a: &Sparse, factor: Fingerprint, b: &Sparse) -> Sparse {
+    let mut result = Vec::with_capacity(a.len() + b.len());
+    let (mut a, mut b) = (a.iter().copied().peekable(), b.iter().copied().peekable());
+    loop {
+        let entry = match (a.peek(), b.peek()) {
+            (None, None) => return result,
+            (Some((i, x)), Some((j, y))) if i == j => (*i, x.sub(factor.mul(*y)), true, true),
+            (Some((i, x)), Some((j, _))) if i < j => (*i, *x, true, false),
+            (Some((i, x)), None) => (*i, *x, true, false),
+            (_, Some((j, y))) => (*j, factor.mul(*y).neg(), false, true),
+        };
+        let (index, value, from_a, from_b) = entry;
+        if from_a {
+            a.next();
+        }
+        if from_b {
+            b.next();
+        }
+        if value != Fingerprint::ZERO {
+            result.push((index, value));
+        }
+    }
+}
+
+/// What became of a row.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Outcome {
+    /// It does not depend on the rows before.
+    Independent,
+    /// It is this combination of them; the right-hand side agrees or does not.
+    Dependent {
+        /// Coefficients by row.
+        coefficients: Sparse,
+        /// Whether the right-hand sides satisfy the same relation.
+        consistent: bool,
+    },
+}
+
+/// Rows in echelon form.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Echelon {
+    /// The reduced row, leading entry 1, its right-hand side, and what it is made of.
+    reduced: Vec<(Sparse, Fingerprint, Sparse)>,
+    /// Position in `reduced` of the row that leads with a column.
+    leading: Vec<Option<usize>>,
+}
+
+impl Echelon {
+    /// Number of independent rows.
+    pub(super) fn rank(&self) -> usize {
+        self.reduced.len()
+    }
+
+    /// Adds a row with its right-hand side, unless it depends on those that are there.
+    pub(super) fn add(&mut self, name: usize, row: &Sparse, right: Fingerprint) -> Outcome {
+        let (mut row, mut right, mut made) = (row.clone(), right, vec![(name, Fingerprint::ONE)]);
+        // Entries in front of the one looked at lead no reduced row.
+        let mut at = 0;
+        while at < row.len() {
+            let (column, value) = row[at];
+            match self.leading.get(column).copied().flatten() {
+                Some(known) => {
+                    let (other, its_right, its_made) = &self.reduced[known];
+                    row = minus(&row, value, other);
+                    right = right.sub(value.mul(*its_right));
+                    made = minus(&made, value, its_made);
+                }
+                None => at += 1,
+            }
+        }
+        let Some((column, value)) = row.first().copied() else {
+            let own = |(r, _): &(usize, Fingerprint)| *r != name;
+            let coefficients = made.into_iter().filter(own).map(|(r, c)| (r, c.neg())).collect();
+            return Outcome::Dependent { coefficients, consistent: right == Fingerprint::ZERO };
+        };
+        let scale = |x: Fingerprint| x.div(value);
+        let scaled = |v: Sparse| v.into_iter().map(|(i, x)| (i, scale(x))).collect::<Sparse>();
+        if self.leading.len() <= column {
+            self.leading.resize(column + 1, None);
+        }
+        self.leading[column] = Some(self.reduced.len());
+        self.reduced.push((scaled(row), scale(right), scaled(made)));
+        Outcome::Independent
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Echelon, Outcome, Sparse};
+    use crate::graph::{Fingerprint, Number};
+
+    fn number(n: i64) -> Fingerprint {
+        Fingerprint::number(Number::integer(n))
+    }
+
+    fn sparse(row: &[i64]) -> Sparse {
+        row.iter().enumerate().filter(|(_, x)| **x != 0).map(|(i, x)| (i, number(*x))).collect()
+    }
+
+    #[test]
+    fn a_dependent_row_is_a_combination_of_those_before() {
+        let mut e = Echelon::default();
+        assert_eq!(e.add(7, &sparse(&[0, 2, 1]), number(1)), Outcome::Independent);
+        assert_eq!(e.add(8, &sparse(&[1, 1, 0]), number(5)), Outcome::Independent);
+        // 3·(row 7) − 2·(row 8), with a right-hand side that fits and one that does not.
+        for (right, consistent) in [(-7, true), (0, false)] {
+            let coefficients = vec![(7, number(3)), (8, number(-2))];
+            let outcome = e.add(9, &sparse(&[-2, 4, 3]), number(right));
+            assert_eq!(outcome, Outcome::Dependent { coefficients, consistent });
+        }
+        assert_eq!(e.add(10, &sparse(&[0, 0, 5]), number(0)), Outcome::Independent);
+        assert_eq!(e.rank(), 3);
+    }
+
+    #[test]
+    fn an_empty_row_depends_on_nothing() {
+        let mut e = Echelon::default();
+        let nothing = Outcome::Dependent { coefficients: Vec::new(), consistent: true };
+        assert_eq!(e.add(0, &Vec::new(), number(0)), nothing);
+    }
+}

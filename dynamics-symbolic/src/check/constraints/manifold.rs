@@ -1,0 +1,223 @@
+//! What holds only where the constraints hold: Φ = 0 is approached from random starts, and the rows of Φ_q and A are looked at there.
+//!
+//! With nominal values of all parameters that the constraints read, a set that no start satisfies is contradictory. Without them random values are
+//! tried; what holds in all the states found then holds for the model, and nothing follows where none was found.
+
+use crate::check::unused::Reads;
+use crate::graph::{Graph, NodeId, Symbol, Tape};
+use crate::mechanics::Model;
+
+use super::newton::{End, Projection};
+use super::orthogonal::{Basis, fraction, norm};
+use super::rows::Rows;
+use super::sample::{Sample, random};
+
+/// Random starts, and states on the manifold that are enough.
+const STARTS: u64 = 16;
+const ENOUGH: usize = 4;
+/// Most rows that are projected: a step takes R³ operations.
+pub(super) const LIMIT: usize = 60;
+/// A gradient is gone where it is this much shorter than at the starts.
+const VANISHED: f64 = 1e-4;
+
+/// The manifold of some rows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Manifold {
+    /// States on it.
+    pub(super) samples: Vec<Sample>,
+    /// Rows whose gradient vanishes at all of them.
+    pub(super) vanishing: Vec<usize>,
+    /// Where none was found: the row that stays farthest from zero and its smallest distance, at nominal values.
+    pub(super) nowhere: Option<(usize, f64)>,
+    /// Whether all parameters that the rows read have nominal values.
+    pub(super) nominal: bool,
+}
+
+/// A row that depends on others at every sample.
+#[derive(Clone, Debug)]
+pub(super) struct Dependence {
+    pub(super) row: usize,
+    /// Those that take part at some sample.
+    pub(super) others: Vec<usize>,
+    /// Coefficients n/d where they are the same at all samples.
+    pub(super) constant: Option<Vec<(usize, (i64, i64))>>,
+    /// Whether velocities can satisfy the row together with the others.
+    pub(super) consistent: bool,
+}
+
+/// The rows in a given order at every sample.
+pub(super) struct Ranks {
+    /// Smallest and largest rank met.
+    pub(super) rank: (usize, usize),
+    /// Rows that depend on those before them at every sample.
+    pub(super) dependent: Vec<Dependence>,
+    /// Rows that are in a relation at some sample: their multipliers are not unique there.
+    pub(super) entangled: Vec<usize>,
+}
+
+impl Manifold {
+    /// Finds states in which the rows `chosen` hold.
+    pub(super) fn of(model: &Model, rows: &Rows, chosen: &[usize]) -> Self {
+        let nodes: Vec<NodeId> = chosen.iter().map(|r| rows.values[*r]).collect();
+        let reads = Reads::of(model, &nodes);
+        let given = |i: u32| model.nominal.iter().any(|(p, _)| *p == i);
+        let parameters = 0..model.parameters.len() as u32;
+        let needed: Vec<u32> = parameters.filter(|i| reads.symbol(Symbol::Parameter(*i))).collect();
+        let nominal = !reads.any_function() && needed.iter().all(|i| given(*i));
+        let size = typical_length(model, &needed);
+        let mut found = Self { nominal, ..Self::default() };
+        let mut longest = vec![0.0f64; rows.len()];
+        let mut closest: Option<(usize, f64)> = None;
+        let mut evidence = 0;
+        for start in 0..STARTS {
+            let scale = coordinate_scales(model, size * [1.0, 0.4, 2.5][start as usize % 3]);
+            let state = start_state(model, &scale, start, if nominal { 0 } else { start });
+            slopes(rows, &state, chosen)
+                .into_iter()
+                .zip(chosen)
+                .for_each(|(row, r)| longest[*r] = longest[*r].max(norm(&row)));
+            match Projection::new(rows, chosen, scale).from(state, start) {
+                End::There(sample) => found.samples.push(sample),
+                End::Stuck(Some(residual)) => {
+                    evidence += 1;
+                    let worst = residual.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+                    let worst = worst.map(|(i, x)| (chosen[i], x.abs() * size));
+                    closest = closest.filter(|c| worst.is_none_or(|w| c.1 <= w.1)).or(worst);
+                }
+                End::Stuck(None) => {}
+            }
+            if found.samples.len() >= ENOUGH {
+                break;
+            }
+        }
+        if found.samples.is_empty() && nominal && evidence >= STARTS / 2 {
+            found.nowhere = closest;
+        }
+        let gone = |r: &usize| {
+            !found.samples.is_empty()
+                && found.samples.iter().all(|s| norm(&slopes(rows, s, &[*r])[0]) < VANISHED * longest[*r])
+        };
+        found.vanishing = chosen.iter().copied().filter(gone).collect();
+        found
+    }
+
+    /// Looks at rows in the given order at every sample; rows without a gradient are left out.
+    pub(super) fn ranks(&self, rows: &Rows, order: &[usize]) -> Option<Ranks> {
+        let order: Vec<usize> = order.iter().copied().filter(|r| !self.vanishing.contains(r)).collect();
+        let all: Vec<At> = self.samples.iter().map(|s| At::of(rows, s, &order)).collect();
+        let first = all.first()?;
+        let rank = all.iter().fold((usize::MAX, 0), |(low, high), at| (low.min(at.rank), high.max(at.rank)));
+        let everywhere = |r: &usize| all.iter().all(|at| at.dependent.iter().any(|(s, ..)| s == r));
+        let rows_found: Vec<usize> = first.dependent.iter().map(|(r, ..)| *r).filter(everywhere).collect();
+        let dependent = rows_found.into_iter().map(|r| join(r, &all)).collect();
+        let mut entangled: Vec<usize> = all.iter().flat_map(At::entangled).collect();
+        entangled.sort_unstable();
+        entangled.dedup();
+        Some(Ranks { rank, dependent, entangled })
+    }
+}
+
+/// The rows at one sample.
+struct At {
+    rank: usize,
+    /// Row, its coefficients, and whether the offsets agree.
+    dependent: Vec<(usize, Vec<(usize, f64)>, bool)>,
+}
+
+impl At {
+    fn of(rows: &Rows, sample: &Sample, order: &[usize]) -> Self {
+        let dense = slopes(rows, sample, order);
+        let offsets = offsets(rows, sample, order);
+        let offset = |r: usize| order.iter().position(|s| *s == r).map_or(0.0, |at| offsets[at]);
+        let mut basis = Basis::new();
+        let mut dependent = Vec::new();
+        for (r, row) in order.iter().zip(&dense) {
+            let Some(coefficients) = basis.add(*r, row) else { continue };
+            let size = norm(row);
+            let coefficients: Vec<(usize, f64)> = coefficients
+                .into_iter()
+                .filter(|(s, c)| {
+                    let other = order.iter().position(|o| o == s).map_or(0.0, |at| norm(&dense[at]));
+                    c.abs() * other > 1e-6 * size
+                })
+                .collect();
+            let terms = coefficients.iter().map(|(s, c)| c * offset(*s));
+            let (sum, largest) =
+                terms.fold((0.0, offset(*r).abs()), |(sum, large), x| (sum + x, f64::max(large, x.abs())));
+            let consistent = (offset(*r) - sum).abs() <= 1e-6 * (largest + size);
+            dependent.push((*r, coefficients, consistent));
+        }
+        Self { rank: basis.rank(), dependent }
+    }
+
+    fn entangled(&self) -> impl Iterator<Item = usize> {
+        self.dependent.iter().flat_map(|(r, others, _)| others.iter().map(|(s, _)| *s).chain([*r]))
+    }
+}
+
+/// What is known about a row from all samples.
+fn join(row: usize, all: &[At]) -> Dependence {
+    let own = || all.iter().filter_map(|at| at.dependent.iter().find(|(r, ..)| *r == row));
+    let mut others: Vec<usize> = own().flat_map(|(_, c, _)| c.iter().map(|(s, _)| *s)).collect();
+    others.sort_unstable();
+    others.dedup();
+    let at = |c: &[(usize, f64)], s: usize| c.iter().find(|(t, _)| *t == s).map_or(0.0, |(_, x)| *x);
+    let constant = others.iter().map(|s| {
+        let mut values = own().map(|(_, c, _)| at(c, *s));
+        let first = values.next()?;
+        let same = own().count() > 1 && values.all(|x| (x - first).abs() < 1e-6 * (1.0 + first.abs()));
+        fraction(first).filter(|_| same).map(|f| (*s, f))
+    });
+    let constant = constant.collect();
+    Dependence { row, others, constant, consistent: own().all(|(.., agrees)| *agrees) }
+}
+
+/// Rows of Φ_q and A at a state.
+pub(super) fn slopes(rows: &Rows, sample: &Sample, chosen: &[usize]) -> Vec<Vec<f64>> {
+    let nodes: Vec<NodeId> = chosen.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(_, node)| *node)).collect();
+    let values = evaluate(&rows.graph, sample, &nodes);
+    let mut values = values.into_iter();
+    let row = |r: &usize| {
+        let mut dense = vec![0.0; rows.coordinates];
+        rows.jacobian[*r].iter().for_each(|(j, _)| dense[*j] = values.next().unwrap_or(f64::NAN));
+        dense
+    };
+    chosen.iter().map(row).collect()
+}
+
+fn offsets(rows: &Rows, sample: &Sample, chosen: &[usize]) -> Vec<f64> {
+    let nodes: Vec<NodeId> = chosen.iter().map(|r| rows.offset[*r]).collect();
+    evaluate(&rows.graph, sample, &nodes)
+}
+
+/// Values of some nodes.
+pub(super) fn evaluate(g: &Graph, sample: &Sample, nodes: &[NodeId]) -> Vec<f64> {
+    let mut buffer = Vec::new();
+    Tape::new(g, nodes).run(g, sample, &mut buffer);
+    nodes.iter().map(|node| buffer[node.index()]).collect()
+}
+
+/// The middle of the sizes of the given parameters; 1 without any.
+fn typical_length(model: &Model, needed: &[u32]) -> f64 {
+    let given = model.nominal.iter().filter(|(p, x)| needed.contains(p) && *x != 0.0 && x.is_finite());
+    let mut sizes: Vec<f64> = given.map(|(_, x)| x.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes.get(sizes.len() / 2).copied().unwrap_or(1.0)
+}
+
+/// Angles have the size of π, everything else of the parameters.
+fn coordinate_scales(model: &Model, size: f64) -> Vec<f64> {
+    let angle = |unit: &str| unit == "rad";
+    model.coordinates.iter().map(|c| if angle(&c.unit) { core::f64::consts::PI } else { size }).collect()
+}
+
+/// A random state; every other one at t = 0, where motions start.
+fn start_state(model: &Model, scale: &[f64], start: u64, attempt: u64) -> Sample {
+    let both = |kind: u64, i: usize| 2.0 * random(0x100 + 0x40 * start + kind, i as u64) - 1.0;
+    Sample {
+        time: if start % 2 == 0 { 0.0 } else { random(0x80, start) },
+        q: scale.iter().enumerate().map(|(i, s)| s * both(0, i)).collect(),
+        u: (0..scale.len()).map(|i| both(1, i)).collect(),
+        parameters: Sample::parameters(model, attempt),
+    }
+}

@@ -1,0 +1,160 @@
+//! Projection of random states onto the manifold Φ = 0, by the Levenberg–Marquardt method.
+//!
+//! Solves min ½|WΦ(q)|² with steps δ = D²Jᵀ(J D²Jᵀ + μI)⁻¹(−WΦ), J = WΦ_q; W gives every row the length 1 at the start, D the coordinates their
+//! size. With μ ≤ |WΦ| it converges fast also where rows are redundant on the manifold, where Newton's own step does not exist (Yamashita and
+//! Fukushima 2001). Where it gets stuck away from the manifold, the coordinates of the rows that do not hold are thrown anew.
+
+use crate::graph::{NodeId, Tape};
+
+use super::orthogonal::norm;
+use super::rows::Rows;
+use super::sample::{Sample, random};
+
+/// Iterations of one descent.
+const ITERATIONS: usize = 60;
+/// Descents from one start.
+const THROWS: u64 = 6;
+/// |WΦ| of a state on the manifold. Φ² = 0 is approached at half the distance each time, so that Φ is 1e-6 there.
+const ON_MANIFOLD: f64 = 1e-12;
+
+/// How a projection ended.
+pub(super) enum End {
+    /// On the manifold.
+    There(Sample),
+    /// Away from it: |WΦ| of every row. Not evidence of anything where a value was not finite on the way.
+    Stuck(Option<Vec<f64>>),
+}
+
+/// The holonomic rows among some, ready to be evaluated.
+pub(super) struct Projection<'r> {
+    rows: &'r Rows,
+    chosen: Vec<usize>,
+    tape: Tape,
+    /// Typical size of each coordinate.
+    scale: Vec<f64>,
+}
+
+/// Φ and Φ_q D at a state.
+struct Local {
+    values: Vec<f64>,
+    jacobian: Vec<Vec<f64>>,
+}
+
+impl<'r> Projection<'r> {
+    pub(super) fn new(rows: &'r Rows, chosen: &[usize], scale: Vec<f64>) -> Self {
+        let chosen: Vec<usize> = chosen.iter().copied().filter(|r| *r < rows.holonomic).collect();
+        let slopes = chosen.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(_, node)| *node));
+        let nodes: Vec<NodeId> = slopes.chain(chosen.iter().map(|r| rows.values[*r])).collect();
+        Self { rows, tape: Tape::new(&rows.graph, &nodes), chosen, scale }
+    }
+
+    fn local(&self, state: &Sample, buffer: &mut Vec<f64>) -> Local {
+        self.tape.run(&self.rows.graph, state, buffer);
+        let values = self.chosen.iter().map(|r| buffer[self.rows.values[*r].index()]).collect();
+        let row = |r: &usize| {
+            let mut dense = vec![0.0; self.scale.len()];
+            self.rows.jacobian[*r].iter().for_each(|(j, node)| dense[*j] = buffer[node.index()] * self.scale[*j]);
+            dense
+        };
+        Local { values, jacobian: self.chosen.iter().map(row).collect() }
+    }
+
+    /// From a random state onto the manifold.
+    pub(super) fn from(&self, mut state: Sample, start: u64) -> End {
+        let mut buffer = Vec::new();
+        if self.chosen.is_empty() {
+            return End::There(state);
+        }
+        let mut last = None;
+        for throw in 0..THROWS {
+            let Some(residual) = self.descend(&mut state, &mut buffer) else { return End::Stuck(None) };
+            let worst = residual.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            if worst <= ON_MANIFOLD {
+                return End::There(state);
+            }
+            for (r, own) in self.chosen.iter().zip(&residual) {
+                if own.abs() > 1e-3 * worst {
+                    for (j, _) in &self.rows.jacobian[*r] {
+                        let x = random(0x900 + 16 * start + throw, *j as u64);
+                        state.q[*j] = self.scale[*j] * (2.0 * x - 1.0);
+                    }
+                }
+            }
+            last = Some(residual);
+        }
+        End::Stuck(last)
+    }
+
+    /// One descent; WΦ at its end, `None` where a value was not finite.
+    fn descend(&self, state: &mut Sample, buffer: &mut Vec<f64>) -> Option<Vec<f64>> {
+        let mut local = self.local(state, buffer);
+        let length = |row: &Vec<f64>| norm(row);
+        let weight: Vec<f64> = local.jacobian.iter().map(length).map(|l| if l > 0.0 { 1.0 / l } else { 1.0 }).collect();
+        let weighted = |local: &Local| -> Vec<f64> { local.values.iter().zip(&weight).map(|(v, w)| v * w).collect() };
+        let mut residual = weighted(&local);
+        // As small as the residual, unless such a step failed.
+        let (mut damping, mut failed) = (1e-2, false);
+        for _ in 0..ITERATIONS {
+            let size = norm(&residual);
+            if !size.is_finite() {
+                return None;
+            }
+            if size <= 0.1 * ON_MANIFOLD || damping > 1e8 {
+                break;
+            }
+            let used = if failed { damping } else { f64::min(damping, size) };
+            let step = self.step(&local, &weight, &residual, used)?;
+            let mut next = state.clone();
+            next.q.iter_mut().zip(&step).zip(&self.scale).for_each(|((q, s), d)| *q += s * d);
+            let there = self.local(&next, buffer);
+            let new = weighted(&there);
+            failed = !(norm(&new) < size);
+            if failed {
+                damping = f64::max(10.0 * used, 1e-14);
+            } else {
+                (*state, local, residual) = (next, there, new);
+                damping = 0.2 * used;
+            }
+        }
+        Some(residual)
+    }
+
+    /// −D Jᵀ(J Jᵀ + μI)⁻¹WΦ over D, with J = WΦ_q D.
+    fn step(&self, local: &Local, weight: &[f64], residual: &[f64], damping: f64) -> Option<Vec<f64>> {
+        let rows: Vec<Vec<f64>> =
+            local.jacobian.iter().zip(weight).map(|(row, w)| row.iter().map(|x| x * w).collect()).collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let mut normal: Vec<Vec<f64>> =
+            (0..rows.len()).map(|i| (0..=i).map(|j| dot(&rows[i], &rows[j])).collect()).collect();
+        let largest = (0..rows.len()).fold(0.0f64, |m, i| m.max(normal[i][i]));
+        (0..rows.len()).for_each(|i| normal[i][i] += f64::max(damping, 1e-15 * largest));
+        let multipliers = solve(normal, residual)?;
+        let mut step = vec![0.0; self.scale.len()];
+        for (row, y) in rows.iter().zip(multipliers) {
+            step.iter_mut().zip(row).for_each(|(s, x)| *s -= x * y);
+        }
+        Some(step)
+    }
+}
+
+/// Cholesky's method for a matrix given by its lower triangle.
+fn solve(mut a: Vec<Vec<f64>>, right: &[f64]) -> Option<Vec<f64>> {
+    let n = a.len();
+    for i in 0..n {
+        for j in 0..=i {
+            let sum: f64 = a[i][j] - (0..j).map(|k| a[i][k] * a[j][k]).sum::<f64>();
+            a[i][j] = if i == j { sum.sqrt() } else { sum / a[j][j] };
+        }
+        if !(a[i][i] > 0.0) {
+            return None;
+        }
+    }
+    let mut x = right.to_vec();
+    for i in 0..n {
+        x[i] = (x[i] - (0..i).map(|k| a[i][k] * x[k]).sum::<f64>()) / a[i][i];
+    }
+    for i in (0..n).rev() {
+        x[i] = (x[i] - (i + 1..n).map(|k| a[k][i] * x[k]).sum::<f64>()) / a[i][i];
+    }
+    x.iter().all(|x| x.is_finite()).then_some(x)
+}

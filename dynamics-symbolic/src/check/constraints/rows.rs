@@ -1,0 +1,84 @@
+//! The rows of all constraints with their derivatives, in a graph of their own: what the checks build must not decide which form of an expression
+//! the derivation finds first.
+
+use crate::calculus::{directional, gradient};
+use crate::check::unused::Reads;
+use crate::graph::{Graph, NodeId, Symbol};
+use crate::mechanics::Model;
+
+/// The rows Φ(q,t) and A q̇ + b, holonomic ones first, as they are in λ.
+pub(super) struct Rows {
+    /// A copy of the model's graph with the nodes below.
+    pub(super) graph: Graph,
+    /// Number of coordinates.
+    pub(super) coordinates: usize,
+    /// Number of holonomic rows.
+    pub(super) holonomic: usize,
+    /// Φ and A q̇ + b.
+    pub(super) values: Vec<NodeId>,
+    /// Φ_q and A: the entries that are not identically zero, by coordinate.
+    pub(super) jacobian: Vec<Vec<(usize, NodeId)>>,
+    /// Φ_t and b.
+    pub(super) offset: Vec<NodeId>,
+    /// The constraint of each row, by its index in the model.
+    pub(super) constraint: Vec<usize>,
+    /// Names of the rows.
+    pub(super) names: Vec<String>,
+}
+
+impl Rows {
+    pub(super) fn of(model: &Model) -> Self {
+        let mut rows = Self {
+            graph: model.graph.clone(),
+            coordinates: model.coordinates.len(),
+            holonomic: 0,
+            values: Vec::new(),
+            jacobian: Vec::new(),
+            offset: Vec::new(),
+            constraint: Vec::new(),
+            names: Vec::new(),
+        };
+        for (i, c) in model.constraints.iter().enumerate() {
+            for (suffix, node) in &c.components {
+                let kind = if c.is_holonomic() { Symbol::Coordinate } else { Symbol::Rate };
+                let read = Reads::of(model, &[*node]);
+                let moving: Vec<usize> = (0..rows.coordinates).filter(|j| read.symbol(kind(*j as u32))).collect();
+                rows.holonomic += usize::from(c.is_holonomic());
+                rows.values.push(*node);
+                rows.constraint.push(i);
+                rows.names.push(format!("{}{suffix}", c.name));
+                rows.differentiate(*node, &moving, kind);
+            }
+        }
+        rows
+    }
+
+    fn differentiate(&mut self, node: NodeId, moving: &[usize], kind: fn(u32) -> Symbol) {
+        let g = &mut self.graph;
+        let symbols: Vec<Symbol> = moving.iter().map(|j| kind(*j as u32)).collect();
+        let one = g.one();
+        let slopes = gradient(g, &[(node, one)], &symbols);
+        let entries: Vec<(usize, NodeId)> = moving.iter().copied().zip(slopes).collect();
+        let offset = if kind(0) == Symbol::Coordinate(0) {
+            directional(g, &[node], &mut |g, s| (s == Symbol::Time).then(|| g.one()))[0]
+        } else {
+            entries.iter().fold(node, |rest, (j, slope)| {
+                let rate = g.symbol(Symbol::Rate(*j as u32));
+                let term = g.mul(*slope, rate);
+                g.sub(rest, term)
+            })
+        };
+        self.jacobian.push(entries.into_iter().filter(|(_, slope)| !g.is_zero(*slope)).collect());
+        self.offset.push(offset);
+    }
+
+    /// R.
+    pub(super) fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Names of some rows.
+    pub(super) fn named(&self, rows: impl IntoIterator<Item = usize>) -> Vec<String> {
+        rows.into_iter().map(|r| self.names[r].clone()).collect()
+    }
+}
