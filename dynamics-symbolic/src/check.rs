@@ -17,6 +17,7 @@ mod unused;
 
 use crate::mechanics::{Equations, Model};
 
+pub use constraints::Analysis;
 pub use finding::Finding;
 pub use symmetry::{conserved, power_unit};
 
@@ -47,11 +48,14 @@ pub fn singular(model: &mut Model, pivot: usize) -> Vec<Finding> {
 
 /// Checks of what was derived.
 #[must_use]
-pub fn derived(model: &mut Model, equations: &Equations) -> Vec<Finding> {
+pub fn derived(model: &mut Model, equations: &Equations, analysis: &Analysis) -> Vec<Finding> {
     let mut found = Vec::new();
     // A force that moves nothing is applied at the wrong point.
     effect::idle_forces(model, &mut found);
-    // Negative inertia runs away: a sign is wrong.
-    definite::definite(model, equations, &mut found);
+    // Negative inertia runs away: a sign is wrong. With constraints it is looked for along the free directions.
+    if equations.constraints.is_none() {
+        definite::definite(model, equations, &mut found);
+    }
+    constraints::derived(model, equations, analysis, &mut found);
     found
 }

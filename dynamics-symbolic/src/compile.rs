@@ -125,10 +125,14 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !found.is_empty() {
         return Err(found);
     }
+    let constraints = check::constraints::analyse(&model);
+    if !constraints.findings.is_empty() {
+        return Err(constraints.findings);
+    }
     let mut equations = derive(&mut model).map_err(|e| findings(&mut model, &e))?;
     equations.conserved = check::conserved(&mut model, &equations);
     equations.powers.iter_mut().for_each(|p| p.unit = check::power_unit(&model));
-    let found = check::derived(&mut model, &equations);
+    let found = check::derived(&mut model, &equations, &constraints);
     if !found.is_empty() {
         return Err(found);
     }
@@ -147,7 +151,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
         NoJacobians::TooLarge(e) => (e.function.as_str(), Withheld::TooLarge(e.operations)),
         NoJacobians::General => ("state_jacobian", Withheld::General),
     });
-    let report = text::report(&model, &equations, &printed, withheld);
+    let report = text::report(&model, &equations, &constraints, &printed, withheld);
     let listing = text::listing(&model, &equations, &printed);
     let (equations_text, latex) = text::equations(&mut model, &equations);
     Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })

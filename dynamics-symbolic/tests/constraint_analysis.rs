@@ -323,3 +323,20 @@ fn holonomic_constraints_take_part_in_integrability() {
     assert!(matches!(&faults(&b.model)[..], [Fault::Integrable { integrable: 1, of: 1, .. }]));
     let _ = y;
 }
+
+/// Wojtyra's criterion: a beam on three supports, held sideways as well. The forces of the supports are not unique, the one sideways is; and of a
+/// constraint that repeats itself, the sum.
+#[test]
+fn unique_reactions_are_told_from_others() {
+    let (mut b, q) = particles(&["x", "y", "theta"]);
+    let supports: Vec<NodeId> = [-1, 0, 1].iter().map(|i| b.linear(&[0, 1, *i], &q, 0)).collect();
+    constrain(&mut b, "side", HOLONOMIC, &[q[0]]);
+    constrain(&mut b, "supports", HOLONOMIC, &supports).redundant = true;
+    let analysis = sound(&b.model);
+    assert_eq!((analysis.rank, analysis.not_unique), (3, vec![1, 2, 3]));
+    assert_eq!(analysis.joint, [1]);
+    b.model.constraints.clear();
+    constrain(&mut b, "left", HOLONOMIC, &supports[..1]);
+    constrain(&mut b, "rest", HOLONOMIC, &supports[1..]).redundant = true;
+    assert_eq!(sound(&b.model).joint, [0usize; 0]);
+}

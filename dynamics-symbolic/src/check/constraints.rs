@@ -9,20 +9,23 @@ mod effect;
 mod exact;
 mod finding;
 mod generic;
+mod inertia;
 mod integrable;
 mod linear;
+mod loops;
 mod manifold;
 mod newton;
 mod orthogonal;
 mod rows;
 mod sample;
 
-use crate::mechanics::Model;
+use crate::mechanics::{Equations, Model};
 
 use super::Finding;
 
 pub use analysis::{Analysis, LookedAt, analyse};
 pub use finding::{Combination, ConstraintFinding};
+pub use loops::{Loop, loops};
 pub use sample::Sample;
 
 /// Checks of what is declared, one row at a time.
@@ -35,4 +38,10 @@ pub(super) fn declared(model: &Model, found: &mut Vec<Finding>) {
     // A q̇ + b: Appell's and Chetaev's rule, and with it the reaction Aᵀλ, hold for rows linear in the velocities.
     linear::linear(model, &mut faults);
     found.extend(faults.into_iter().map(Finding::Constraint));
+}
+
+/// Checks of what was derived.
+pub(super) fn derived(model: &Model, equations: &Equations, analysis: &Analysis, found: &mut Vec<Finding>) {
+    // Accelerations exist where the constraints leave no direction without inertia.
+    inertia::inertia(model, equations, analysis, found);
 }

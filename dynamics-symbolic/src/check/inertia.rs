@@ -42,12 +42,12 @@ pub(super) fn inertia(model: &mut Model, pivot: usize, found: &mut Vec<Finding>)
     }
 }
 
-fn named(model: &Model, takes_part: impl Fn(usize) -> bool) -> String {
+pub(super) fn named(model: &Model, takes_part: impl Fn(usize) -> bool) -> String {
     let names = model.coordinates.iter().enumerate().filter(|(i, _)| takes_part(*i)).map(|(_, c)| c.name.as_str());
     names.collect::<Vec<_>>().join(", ")
 }
 
-fn involved(model: &Model, takes_part: impl Fn(usize) -> bool) -> Vec<Origin> {
+pub(super) fn involved(model: &Model, takes_part: impl Fn(usize) -> bool) -> Vec<Origin> {
     let mut origins: Vec<Origin> = Vec::new();
     for (_, c) in model.coordinates.iter().enumerate().filter(|(i, _)| takes_part(*i)) {
         if !origins.contains(&c.origin) {

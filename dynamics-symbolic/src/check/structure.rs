@@ -125,15 +125,29 @@ fn subsystems(model: &Model, equations: &Equations) -> Vec<Vec<usize>> {
             Reads::of(model, &nodes)
         })
         .collect();
+    let mut held = vec![vec![false; n]; n];
+    for row in constraint_reads(model) {
+        let own: Vec<usize> = (0..n).filter(|i| row.coordinate(*i as u32)).collect();
+        own.windows(2).for_each(|pair| held[pair[0]][pair[1]] = true);
+    }
     components(n, |i, j| {
         let symbol = |s: fn(u32) -> Symbol| reads[i].symbol(s(j as u32));
-        !model.graph.is_zero(equations.mass_matrix[i][j]) || symbol(Symbol::Coordinate) || symbol(Symbol::Rate)
+        let coupled = held[i][j] || !model.graph.is_zero(equations.mass_matrix[i][j]);
+        coupled || symbol(Symbol::Coordinate) || symbol(Symbol::Rate)
     })
+}
+
+/// What each row of the constraints reads.
+fn constraint_reads(model: &Model) -> Vec<Reads> {
+    let rows = model.constraints.iter().flat_map(|c| &c.components);
+    rows.map(|(_, node)| Reads::of(model, &[*node])).collect()
 }
 
 fn linearity(model: &Model, equations: &Equations, mass: Dependence) -> Linearity {
     let q = &equations.generalized_force;
-    let moves = |s: Symbol| matches!(s, Symbol::Coordinate(_) | Symbol::Rate(_));
+    let moves = |s: Symbol| matches!(s, Symbol::Coordinate(_) | Symbol::Rate(_) | Symbol::Multiplier(_));
+    let rows = model.constraints.iter().flat_map(|c| &c.components).map(|(_, node)| *node);
+    let q = &q.iter().copied().chain(rows).collect::<Vec<NodeId>>();
     if mass.on(Dependence::COORDINATES.with(Dependence::RATES)) || !degree_at_most(model, q, 1, &moves) {
         return Linearity::Nonlinear;
     }
@@ -155,7 +169,10 @@ fn ignorable(model: &Model) -> Vec<usize> {
     let nodes: Vec<NodeId> =
         model.energies.iter().filter(|e| e.role != EnergyRole::Dissipation).map(|e| e.node).collect();
     let reads = Reads::of(model, &nodes);
-    (0..model.coordinates.len()).filter(|i| !reads.symbol(Symbol::Coordinate(*i as u32))).collect()
+    let rows = constraint_reads(model);
+    // A constraint on a coordinate acts on its momentum.
+    let free = |i: &u32| !reads.symbol(Symbol::Coordinate(*i)) && !rows.iter().any(|r| r.coordinate(*i));
+    (0..model.coordinates.len() as u32).filter(free).map(|i| i as usize).collect()
 }
 
 fn gyroscopic(model: &Model, equations: &Equations) -> bool {

@@ -5,11 +5,12 @@
 //! not looked for.
 //!
 //! All this holds between the switches of choices. What decides a choice in L or in the place where a force acts has to be invariant as well,
-//! along t for the energy, along c for a momentum: otherwise the quantity may jump where the choice switches.
+//! along t for the energy, along c for a momentum: otherwise the quantity may jump where the choice switches. With constraints Φ_q c = 0 as well,
+//! and for the energy that none of them moves.
 
 use crate::calculus::{directional, gradient};
 use crate::graph::{Dependence, Fingerprint, NodeId, Number, Sampler, Symbol};
-use crate::mechanics::{EnergyRole, Equations, ForceTerm, Model, Named};
+use crate::mechanics::{ConstraintEquations, EnergyRole, Equations, ForceTerm, Model, Named};
 
 use super::choices::deciders;
 use super::modular::{combination, integers, null_space};
@@ -19,7 +20,9 @@ use super::units::{Dimension, Exponent, System, Unit};
 pub fn conserved(model: &mut Model, equations: &Equations) -> Vec<Named> {
     let mut found: Vec<Named> = energy(model, equations).into_iter().collect();
     let rates = momentum_rates(model, equations);
-    let slopes = choice_slopes(model);
+    let mut slopes = choice_slopes(model);
+    // The reactions Φ_qᵀλ do not act along directions that no constraint restricts.
+    slopes.extend(equations.constraints.iter().flat_map(|c| c.jacobian.iter().cloned()));
     for c in constant_directions(model, &rates, &slopes) {
         let names: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
         let name = format!("momentum of {}", combination(&c, &names));
@@ -41,7 +44,9 @@ fn energy(model: &mut Model, equations: &Equations) -> Option<Named> {
     let power = equations.powers.iter().fold(Fingerprint::ZERO, |sum, p| sum.add(g.fingerprint(p.node)));
     let node = equations.energy_function;
     let open = g.dependence(node).on(Dependence::INPUTS) || driven(model) || switched;
-    if power != Fingerprint::ZERO || open || g.is_constant(node) {
+    let moved = |c: &ConstraintEquations| c.velocity_offset.iter().any(|o| !g.is_zero(*o));
+    let moved = equations.constraints.as_ref().is_some_and(moved);
+    if power != Fingerprint::ZERO || open || moved || g.is_constant(node) {
         return None;
     }
     let natural = equations.energies.is_none_or(|(t, v)| g.fingerprint(t).add(g.fingerprint(v)) == g.fingerprint(node));
@@ -93,7 +98,7 @@ fn momentum_rates(model: &mut Model, equations: &Equations) -> Vec<(NodeId, Node
     equations.generalized_force.iter().copied().zip(transport).collect()
 }
 
-/// Integer vectors c with cᵀṗ ≡ 0 and cᵀs ≡ 0 for the slopes s of what decides choices.
+/// Integer vectors c with cᵀṗ ≡ 0 and cᵀs ≡ 0 for the slopes s of what decides choices and of constraints.
 fn constant_directions(model: &Model, rates: &[(NodeId, NodeId)], slopes: &[Vec<NodeId>]) -> Vec<Vec<i64>> {
     let n = rates.len();
     if n == 0 {

@@ -89,7 +89,7 @@ impl Reads {
         !self.functions.is_empty()
     }
 
-    fn coordinate(&self, i: u32) -> bool {
+    pub(super) fn coordinate(&self, i: u32) -> bool {
         [Symbol::Coordinate(i), Symbol::Rate(i), Symbol::Acceleration(i)].into_iter().any(|s| self.symbol(s))
     }
 }

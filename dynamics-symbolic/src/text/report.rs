@@ -1,5 +1,6 @@
 //! The report: degrees of freedom, conserved quantities, structure, what was simplified, and what the model costs; for a terminal.
 
+use crate::check::Analysis;
 use crate::check::hazards::Hazards;
 use crate::check::structure::{Linearity, Pattern, Structure};
 use crate::graph::{Dependence, Graph, Node, NodeId};
@@ -8,6 +9,8 @@ use crate::schedule::Program;
 
 use super::formula::Formulas;
 use super::plain::Plain;
+
+mod constraints;
 
 /// Width of a line, and of the column of headings.
 const WIDTH: usize = 96;
@@ -18,12 +21,14 @@ const HEADING: usize = 20;
 pub fn report(
     model: &Model,
     equations: &Equations,
+    analysis: &Analysis,
     programs: &[&Program],
     withheld: Option<(&str, Withheld)>,
 ) -> String {
     let structure = Structure::of(model, equations);
     let mut out = format!("{}\n\n", model.name);
     declared(&mut out, model);
+    constraints::constraints(&mut out, model, equations, analysis);
     derived(&mut out, model, equations, &structure);
     conserved(&mut out, equations);
     watch(&mut out, model, equations);
@@ -65,7 +70,8 @@ fn entry(out: &mut String, heading: &str, text: &str) {
 
 fn declared(out: &mut String, model: &Model) {
     let coordinates = model.coordinates.iter().map(|c| (c.name.as_str(), c.unit.as_str()));
-    entry(out, "degrees of freedom", &list(coordinates));
+    let heading = if model.constraints.is_empty() { "degrees of freedom" } else { "coordinates" };
+    entry(out, heading, &list(coordinates));
     let parameters = model.parameters.iter().map(|c| (c.name.as_str(), c.unit.as_str()));
     entry(out, "parameters", &list(parameters));
     if !model.functions.is_empty() {

@@ -31,6 +31,8 @@ pub struct Analysis {
     pub holonomic_rank: usize,
     /// Rows whose multipliers are not unique: those in the span of the others.
     pub not_unique: Vec<usize>,
+    /// Constraints with multipliers that are not unique whose whole generalized force Φ_qᵀλ is, by index in the model.
+    pub joint: Vec<usize>,
     /// Rows that can be left out without changing the motion, the last ones of every relation.
     pub superfluous: Vec<usize>,
     /// States in which the holonomic constraints hold; velocities and the inputs are random. Empty where none was found or looked for.
@@ -82,7 +84,8 @@ pub fn analyse(model: &Model) -> Analysis {
     }
     let everything = order.everything();
     let whole = if order.switched.is_empty() { base } else { all.look(&everything, true) };
-    let mut analysis = summarise(&rows, whole);
+    let joint = all.joint(&whole);
+    let mut analysis = Analysis { joint, ..summarise(&rows, whole) };
     if all.faults.is_empty() {
         let known = integrable::integrability(model, &rows, &analysis.superfluous);
         judge_integrability(model, &rows, known.as_ref(), &mut all.faults);
@@ -143,11 +146,30 @@ impl Set<'_> {
     fn look(&self, order: &[usize], project: bool) -> Look {
         let (rank, general) = self.samples.dependents(self.rows, order);
         let contradictory = general.iter().any(|d| d.verdict == Verdict::Contradicts);
-        let holonomic = order.iter().filter(|r| **r < self.rows.holonomic).count();
-        let possible = project && !contradictory && holonomic > 0 && order.len() <= manifold::LIMIT;
+        let possible = project && !contradictory && order.len() <= manifold::LIMIT;
         let manifold = possible.then(|| Manifold::of(self.model, self.rows, order));
         let ranks = manifold.as_ref().and_then(|m| m.ranks(self.rows, order));
         Look { order: order.to_vec(), rank, general, manifold, ranks }
+    }
+
+    /// Constraints whose generalized force is unique though their multipliers are not: their rows span nothing that the others span.
+    fn joint(&self, look: &Look) -> Vec<usize> {
+        let lost: Vec<usize> = match &look.ranks {
+            Some(ranks) => ranks.entangled.clone(),
+            None => entangled(&look.general),
+        };
+        let ranks = |order: &[usize]| match &look.manifold {
+            Some(m) if !m.samples.is_empty() => m.samples.iter().map(|s| manifold::rank(self.rows, s, order)).collect(),
+            _ => vec![self.samples.dependents(self.rows, order).0],
+        };
+        let all = ranks(&look.order);
+        let apart = |c: &usize| {
+            let (own, rest): (Vec<usize>, Vec<usize>) =
+                look.order.iter().partition(|r| self.rows.constraint[**r] == *c);
+            own.iter().any(|r| lost.contains(r))
+                && ranks(&own).iter().zip(ranks(&rest)).zip(&all).all(|((a, b), whole)| a + b == *whole)
+        };
+        if lost.is_empty() { Vec::new() } else { (0..self.model.constraints.len()).filter(apart).collect() }
     }
 
     /// Looks at rows and reports the faults of those in `own`.
@@ -276,6 +298,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         rank,
         holonomic_rank: rows.holonomic - lost,
         not_unique,
+        joint: Vec::new(),
         superfluous,
         samples: look.manifold.map_or_else(Vec::new, |m| m.samples),
         looked_at,

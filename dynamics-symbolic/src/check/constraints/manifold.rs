@@ -172,6 +172,11 @@ fn join(row: usize, all: &[At]) -> Dependence {
     Dependence { row, others, constant, consistent: own().all(|(.., agrees)| *agrees) }
 }
 
+/// Rank of some rows at a state.
+pub(super) fn rank(rows: &Rows, sample: &Sample, chosen: &[usize]) -> usize {
+    At::of(rows, sample, chosen).rank
+}
+
 /// Rows of Φ_q and A at a state.
 pub(super) fn slopes(rows: &Rows, sample: &Sample, chosen: &[usize]) -> Vec<Vec<f64>> {
     let nodes: Vec<NodeId> = chosen.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(_, node)| *node)).collect();

@@ -1,0 +1,193 @@
+//! What the report says of constraints: the class of each, what they leave free, loops, uniqueness of the reactions, and how it is all solved.
+
+use crate::check::Analysis;
+use crate::check::constraints::{LookedAt, Loop, loops};
+use crate::mechanics::{
+    Constraint, ConstraintEquations, ConstraintKind, Elimination, Equations, General, Model, Solution,
+};
+
+use super::entry;
+
+/// Most constraints, loops or rows that are listed by name.
+const LISTED: usize = 12;
+
+/// The lines on constraints; none without any.
+pub(super) fn constraints(out: &mut String, model: &Model, equations: &Equations, analysis: &Analysis) {
+    let Some(derived) = &equations.constraints else { return };
+    classes(out, model, derived, analysis);
+    freedom(out, model, derived, analysis);
+    found_loops(out, model, derived, analysis);
+    reactions(out, model, analysis);
+    entry(out, "solved by", &solution(model, derived));
+}
+
+/// `rod (m^2): holonomic, fixed`.
+fn classes(out: &mut String, model: &Model, derived: &ConstraintEquations, analysis: &Analysis) {
+    let mut row = 0;
+    for (i, c) in model.constraints.iter().enumerate() {
+        let own = row..row + c.components.len();
+        row = own.end;
+        let moving = own.clone().any(|r| !model.graph.is_zero(derived.velocity_offset[r]));
+        let repeats = own.clone().filter(|r| analysis.superfluous.contains(r)).count();
+        let text = class(c, moving, repeats);
+        match i {
+            LISTED => entry(out, "", &format!("and {} more", model.constraints.len() - i)),
+            i if i < LISTED => entry(out, if i == 0 { "constraints" } else { "" }, &text),
+            _ => {}
+        }
+    }
+}
+
+fn class(c: &Constraint, moving: bool, repeats: usize) -> String {
+    let unit = if c.unit.is_empty() { String::new() } else { format!(" ({})", c.unit) };
+    let rows = match c.components.len() {
+        1 => String::new(),
+        n => format!("{n} rows, "),
+    };
+    let kind = match (c.kind, moving) {
+        (ConstraintKind::Holonomic, false) => "holonomic, fixed",
+        (ConstraintKind::Holonomic, true) => "holonomic, moving",
+        (ConstraintKind::Nonholonomic { .. }, false) => "nonholonomic, linear",
+        (ConstraintKind::Nonholonomic { .. }, true) => "nonholonomic, affine",
+    };
+    let said = if c.kind == (ConstraintKind::Nonholonomic { integrable: true }) { ", integrable" } else { "" };
+    let switched = if c.switched { ", switched on and off" } else { "" };
+    let repeats = match (repeats, c.components.len()) {
+        (0, _) => String::new(),
+        (n, all) if n == all => ", repeats others".to_owned(),
+        (n, _) => format!(", {n} of them repeat others"),
+    };
+    format!("{}{unit}: {rows}{kind}{said}{switched}{repeats}", c.name)
+}
+
+fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analysis: &Analysis) {
+    let (n, rows) = (model.coordinates.len(), analysis.rows);
+    let places = n - analysis.holonomic_rank.min(n);
+    let free = n - analysis.rank.min(n);
+    let where_known = match analysis.looked_at {
+        LookedAt::Nominal => "where the constraints hold, at the nominal values",
+        LookedAt::Random => {
+            "where the constraints hold, at random values of the parameters; `#[nominal(..)]` would say at which"
+        }
+        LookedAt::General if derived.holonomic == 0 => "in every state",
+        LookedAt::General => {
+            "in general; no state was found in which the constraints hold, `#[nominal(..)]` values would help"
+        }
+        LookedAt::TooMany => "in general; there are too many rows to look at states in which the constraints hold",
+        LookedAt::Nowhere => "in general; no state was found in which the constraints hold",
+    };
+    let size = if places == free { free.to_string() } else { format!("{free} in velocities, {places} in positions") };
+    let driven = if free == 0 { ": driven throughout, a matter of kinematics" } else { "" };
+    let text = format!(
+        "{size}{driven}; {n} coordinates, {rows} {} of rank {} {where_known}",
+        if rows == 1 { "row" } else { "rows" },
+        analysis.rank
+    );
+    entry(out, "degrees of freedom", &text);
+    if let Some(n) = analysis.integrable.filter(|n| *n > 0) {
+        entry(out, "", &format!("{n} of the nonholonomic rows can be integrated"));
+    }
+}
+
+fn found_loops(out: &mut String, model: &Model, derived: &ConstraintEquations, analysis: &Analysis) {
+    let found: Vec<Loop> = match &derived.solution {
+        Solution::Unrolled(u) => match &u.elimination {
+            Elimination::Blocks(blocks) => {
+                let holonomic = |rows: &[usize]| rows.iter().all(|r| *r < derived.holonomic);
+                let own = blocks.iter().filter(|(rows, _)| holonomic(rows));
+                own.map(|(rows, coordinates)| Loop { rows: rows.clone(), coordinates: coordinates.clone() }).collect()
+            }
+            Elimination::MinimumDegree => structural(model, derived, analysis),
+        },
+        Solution::General(_) => structural(model, derived, analysis),
+    };
+    if found.is_empty() {
+        return;
+    }
+    let names = |coordinates: &[usize]| {
+        let all: Vec<&str> = coordinates.iter().map(|j| model.coordinates[*j].name.as_str()).collect();
+        shortened(&all)
+    };
+    let one = |l: &Loop| format!("{} for {}", rows_text(model, &l.rows), names(&l.coordinates));
+    let texts: Vec<String> = found.iter().take(LISTED).map(one).collect();
+    let more = if found.len() > LISTED { format!("; and {} more", found.len() - LISTED) } else { String::new() };
+    entry(out, "loops", &format!("{}: {}{more}", found.len(), texts.join("; ")));
+}
+
+fn structural(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> Vec<Loop> {
+    let rows: Vec<usize> = (0..derived.holonomic).filter(|r| !analysis.superfluous.contains(r)).collect();
+    loops(model, &derived.jacobian, &rows)
+}
+
+/// Which multipliers are unique where rows repeat others: those of the rows that are not in the span of the rest (Wojtyra 2009).
+fn reactions(out: &mut String, model: &Model, analysis: &Analysis) {
+    if analysis.not_unique.is_empty() {
+        return entry(out, "reactions", "all unique");
+    }
+    let unique: Vec<usize> = (0..analysis.rows).filter(|r| !analysis.not_unique.contains(r)).collect();
+    let lost = rows_text(model, &analysis.not_unique);
+    let kept = if unique.is_empty() { "none".to_owned() } else { rows_text(model, &unique) };
+    let sums: Vec<&str> = analysis.joint.iter().map(|c| model.constraints[*c].name.as_str()).collect();
+    let sums = if sums.is_empty() {
+        String::new()
+    } else {
+        format!("; unique as a generalized force of the whole constraint: {}", shortened(&sums))
+    };
+    let text = format!("unique: {kept}; not unique, the smallest are given: {lost}{sums}");
+    entry(out, "reactions", &text);
+}
+
+/// Names of rows, whole constraints by their own name.
+fn rows_text(model: &Model, rows: &[usize]) -> String {
+    let mut names: Vec<String> = Vec::new();
+    let mut first = 0;
+    for c in &model.constraints {
+        let own = first..first + c.components.len();
+        first = own.end;
+        let taken: Vec<usize> = own.clone().filter(|r| rows.contains(r)).collect();
+        if taken.len() == own.len() {
+            names.push(c.name.clone());
+        } else {
+            names.extend(taken.into_iter().map(|r| model.row_name(r as u32)));
+        }
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    shortened(&names)
+}
+
+fn shortened(names: &[&str]) -> String {
+    match names.len() {
+        n if n <= LISTED => names.join(", "),
+        n => format!("{} ... {} ({n})", names[..3].join(", "), names[n - 1]),
+    }
+}
+
+fn solution(model: &Model, derived: &ConstraintEquations) -> String {
+    match &derived.solution {
+        Solution::Unrolled(u) => {
+            let order = match &u.elimination {
+                Elimination::MinimumDegree => {
+                    "accelerations and multipliers together, fewest neighbours first".to_owned()
+                }
+                Elimination::Blocks(blocks) => {
+                    let dependent: Vec<usize> = blocks.iter().flat_map(|(_, c)| c.iter().copied()).collect();
+                    let free = model.coordinates.iter().enumerate().filter(|(j, _)| !dependent.contains(j));
+                    let free: Vec<&str> = free.map(|(_, c)| c.name.as_str()).collect();
+                    let largest = blocks.iter().map(|(rows, _)| rows.len()).max().unwrap_or(0);
+                    let left = if free.is_empty() { "nothing".to_owned() } else { shortened(&free) };
+                    format!("{} blocks of at most {largest} rows, down to {left}", blocks.len())
+                }
+            };
+            format!("generated code: {order}; {} pivots guarded, the general solver behind them", u.guards.len())
+        }
+        Solution::General(why) => {
+            let why = match why {
+                General::Redundant => "rows repeat others, the multipliers are those of least norm".to_owned(),
+                General::Friction => "forces depend on the reactions of the same instant".to_owned(),
+                General::NoPivots => "every order of elimination meets a pivot that is zero".to_owned(),
+                General::TooLarge(operations) => format!("generated code would take {operations} operations"),
+            };
+            format!("the general rank-revealing solver, at run time: {why}")
+        }
+    }
+}
