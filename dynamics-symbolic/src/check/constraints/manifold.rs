@@ -107,8 +107,8 @@ impl Manifold {
         let all: Vec<At> = self.samples.iter().map(|s| At::of(rows, s, &order)).collect();
         let first = all.first()?;
         let rank = all.iter().fold((usize::MAX, 0), |(low, high), at| (low.min(at.rank), high.max(at.rank)));
-        let everywhere = |r: &usize| all.iter().all(|at| at.dependent.iter().any(|(s, ..)| s == r));
-        let rows_found: Vec<usize> = first.dependent.iter().map(|(r, ..)| *r).filter(everywhere).collect();
+        let everywhere = |r: &usize| all.iter().all(|at| at.dependent.iter().any(|d| d.row == *r));
+        let rows_found: Vec<usize> = first.dependent.iter().map(|d| d.row).filter(everywhere).collect();
         let dependent = rows_found.into_iter().map(|r| join(r, &all)).collect();
         let mut entangled: Vec<usize> = all.iter().flat_map(At::entangled).collect();
         entangled.sort_unstable();
@@ -120,8 +120,15 @@ impl Manifold {
 /// The rows at one sample.
 struct At {
     rank: usize,
-    /// Row, its coefficients, and whether the offsets agree.
-    dependent: Vec<(usize, Vec<(usize, f64)>, bool)>,
+    dependent: Vec<Relation>,
+}
+
+/// A row as a combination of those before it.
+struct Relation {
+    row: usize,
+    coefficients: Vec<(usize, f64)>,
+    /// Whether the offsets satisfy the same relation.
+    consistent: bool,
 }
 
 impl At {
@@ -145,31 +152,31 @@ impl At {
             let (sum, largest) =
                 terms.fold((0.0, offset(*r).abs()), |(sum, large), x| (sum + x, f64::max(large, x.abs())));
             let consistent = (offset(*r) - sum).abs() <= 1e-6 * (largest + size);
-            dependent.push((*r, coefficients, consistent));
+            dependent.push(Relation { row: *r, coefficients, consistent });
         }
         Self { rank: basis.rank(), dependent }
     }
 
     fn entangled(&self) -> impl Iterator<Item = usize> {
-        self.dependent.iter().flat_map(|(r, others, _)| others.iter().map(|(s, _)| *s).chain([*r]))
+        self.dependent.iter().flat_map(|d| d.coefficients.iter().map(|(s, _)| *s).chain([d.row]))
     }
 }
 
 /// What is known about a row from all samples.
 fn join(row: usize, all: &[At]) -> Dependence {
-    let own = || all.iter().filter_map(|at| at.dependent.iter().find(|(r, ..)| *r == row));
-    let mut others: Vec<usize> = own().flat_map(|(_, c, _)| c.iter().map(|(s, _)| *s)).collect();
+    let own = || all.iter().filter_map(|at| at.dependent.iter().find(|d| d.row == row));
+    let mut others: Vec<usize> = own().flat_map(|d| d.coefficients.iter().map(|(s, _)| *s)).collect();
     others.sort_unstable();
     others.dedup();
     let at = |c: &[(usize, f64)], s: usize| c.iter().find(|(t, _)| *t == s).map_or(0.0, |(_, x)| *x);
     let constant = others.iter().map(|s| {
-        let mut values = own().map(|(_, c, _)| at(c, *s));
+        let mut values = own().map(|d| at(&d.coefficients, *s));
         let first = values.next()?;
         let same = own().count() > 1 && values.all(|x| (x - first).abs() < 1e-6 * (1.0 + first.abs()));
         fraction(first).filter(|_| same).map(|f| (*s, f))
     });
     let constant = constant.collect();
-    Dependence { row, others, constant, consistent: own().all(|(.., agrees)| *agrees) }
+    Dependence { row, others, constant, consistent: own().all(|d| d.consistent) }
 }
 
 /// Rank of some rows at a state.
@@ -220,7 +227,7 @@ fn coordinate_scales(model: &Model, size: f64) -> Vec<f64> {
 fn start_state(model: &Model, scale: &[f64], start: u64, attempt: u64) -> Sample {
     let both = |kind: u64, i: usize| 2.0 * random(0x100 + 0x40 * start + kind, i as u64) - 1.0;
     Sample {
-        time: if start % 2 == 0 { 0.0 } else { random(0x80, start) },
+        time: if start.is_multiple_of(2) { 0.0 } else { random(0x80, start) },
         q: scale.iter().enumerate().map(|(i, s)| s * both(0, i)).collect(),
         u: (0..scale.len()).map(|i| both(1, i)).collect(),
         parameters: Sample::parameters(model, attempt),

@@ -4,6 +4,8 @@
 //! size. With μ ≤ |WΦ| it converges fast also where rows are redundant on the manifold, where Newton's own step does not exist (Yamashita and
 //! Fukushima 2001). Where it gets stuck away from the manifold, the coordinates of the rows that do not hold are thrown anew.
 
+use core::cmp::Ordering;
+
 use crate::graph::{NodeId, Tape};
 
 use super::orthogonal::norm;
@@ -108,7 +110,7 @@ impl<'r> Projection<'r> {
             next.q.iter_mut().zip(&step).zip(&self.scale).for_each(|((q, s), d)| *q += s * d);
             let there = self.local(&next, buffer);
             let new = weighted(&there);
-            failed = !(norm(&new) < size);
+            failed = norm(&new).partial_cmp(&size) != Some(Ordering::Less);
             if failed {
                 damping = f64::max(10.0 * used, 1e-14);
             } else {
@@ -145,7 +147,7 @@ fn solve(mut a: Vec<Vec<f64>>, right: &[f64]) -> Option<Vec<f64>> {
             let sum: f64 = a[i][j] - (0..j).map(|k| a[i][k] * a[j][k]).sum::<f64>();
             a[i][j] = if i == j { sum.sqrt() } else { sum / a[j][j] };
         }
-        if !(a[i][i] > 0.0) {
+        if a[i][i].is_nan() || a[i][i] <= 0.0 {
             return None;
         }
     }
