@@ -1,5 +1,7 @@
-//! Differentiation on the graph: local partial derivatives, forward and reverse sweeps, the total time derivative.
+//! Differentiation on the graph: local partial derivatives, forward and reverse sweeps, the total time derivative, shorter forms of
+//! polynomials in sines and cosines.
 
+mod collect;
 mod forward;
 mod local;
 mod reverse;
@@ -7,6 +9,7 @@ mod substitute;
 mod timeless;
 mod total;
 
+pub use collect::{Collected, collect};
 pub use forward::directional;
 pub use reverse::gradient;
 pub use substitute::{ZeroDenominator, substitute};

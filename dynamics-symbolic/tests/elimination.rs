@@ -182,9 +182,9 @@ fn references() -> Vec<Reference> {
     let each = |n: usize| (0..n).map(|i| vec![i]).collect::<Vec<_>>();
     vec![
         // At Θ = 0 crank and arm are aligned: everything that the point E leads is at a dead point.
-        ("Andrews", andrews(), each(7), 5, 574),
-        ("slider-crank", slider_crank(), each(3), 0, 91),
-        ("four-bar", four_bar(), each(3), 0, 133),
+        ("Andrews", andrews(), each(7), 5, 446),
+        ("slider-crank", slider_crank(), each(3), 0, 79),
+        ("four-bar", four_bar(), each(3), 0, 110),
         ("Cartesian double pendulum", cartesian_chain(2), vec![vec![0, 2], vec![0, 3], vec![1, 2], vec![1, 3]], 0, 57),
     ]
 }

@@ -1,14 +1,15 @@
 //! M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ solved on the graph by the cheaper of two ways: q̈ and λ together in minimum-degree order, or independent
 //! coordinates first, with loops eliminated block by block.
 
-use crate::graph::{Bindings, Graph, Node, NodeId, Symbol, Unary};
+use crate::calculus::collect;
+use crate::graph::{Bindings, Graph, NodeId, Symbol};
 
 use super::minimum_degree::MinimumDegree;
 use super::null_space::{NullSpace, Partition};
 use super::partition::{Choice, conditioning, partitions};
 use super::sparse::Sparse;
 use super::structure::blocks;
-use super::unrolled::{Elimination, Guard, Unrolled};
+use super::unrolled::{Elimination, Guard, Guarded, Unrolled};
 
 /// The equations of a system with constraints: N coordinates, R rows.
 #[derive(Clone, Copy, Debug)]
@@ -101,6 +102,10 @@ const LARGE: usize = 20_000;
 /// A partition may cost this much more than the cheapest where it is better conditioned.
 const NEARLY: f64 = 1.25;
 
+/// Smallest share of its constant that a diagonal element of M may have where it is not written as a sum of squares: below, the general solver
+/// takes over, which has it as it was declared.
+const CANCELLED: f64 = 1e-4;
+
 /// Solves the equations with at most `limit` operations. Of several nearly equally cheap choices of independent coordinates the one is taken
 /// whose blocks are farthest from singular at the worst of the given states, which have to be on the manifold to be of use; without states
 /// the coordinates declared first are independent.
@@ -114,6 +119,14 @@ pub fn unroll(
     limit: usize,
 ) -> Result<(Unrolled, Solver), Stuck> {
     let (n, r) = (system.mass.len(), system.jacobian.len());
+    let terms = [&system.mass.concat()[..], &system.jacobian.concat(), system.force, system.gamma].concat();
+    let diagonal: Vec<NodeId> = (0..n).map(|i| system.mass[i][i]).collect();
+    let short = collect(g, &terms, &diagonal);
+    let (rows, vectors) = short.nodes.split_at((n + r) * n);
+    let rows: Vec<Vec<NodeId>> = rows.chunks(n).map(<[NodeId]>::to_vec).collect();
+    let (mass, jacobian) = rows.split_at(n);
+    let (force, gamma) = vectors.split_at(n);
+    let system = &Constrained { mass, jacobian, force, gamma };
     let mass = Sparse::new(g, system.mass, n);
     let jacobian = Sparse::new(g, system.jacobian, n);
     let Choice::Partitions(candidates) = partitions(g, &jacobian, n) else { return Err(Stuck::Redundant) };
@@ -127,7 +140,7 @@ pub fn unroll(
         let solver = Solver(way(&mut trial, choice)?);
         let (accelerations, multipliers) = solver.solve(&mut trial, system.force, system.gamma);
         let guards = solver.guards().iter().flat_map(|guard| [guard.pivot, guard.scale]);
-        Some(weight(&trial, &[accelerations, multipliers, guards.collect()].concat()))
+        Some(trial.weight(&[accelerations, multipliers, guards.collect()].concat()))
     };
     let tried = if g.len() > LARGE { 2 } else { TRIED };
     let priced: Vec<(usize, f64, &Partition)> = candidates
@@ -147,7 +160,12 @@ pub fn unroll(
     };
     let solver = Solver(way(g, choice).ok_or(Stuck::NoPivots)?);
     let (accelerations, multipliers) = solver.solve(g, system.force, system.gamma);
-    let guards = solver.guards().to_vec();
+    let mut guards = solver.guards().to_vec();
+    guards.extend((0..n).filter_map(|i| {
+        let (pivot, scale) =
+            *short.squares.iter().find(|(new, _)| *new == system.mass[i][i] && !g.is_constant(*new))?;
+        Some(Guard { of: Guarded::Coordinate(i), pivot, scale, tolerance: CANCELLED })
+    }));
     let zero = vec![g.zero(); n];
     let given: Vec<NodeId> = (0..r as u32).map(|row| g.symbol(Symbol::Multiplier(row))).collect();
     let correction = solver.solve(g, &zero, &given);
@@ -158,15 +176,4 @@ pub fn unroll(
     }
     let elimination = solver.elimination();
     Ok((Unrolled { elimination, accelerations, multipliers, guards, correction }, solver))
-}
-
-/// Operations that are made in every evaluation; a division or root takes as long as a handful of products.
-fn weight(g: &Graph, roots: &[NodeId]) -> usize {
-    let of = |id: &NodeId| match g.node(*id) {
-        _ if g.is_constant(*id) => 0,
-        Node::Number(_) | Node::Symbol(_) => 0,
-        Node::Div(..) | Node::Unary(Unary::Sqrt, _) => 5,
-        _ => 1,
-    };
-    g.cone(roots).iter().map(of).sum()
 }

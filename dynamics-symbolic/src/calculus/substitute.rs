@@ -43,7 +43,11 @@ pub(super) fn replace(
     Ok(roots.iter().map(|r| new[r.index()].unwrap_or(*r)).collect())
 }
 
-fn rebuild(g: &mut Graph, node: Node, at: &dyn Fn(NodeId) -> NodeId) -> Result<NodeId, ZeroDenominator> {
+/// An operation on what its arguments became, be it in another graph.
+///
+/// # Errors
+/// A denominator that becomes identically zero.
+pub(super) fn rebuild(g: &mut Graph, node: Node, at: &dyn Fn(NodeId) -> NodeId) -> Result<NodeId, ZeroDenominator> {
     Ok(match node {
         Node::Number(n) => g.number(n),
         Node::Symbol(s) => g.symbol(s),

@@ -4,7 +4,7 @@ use core::hash::{BuildHasherDefault, Hasher};
 use std::collections::HashMap;
 
 use super::fingerprint::{Circle, Fingerprint};
-use super::{Dependence, Node, NodeId, Number};
+use super::{Dependence, Node, NodeId, Number, Unary};
 
 /// A hasher for keys that are random already or small and dense: one multiplication per word.
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,6 +52,8 @@ pub struct Graph {
     dependences: Vec<Dependence>,
     monomials: Vec<bool>,
     by_value: Lookup<Fingerprint, NodeId>,
+    /// Nodes that stand for no value at present, by id.
+    hidden: Vec<bool>,
     pub(super) circles: Lookup<NodeId, Circle>,
 }
 
@@ -75,6 +77,7 @@ impl Graph {
             dependences: Vec::new(),
             monomials: Vec::new(),
             by_value: Lookup::new(),
+            hidden: Vec::new(),
             circles: Lookup::new(),
         };
         for (n, d) in [(0, 1), (1, 1), (2, 1), (1, 2), (3, 1), (4, 1), (1, 4), (1, 3)] {
@@ -146,6 +149,29 @@ impl Graph {
         self.cone(roots).iter().filter(|id| works(id)).count()
     }
 
+    /// About how long evaluating `roots` takes, in products: like [`Graph::operations`], with a division or root as a handful of them.
+    #[must_use]
+    pub fn weight(&self, roots: &[NodeId]) -> usize {
+        let of = |id: &NodeId| match self.node(*id) {
+            _ if self.dependence(*id).within(Dependence::PARAMETERS) => 0,
+            Node::Div(..) | Node::Unary(Unary::Sqrt, _) => 5,
+            node => usize::from(node.children().next().is_some()),
+        };
+        self.cone(roots).iter().map(of).sum()
+    }
+
+    /// Runs `work` while no node stands for its value but `kept` and what depends on parameters alone: what is built then is a new form of
+    /// what is there already, and stands for it from then on.
+    pub(crate) fn afresh<T>(&mut self, kept: &[NodeId], work: impl FnOnce(&mut Self) -> T) -> T {
+        let constant = |id: NodeId| self.dependence(id).within(Dependence::PARAMETERS);
+        let mut hidden: Vec<bool> = self.ids().map(|id| !constant(id)).collect();
+        kept.iter().for_each(|id| hidden[id.index()] = false);
+        self.hidden = hidden;
+        let result = work(self);
+        self.hidden = Vec::new();
+        result
+    }
+
     fn dependence_of(&self, node: &Node) -> Dependence {
         let own = match node {
             Node::Symbol(s) => Dependence::of(*s),
@@ -170,7 +196,7 @@ impl Graph {
     /// - where it is made of more kinds of symbols: q̈ − q̈ + q must never stand for q;
     /// - where `node` is a number and it is not.
     pub(super) fn known(&self, node: &Node, fingerprint: Fingerprint) -> Option<NodeId> {
-        let known = self.by_value.get(&fingerprint)?;
+        let known = self.by_value.get(&fingerprint).filter(|id| self.hidden.get(id.index()) != Some(&true))?;
         let is_number = |node: &Node| matches!(node, Node::Number(_));
         let serves = (self.monomials[known.index()] || !self.is_monomial(node))
             && self.dependence(known).within(self.dependence_of(node))
