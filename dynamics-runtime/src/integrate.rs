@@ -34,6 +34,8 @@ pub use dormand_prince5::DormandPrince5;
 pub use event::{Crossing, Direction, Scan, root};
 pub use rk4::Rk4;
 pub use stepper::{Step, StepError, StepOptions, Stepper};
+#[cfg(feature = "alloc")]
+pub(crate) use tableau::zip;
 pub use tableau::{Row, Tolerances};
 
 /// A point (q, u) of phase space, or a derivative (q̇, u̇) there.
@@ -66,6 +68,17 @@ pub trait System<V: Vector> {
     type Error;
     /// q̈ at time t for coordinates q and velocities u = q̇.
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, Self::Error>;
+    /// Is told before every attempt where the step starts and how long it is, with its sign.
+    #[inline(always)]
+    fn attempting(&mut self, _start: &Knot<V>, _h: f64) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    /// Puts the end of a step that is about to be accepted where it belongs: back onto the constraints. Returns by how much it moved, as
+    /// the norm of the error is measured (1: as much as the tolerance permits); `None` where it stayed.
+    #[inline(always)]
+    fn settle(&mut self, _t: f64, _y: &mut Phase<V>, _tolerances: &Tolerances) -> Result<Option<f64>, Self::Error> {
+        Ok(None)
+    }
 }
 
 impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> System<V> for F {

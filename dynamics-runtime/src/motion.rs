@@ -6,8 +6,12 @@
 //! A motion keeps for each step only its start. The interpolant of a step is computed again where it is asked for, with the same
 //! stages that made the step, and so has the method's own dense order; a run pays for it only where events are watched.
 
+mod change;
 mod conditioning;
+mod drift;
 mod error;
+mod formulation;
+mod guard;
 mod leave;
 mod plant;
 mod progress;
@@ -16,16 +20,22 @@ mod record;
 mod run;
 mod simulate;
 mod summary;
+mod upkeep;
 mod watch;
 mod work;
 
 pub use crate::integrate::{Direction, Method};
+pub use change::{Change, ChangeError, Impact};
 pub use conditioning::Conditioning;
+pub use drift::ConstraintDrift;
 pub(crate) use error::suggest;
 pub use error::{MotionError, OptionError, SimulationError, SimulationErrorKind};
+pub use formulation::Formulation;
+pub use guard::Contact;
 pub use query::{Motion, Sampler};
 pub use record::{Counts, EventRecord};
 pub use simulate::{Simulate, Simulation};
 pub use summary::{Drift, Summary};
+pub use upkeep::Upkept;
 pub use watch::Flow;
 pub use work::{WorkAccount, WorkRow};

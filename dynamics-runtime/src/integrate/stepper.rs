@@ -52,6 +52,9 @@ pub enum StepError<E> {
 /// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one whose error is too
 /// large shrinks as the power law of the error says: neither takes half as many.
 const MOST_REJECTIONS: u32 = 60;
+/// A step whose end is settled by more than so many permitted errors is rejected: what holds it in place would then decide the
+/// motion, and not the method.
+const MOST_MOVE: f64 = 10.0;
 /// Steps between two looks at stiffness while nothing is suspected.
 const STIFFNESS_INTERVAL: u64 = 32;
 
@@ -228,6 +231,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         step: &Step<V>,
         tolerances: &Tolerances,
     ) -> Result<S::Dense, Y::Error> {
+        system.attempting(&step.start, step.h)?;
         scheme.attempt(system, &step.start, step.h, tolerances)?;
         scheme.dense(system, &step.start, &step.end, step.h)
     }
@@ -260,12 +264,24 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         end_t: f64,
         h: f64,
     ) -> Result<(Knot<V>, f64), Failure<Y::Error>> {
-        let (y, error) =
-            self.scheme.attempt(system, &self.now, h, &self.options.tolerances).map_err(Failure::Evaluation)?;
+        let tolerances = &self.options.tolerances;
+        system.attempting(&self.now, h).map_err(Failure::Evaluation)?;
+        let (mut y, mut error) = self.scheme.attempt(system, &self.now, h, tolerances).map_err(Failure::Evaluation)?;
         if !(y.is_finite() && error.is_finite()) {
             return Err(Failure::NotFinite(self.culprit()));
         }
-        let a = self.scheme.finish(system, end_t, &y).map_err(Failure::Evaluation)?;
+        let acceptable = error <= 1.0 || self.is_fixed();
+        let moved =
+            if acceptable { system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)? } else { None };
+        // Stages of the step lie where it ended before it was settled.
+        let a = match moved {
+            Some(moved) => {
+                error = error.max(moved / MOST_MOVE);
+                system.accelerations(end_t, &y.q, &y.u)
+            }
+            None => self.scheme.finish(system, end_t, &y),
+        };
+        let a = a.map_err(Failure::Evaluation)?;
         match a.as_slice().iter().position(|x| !x.is_finite()) {
             Some(coordinate) => Err(Failure::NotFinite(coordinate)),
             None => Ok((Knot { t: end_t, y, a }, error)),

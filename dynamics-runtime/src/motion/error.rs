@@ -4,9 +4,10 @@ use alloc::boxed::Box;
 use alloc::string::String;
 use core::fmt;
 
+use super::change::ChangeError;
 use super::record::Trajectory;
-use crate::error::{SingularMassMatrix, SolveError};
-use crate::model::{Dynamics, Model, ModelState};
+use crate::error::{SingularMassMatrix, SolveError, StateError};
+use crate::model::{ConstraintKind, Dynamics, Model, ModelState};
 
 /// A simulation that stopped before its end. What was computed up to there is still in hand: [`SimulationError::motion`].
 pub struct SimulationError<M: Model> {
@@ -72,6 +73,33 @@ pub enum SimulationErrorKind {
         /// The event.
         event: String,
     },
+    /// What an action at an event wanted to do to constraints is not possible.
+    Change {
+        /// The event.
+        event: String,
+        /// Why.
+        error: ChangeError,
+    },
+    /// The start does not fulfil the constraints.
+    Start(StateError),
+    /// A constraint has drifted further than `.drift_limit(..)` permits.
+    Drift {
+        /// Its row, `closure.x`.
+        row: &'static str,
+        /// Φ there.
+        residual: f64,
+        /// |Φ|/‖Φ_q‖.
+        distance: f64,
+        /// The largest distance permitted there.
+        limit: f64,
+    },
+    /// A contact is open on the side where it is not free.
+    Penetration {
+        /// The row of the contact.
+        row: &'static str,
+        /// Φ < 0 there.
+        residual: f64,
+    },
     /// The reset of an event left a value that is infinite or not a number, or moved time.
     BadReset {
         /// The event.
@@ -129,6 +157,26 @@ pub enum OptionError {
         /// Whether it is the coordinate's velocity.
         rate: bool,
     },
+    /// A contact or sticking constraint cannot be what was asked for.
+    Constraint(ChangeError),
+    /// A contact needs a switched holonomic constraint of one row, sticking a switched nonholonomic one.
+    NotForGuard {
+        /// `contact` or `stick_slip`.
+        option: &'static str,
+        /// The constraint.
+        constraint: &'static str,
+        /// What it would have to be.
+        kind: ConstraintKind,
+    },
+    /// A formulation was chosen for a model without constraints.
+    NothingToHold,
+    /// A gain of Baumgarte's stabilization is negative, infinite or not a number.
+    Gain {
+        /// `alpha` or `beta`.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+    },
     /// A method without error estimate needs `.fixed_step(..)`.
     NeedsFixedStep,
     /// `.fixed_step(..)` leaves nothing for another step option to say.
@@ -177,6 +225,23 @@ impl fmt::Display for OptionError {
                 let what = if *rate { "the velocity of " } else { "" };
                 write!(f, "the start is not finite: {what}`{name}`")
             }
+            Self::Constraint(error) => error.fmt(f),
+            Self::NotForGuard { option, constraint, kind } => {
+                let role = if *kind == ConstraintKind::Holonomic { "holonomic" } else { "nonholonomic" };
+                write!(
+                    f,
+                    "`.{option}(..)` is not possible for `{constraint}`; declare it with `#[{role}(switched)]` and let it return one `Expr`"
+                )
+            }
+            Self::NothingToHold => {
+                write!(f, "`.formulation(..)` says how constraints are kept, and the model has none; drop it")
+            }
+            Self::Gain { name, value } => {
+                write!(
+                    f,
+                    "gain {name} = {value} of Baumgarte's stabilization is not possible; give a finite number, 0 or more"
+                )
+            }
             Self::NeedsFixedStep => {
                 write!(f, "RK4 has no error estimate; give `.fixed_step(h)` or choose an adaptive method")
             }
@@ -223,6 +288,17 @@ impl fmt::Display for SimulationErrorKind {
                 f,
                 "the reset at event `{event}` leaves the motion at rest where it happens again at once; end the simulation \
                  there with `Flow::Stop`, or give the reset a speed that leads away"
+            ),
+            Self::Change { event, error } => write!(f, "at event `{event}`: {error}"),
+            Self::Start(error) => write!(f, "the start is not on the constraints: {error}"),
+            Self::Drift { row, residual, distance, limit } => write!(
+                f,
+                "constraint `{row}` has drifted to {residual:e}, a distance of {distance:e} where {limit:e} is the limit; choose \
+                 `Formulation::Projected`, tighten the tolerance, or raise `.drift_limit(..)`"
+            ),
+            Self::Penetration { row, residual } => write!(
+                f,
+                "contact `{row}` is open on the wrong side, its residual is {residual:e}; place it where the residual is 0 or positive"
             ),
             Self::BadReset { event, name: "t" } => {
                 write!(f, "the reset at event `{event}` moved time; change coordinates, velocities or inputs only")
@@ -283,6 +359,13 @@ pub enum MotionError {
         /// The nearest known name.
         suggestion: Option<String>,
     },
+    /// There is no constraint of this name.
+    UnknownConstraint {
+        /// What was asked.
+        name: String,
+        /// The nearest known name.
+        suggestion: Option<String>,
+    },
     /// Accelerations or reactions do not exist there.
     Solve(SolveError),
 }
@@ -298,6 +381,12 @@ impl fmt::Display for MotionError {
             }
             Self::UnknownOutput { name, suggestion: None } => {
                 write!(f, "there is no output `{name}`; declare it with `#[output]`")
+            }
+            Self::UnknownConstraint { name, suggestion: Some(near) } => {
+                write!(f, "there is no constraint `{name}`; did you mean `{near}`?")
+            }
+            Self::UnknownConstraint { name, suggestion: None } => {
+                write!(f, "there is no constraint `{name}`; declare it with `#[holonomic]` or `#[nonholonomic]`")
             }
             Self::Solve(error) => error.fmt(f),
         }

@@ -2,9 +2,10 @@
 
 use alloc::boxed::Box;
 
+use super::upkeep::Upkeep;
 use crate::error::SolveError;
-use crate::integrate::System;
-use crate::model::{Dynamics, Model, ModelState, Vector};
+use crate::integrate::{Knot, Phase, System, Tolerances, zip};
+use crate::model::{Constraints, Model, ModelState, Modes, Vector};
 
 /// Input values as a function of time and state.
 pub(crate) type InputLaw<'m, M> = Box<dyn Fn(f64, &<M as Model>::State) -> <M as Model>::Inputs + Send + Sync + 'm>;
@@ -17,21 +18,26 @@ pub(crate) enum EvaluationError {
     Input(usize),
 }
 
-/// q̈ of a model whose inputs are held or come from a law.
-pub(crate) struct Plant<'r, 'm, M: Dynamics> {
+/// q̈ of a model whose inputs are held or come from a law, and whose constraints are kept by a formulation.
+pub(crate) struct Plant<'r, 'm, M: Constraints> {
     pub(crate) model: &'m M,
     pub(crate) constants: &'r M::Constants,
     pub(crate) law: Option<&'r InputLaw<'m, M>>,
     /// Input values where there is no law; a law sees them in the state it gets.
     pub(crate) held: M::Inputs,
+    /// Which switched constraints hold.
+    pub(crate) modes: Modes,
     pub(crate) evaluations: u64,
+    pub(crate) upkeep: Upkeep<M>,
 }
 
-impl<M: Dynamics> Plant<'_, '_, M> {
+impl<M: Constraints> Plant<'_, '_, M> {
     /// The state with its inputs.
     #[inline(always)]
     pub(crate) fn state(&self, t: f64, q: &M::Vector, u: &M::Vector) -> M::State {
-        with_inputs::<M>(self.law, M::State::new(t, *q, *u, self.held))
+        let mut state = M::State::new(t, *q, *u, self.held);
+        *state.modes_mut() = self.modes;
+        with_inputs::<M>(self.law, state)
     }
 }
 
@@ -44,18 +50,50 @@ pub(crate) fn with_inputs<M: Model>(law: Option<&InputLaw<'_, M>>, mut state: M:
     state
 }
 
-impl<M: Dynamics> System<M::Vector> for Plant<'_, '_, M> {
+impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     type Error = EvaluationError;
 
     #[inline(always)]
     fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
         self.evaluations += 1;
-        let state = self.state(t, q, u);
+        let mut state = self.state(t, q, u);
         if self.law.is_some()
             && let Some(index) = state.inputs().as_slice().iter().position(|x| !x.is_finite())
         {
             return Err(EvaluationError::Input(index));
         }
-        self.model.accelerations_with(self.constants, &state).map_err(EvaluationError::Solve)
+        if M::ROWS.is_empty() {
+            return self.model.accelerations_with(self.constants, &state).map_err(EvaluationError::Solve);
+        }
+        self.upkeep.accelerations(self.model, self.constants, &mut state).map_err(EvaluationError::Solve)
+    }
+
+    #[inline(always)]
+    fn attempting(&mut self, start: &Knot<M::Vector>, h: f64) -> Result<(), EvaluationError> {
+        if M::ROWS.is_empty() || !self.upkeep.is_tied() {
+            return Ok(());
+        }
+        let state = self.state(start.t, &start.y.q, &start.y.u);
+        self.upkeep.push_back(self.model, &state, h).map_err(EvaluationError::Solve)
+    }
+
+    #[inline(always)]
+    fn settle(
+        &mut self,
+        t: f64,
+        y: &mut Phase<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Result<Option<f64>, EvaluationError> {
+        if M::ROWS.is_empty() || !self.upkeep.settles() {
+            return Ok(None);
+        }
+        let mut state = self.state(t, &y.q, &y.u);
+        self.upkeep.settle(self.model, &mut state).map_err(EvaluationError::Solve)?;
+        let settled = Phase { q: *state.q(), u: *state.u() };
+        let moved = zip(&settled, y, |to, from| to - from);
+        let size = tolerances.norm(&moved, y, &settled);
+        self.upkeep.upkept.note_move(size);
+        *y = settled;
+        Ok(Some(size))
     }
 }

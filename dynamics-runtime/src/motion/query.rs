@@ -4,9 +4,12 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::error::{MotionError, SimulationError, suggest};
+use super::formulation::Formulation;
 use super::plant::{EvaluationError, InputLaw, Plant, with_inputs};
 use super::record::{Counts, EventRecord, Record, Trajectory};
 use super::simulate::Simulate;
+use super::upkeep::Upkeep;
+use crate::constrain;
 use crate::integrate::{
     Dense, Dop853, DormandPrince5, Hermite, Method, Nested, Phase, Scheme, Step, Stepper, Tolerances,
 };
@@ -104,7 +107,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
     /// Evaluates states at times of one's choosing, at one set of stages per step where the times follow each other.
     #[must_use]
     pub fn sampler(&self) -> Sampler<'_, 'm, M> {
-        Sampler { motion: self, cached: None }
+        Sampler { motion: self, cached: None, upkeep: self.trajectory.consistent.then(|| self.upkeep()) }
     }
 
     /// The states at the requested output times, or after every accepted step where none were requested.
@@ -142,10 +145,51 @@ impl<'m, M: Simulate> Motion<'m, M> {
         self.coordinates_of(&self.at(t))
     }
 
-    /// Time jets of the coordinates at a state of the motion.
+    /// Time jets of the coordinates at a state of the motion, with the multipliers of its constraints.
     #[must_use]
     pub fn coordinates_of(&self, state: &M::State) -> M::Coordinates {
-        M::coordinates_with(state, &self.accelerations_of(state), &[])
+        if M::ROWS.is_empty() {
+            return M::coordinates_with(state, &self.accelerations_of(state), &[]);
+        }
+        match constrain::solve_once(self.model, &self.constants, state) {
+            Ok(solved) => M::coordinates_with(state, &solved.accelerations, solved.multipliers.as_slice()),
+            Err(_) => M::coordinates_with(state, &nan(), nan::<M::Rows>().as_slice()),
+        }
+    }
+
+    /// λ of all rows at time t in their order; 0 for constraints that are released there, NaN outside the motion and where there are none.
+    ///
+    /// Where constraints repeat each other λ is not unique: those of least norm are given (see [`crate::constrain::Diagnosis`]).
+    #[must_use]
+    pub fn multipliers_at(&self, t: f64) -> M::Rows {
+        self.multipliers_of(&self.at(t))
+    }
+
+    /// λ of all rows at a state of the motion; NaN where there are none.
+    #[must_use]
+    pub fn multipliers_of(&self, state: &M::State) -> M::Rows {
+        let not_a_number = |v: &[f64]| v.iter().any(|x| x.is_nan());
+        if not_a_number(state.q().as_slice()) || not_a_number(state.u().as_slice()) {
+            return nan();
+        }
+        constrain::solve_once(self.model, &self.constants, state).map_or_else(|_| nan(), |solved| solved.multipliers)
+    }
+
+    /// λ of a named constraint at time t, by its rows: the force that pushes toward growing Φ.
+    pub fn reaction_at(&self, name: &str, t: f64) -> Result<Vec<f64>, MotionError> {
+        self.check_time(t)?;
+        self.reaction_of(name, &self.at(t))
+    }
+
+    /// λ of a named constraint at a state of the motion, by its rows.
+    pub fn reaction_of(&self, name: &str, state: &M::State) -> Result<Vec<f64>, MotionError> {
+        let Some(constraint) = M::CONSTRAINTS.iter().find(|constraint| constraint.name == name) else {
+            let suggestion = suggest(name, M::CONSTRAINTS.iter().map(|constraint| constraint.name));
+            return Err(MotionError::UnknownConstraint { name: name.into(), suggestion });
+        };
+        let solved = constrain::solve_once(self.model, &self.constants, state).map_err(MotionError::Solve)?;
+        let rows = constraint.first..constraint.first + constraint.rows;
+        Ok(solved.multipliers.as_slice()[rows].to_vec())
     }
 
     /// Energy function E = q̇·∂L/∂q̇ − L at time t; NaN outside the motion.
@@ -213,8 +257,28 @@ impl<'m, M: Simulate> Motion<'m, M> {
         with_inputs::<M>(self.law.as_ref(), state)
     }
 
-    pub(super) fn plant(&self, held: &M::Inputs) -> Plant<'_, 'm, M> {
-        Plant { model: self.model, constants: &self.constants, law: self.law.as_ref(), held: *held, evaluations: 0 }
+    /// The plant as it was during the step that leaves a record.
+    pub(super) fn plant(&self, index: usize) -> Plant<'_, 'm, M> {
+        let state = &self.trajectory.records[index].state;
+        Plant {
+            model: self.model,
+            constants: &self.constants,
+            law: self.law.as_ref(),
+            held: *state.inputs(),
+            modes: state.modes(),
+            evaluations: 0,
+            upkeep: self.upkeep(),
+        }
+    }
+
+    fn upkeep(&self) -> Upkeep<M> {
+        Upkeep::new(self.formulation(), f64::INFINITY)
+    }
+
+    /// How constraints were kept; `None` for models without constraints.
+    #[must_use]
+    pub fn formulation(&self) -> Option<Formulation> {
+        self.trajectory.formulation.as_ref().map(|(formulation, _)| *formulation)
     }
 
     /// Whether steps can be made again: not where the inputs law was lost with a failed simulation.
@@ -230,7 +294,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
     fn interpolant(&self, index: usize) -> Interpolant<M::Vector> {
         let step = self.step(index);
         let Step { start, end, h } = &step;
-        let plant = &mut self.plant(self.trajectory.records[index].state.inputs());
+        let plant = &mut self.plant(index);
         let tolerances = &self.trajectory.tolerances;
         let again = match self.method() {
             _ if !self.is_repeatable() => None,
@@ -263,6 +327,8 @@ fn nan<V: Vector>() -> V {
 pub struct Sampler<'a, 'm, M: Simulate> {
     motion: &'a Motion<'m, M>,
     cached: Option<(usize, Interpolant<M::Vector>)>,
+    /// Puts states onto the constraints, where `.consistent_output()` asks for it.
+    upkeep: Option<Upkeep<M>>,
 }
 
 impl<M: Simulate> Sampler<'_, '_, M> {
@@ -285,7 +351,15 @@ impl<M: Simulate> Sampler<'_, '_, M> {
         // A time before the start by rounding is the start.
         let theta = ((t - state.t()) / h).max(0.0);
         let y = interpolant.at(theta);
-        self.motion.complete(M::State::new(t, y.q, y.u, *state.inputs()))
+        let mut between = M::State::new(t, y.q, y.u, *state.inputs());
+        *between.modes_mut() = state.modes();
+        if let Some(upkeep) = &mut self.upkeep
+            && !M::ROWS.is_empty()
+            && upkeep.settle(self.motion.model, &mut between).is_err()
+        {
+            (*between.q_mut(), *between.u_mut()) = (nan(), nan());
+        }
+        self.motion.complete(between)
     }
 }
 

@@ -4,8 +4,11 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 
+use super::change::Impact;
+use super::formulation::Formulation;
+use super::upkeep::Upkept;
 use crate::integrate::{Direction, Knot, Method, Phase, Tolerances};
-use crate::model::{Model, ModelState, Vector};
+use crate::model::{Model, ModelState, Modes, Vector};
 
 /// An accepted state and the step that leaves it.
 pub(crate) struct Record<M: Model> {
@@ -26,8 +29,10 @@ impl<M: Model> Clone for Record<M> {
 impl<M: Model> Copy for Record<M> {}
 
 impl<M: Model> Record<M> {
-    pub(crate) fn new(knot: &Knot<M::Vector>, held: M::Inputs, h: f64) -> Self {
-        Self { state: M::State::new(knot.t, knot.y.q, knot.y.u, held), accelerations: knot.a, h }
+    pub(crate) fn new(knot: &Knot<M::Vector>, held: M::Inputs, modes: Modes, h: f64) -> Self {
+        let mut state = M::State::new(knot.t, knot.y.q, knot.y.u, held);
+        *state.modes_mut() = modes;
+        Self { state, accelerations: knot.a, h }
     }
 
     /// A start where nothing could be evaluated.
@@ -55,6 +60,8 @@ pub struct EventRecord<S> {
     pub before: S,
     /// The state just after; differs where a reset changed it.
     pub after: S,
+    /// Impacts on constraints.
+    pub impacts: Vec<Impact>,
     /// Whether the simulation ended here.
     pub stopped: bool,
 }
@@ -64,6 +71,12 @@ impl<S: ModelState> EventRecord<S> {
     #[must_use]
     pub fn time(&self) -> f64 {
         self.before.t()
+    }
+
+    /// Energy lost in impacts: energy function before less after.
+    #[must_use]
+    pub fn energy_lost(&self) -> f64 {
+        self.impacts.iter().map(|impact| impact.energy_lost).sum()
     }
 }
 
@@ -93,12 +106,18 @@ pub(crate) struct Trajectory<M: Model> {
     pub(crate) events: Vec<EventRecord<M::State>>,
     pub(crate) counts: Counts,
     pub(crate) has_law: bool,
+    /// How constraints were kept, and why so.
+    pub(crate) formulation: Option<(Formulation, String)>,
+    pub(crate) upkept: Upkept,
+    /// States between steps are put onto the constraints.
+    pub(crate) consistent: bool,
 }
 
 impl<M: Model> Clone for Trajectory<M> {
     fn clone(&self) -> Self {
         Self {
             reason: self.reason.clone(),
+            formulation: self.formulation.clone(),
             records: self.records.clone(),
             output_times: self.output_times.clone(),
             events: self.events.clone(),

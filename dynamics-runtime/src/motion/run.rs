@@ -4,11 +4,13 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use super::change::Change;
 use super::error::SimulationErrorKind as Kind;
 use super::plant::{EvaluationError, Plant};
 use super::record::{Counts, EventRecord, Record};
+use super::upkeep::Drifted;
 use super::watch::{Flow, Watch, state_within};
-use crate::integrate::{Crossing, Phase, Scheme, Step, StepError, StepOptions, Stepper};
+use crate::integrate::{Crossing, Direction, Phase, Scheme, Step, StepError, StepOptions, Stepper};
 use crate::model::{Dynamics, Model, ModelState, Vector};
 use crate::motion::Simulate;
 
@@ -67,7 +69,7 @@ pub(crate) fn run<'m, M: Simulate, S: Scheme<M::Vector>>(
         wall_time: None,
         stiff_at: stepper.stiff_at(),
     };
-    let now = Record::new(stepper.now(), plan.plant.held, 0.0);
+    let now = Record::new(stepper.now(), plan.plant.held, plan.plant.modes, 0.0);
     sink.stand(now);
     (counts, result)
 }
@@ -85,6 +87,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         while self.stepper.now().t != self.plan.end {
             self.check().map_err(at)?;
             let step = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)?;
+            self.check_drift(&step).map_err(at)?;
             let flow = if self.plan.watch.is_empty() {
                 self.hand_over(sink, &step).map_err(at)?
             } else {
@@ -114,10 +117,23 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         }
     }
 
+    /// Formulations that let constraints drift may do so within limits.
+    fn check_drift(&mut self, step: &Step<M::Vector>) -> Result<(), Kind> {
+        let plant = &mut self.plan.plant;
+        if M::ROWS.is_empty() || plant.upkeep.settles() {
+            return Ok(());
+        }
+        let state = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
+        match plant.upkeep.drifted(plant.model, &state) {
+            Some(Drifted { row, residual, distance, limit }) => Err(Kind::Drift { row, residual, distance, limit }),
+            None => Ok(()),
+        }
+    }
+
     /// Gives a finished step to the sink.
     fn hand_over(&mut self, sink: &mut impl Sink<M>, step: &Step<M::Vector>) -> Result<Flow, Kind> {
         let plant = &mut self.plan.plant;
-        let from = Record::new(&step.start, plant.held, step.h);
+        let from = Record::new(&step.start, plant.held, plant.modes, step.h);
         let to = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
         let mut dense = None;
         sink.step(from, &to, &mut |theta| {
@@ -223,22 +239,14 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let crossings: Vec<Crossing> = self.plan.watch.found[acting..].to_vec();
         let mut events = Vec::with_capacity(crossings.len());
         for crossing in &crossings {
-            let from = after;
-            let stopped = self.plan.watch.act(crossing, &mut after);
-            let name: String = self.plan.watch.name(crossing.index).into();
-            check_reset::<M>(&name, &before, &after).map_err(at)?;
-            flow = if stopped { Flow::Stop } else { flow };
-            let Crossing { index, direction, .. } = *crossing;
-            events.push(EventRecord { name, index, direction, before: from, after, stopped });
+            events.push(self.change(crossing, &before, &mut after).map_err(at)?);
         }
-        let changed = before != after;
-        if changed {
-            let plant = &mut self.plan.plant;
-            let stand = Record::new(self.stepper.now(), plant.held, 0.0);
-            hold(&mut plant.held, before.inputs(), after.inputs());
-            let y = Phase { q: *after.q(), u: *after.u() };
-            self.stepper.restart(plant, before.t(), y).map_err(halt::<M>)?;
-            sink.stand(stand);
+        self.switch_back(&before, &mut after, &mut events).map_err(at)?;
+        if events.iter().any(|event| event.stopped) {
+            flow = Flow::Stop;
+        }
+        if before != after {
+            self.go_on_from(sink, &before, &after)?;
         }
         // With an inputs law the state after carries what the law says of it.
         let resumed = self.now();
@@ -250,6 +258,59 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             self.plan.watch.resume(acting, &before, &resumed, h).map_err(at)?;
         }
         Ok(flow)
+    }
+
+    /// Calls the actions of a crossing.
+    fn change(
+        &mut self,
+        crossing: &Crossing,
+        before: &M::State,
+        after: &mut M::State,
+    ) -> Result<EventRecord<M::State>, Kind> {
+        let Plan { plant, watch, .. } = &mut *self.plan;
+        let name: String = watch.name(crossing.index).into();
+        let from = *after;
+        let mut change = Change::new(plant.model, plant.constants, after, &mut plant.upkeep);
+        let stopped = watch.act(crossing, &mut change);
+        let impacts = change.finish().map_err(|error| Kind::Change { event: name.clone(), error })?;
+        check_reset::<M>(&name, before, after)?;
+        if from != *after && !M::ROWS.is_empty() {
+            let placed = plant.upkeep.place(plant.model, after);
+            placed.map_err(|error| Kind::Change { event: name.clone(), error: error.into() })?;
+        }
+        let Crossing { index, direction, .. } = *crossing;
+        Ok(EventRecord { name, index, direction, before: from, after: *after, impacts, stopped })
+    }
+
+    /// Guards that cannot stay as the actions left them act at once: a contact that would pull lifts off, what sticks and would break away slips.
+    fn switch_back(
+        &mut self,
+        before: &M::State,
+        after: &mut M::State,
+        events: &mut Vec<EventRecord<M::State>>,
+    ) -> Result<(), Kind> {
+        let most = 2 * self.plan.watch.guards().count();
+        for _ in 0..=most {
+            let Some(index) = self.plan.watch.untenable(after)? else {
+                return Ok(());
+            };
+            let crossing = Crossing { index, theta: 1.0, direction: Direction::Falling };
+            events.push(self.change(&crossing, before, after)?);
+        }
+        let event = events.last().map_or_else(String::new, |event| event.name.clone());
+        Err(Kind::EventRepeats { event })
+    }
+
+    /// Goes on from a state that actions left.
+    fn go_on_from(&mut self, sink: &mut impl Sink<M>, before: &M::State, after: &M::State) -> Result<(), Halt> {
+        let plant = &mut self.plan.plant;
+        let stand = Record::new(self.stepper.now(), plant.held, plant.modes, 0.0);
+        hold(&mut plant.held, before.inputs(), after.inputs());
+        plant.modes = after.modes();
+        let y = Phase { q: *after.q(), u: *after.u() };
+        self.stepper.restart(plant, before.t(), y).map_err(halt::<M>)?;
+        sink.stand(stand);
+        Ok(())
     }
 }
 
@@ -264,7 +325,15 @@ fn hold<V: Vector>(held: &mut V, before: &V, after: &V) {
 
 fn passed<S: ModelState>(name: &str, crossing: &Crossing, state: S) -> EventRecord<S> {
     let Crossing { index, direction, .. } = *crossing;
-    EventRecord { name: name.into(), index, direction, before: state, after: state, stopped: false }
+    EventRecord {
+        name: name.into(),
+        index,
+        direction,
+        before: state,
+        after: state,
+        impacts: Vec::new(),
+        stopped: false,
+    }
 }
 
 fn check_reset<M: Simulate>(event: &str, before: &M::State, after: &M::State) -> Result<(), Kind> {

@@ -7,15 +7,19 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::sync::atomic::AtomicBool;
 
+use super::change::Change;
 use super::error::{OptionError, SimulationError, SimulationErrorKind, suggest};
+use super::formulation::Formulation;
+use super::guard::{Contact, Guard, Guards};
 use super::plant::{InputLaw, Plant, with_inputs};
 use super::progress::Progress;
 use super::query::Motion;
 use super::record::{Record, Trajectory};
 use super::run::{Halt, Keep, Plan, Show, Sink, run};
+use super::upkeep::{PlaceError, Upkeep};
 use super::watch::{Action, AdHoc, Flow, Rule, Watch};
 use crate::integrate::{Direction, Dop853, DormandPrince5, Method, Rk4, StepOptions, Tolerances};
-use crate::model::{Events, ModelState, Outputs, Powers, Vector};
+use crate::model::{Constraints, Events, ModelState, Outputs, Powers, Vector};
 
 /// Above this tolerance Dormand–Prince 5(4) is chosen, below it DOP853. Measured by evaluations for the same error, they are level at
 /// errors of 1e-2 (oscillator) to 1e-5 (double pendulum, 5 s); at 1e-4 DOP853 needs half of the other's for the oscillator.
@@ -25,16 +29,18 @@ const DEFAULT_TOLERANCE: f64 = 1e-9;
 /// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is wrong more often
 /// than not.
 const DEFAULT_MAX_STEPS: u64 = 1_000_000;
+/// A thousand times what a start may miss its constraints by: a picture still looks right, a number no longer is.
+const DEFAULT_DRIFT_LIMIT: f64 = 1e-3;
 
-/// Models that can be moved: every model that says its powers, outputs and events, as all derived ones do.
-pub trait Simulate: Powers + Outputs + Events {
+/// Models that can be moved: every model that says its powers, outputs, events and constraints, as all derived ones do.
+pub trait Simulate: Powers + Outputs + Events + Constraints {
     /// Opens a simulation from a start state; options follow, [`Simulation::run`] runs it.
     fn simulate(&self, start: Self::State) -> Simulation<'_, Self> {
         Simulation::new(self, start)
     }
 }
 
-impl<M: Powers + Outputs + Events> Simulate for M {}
+impl<M: Powers + Outputs + Events + Constraints> Simulate for M {}
 
 /// A simulation with its options, before it runs.
 #[must_use = "a simulation does nothing until `.run()`"]
@@ -51,7 +57,13 @@ pub struct Simulation<'m, M: Simulate> {
     output: Output,
     law: Option<InputLaw<'m, M>>,
     ad_hoc: Vec<AdHoc<'m, M::State>>,
-    actions: Vec<(String, Direction, Action<'m, M::State>)>,
+    actions: Vec<(String, Direction, Action<'m, M>)>,
+    contacts: Vec<(String, Contact)>,
+    /// Constraint and breakaway event.
+    sticking: Vec<(String, String)>,
+    formulation: Option<Formulation>,
+    drift_limit: f64,
+    consistent: bool,
     cancel: Option<&'m AtomicBool>,
     #[cfg(feature = "progress")]
     progress: bool,
@@ -79,6 +91,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             law: None,
             ad_hoc: Vec::new(),
             actions: Vec::new(),
+            contacts: Vec::new(),
+            sticking: Vec::new(),
+            formulation: None,
+            drift_limit: DEFAULT_DRIFT_LIMIT,
+            consistent: false,
             cancel: None,
             #[cfg(feature = "progress")]
             progress: false,
@@ -170,8 +187,55 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         direction: Direction,
         mut action: impl FnMut(&mut M::State) -> R + 'm,
     ) -> Self {
-        let action = Action::Reset(Box::new(move |state| action(state).into()));
+        let action = Action::Reset(Box::new(move |change| action(change.state_mut()).into()));
         self.actions.push((name.into(), direction, action));
+        self
+    }
+
+    /// Calls `action` at every crossing of an event in the given direction, as [`Simulation::on_event`] does, with a [`Change`], which can
+    /// also hit, engage and release constraints. The state that is left has to fulfil the constraints that hold then.
+    pub fn on_event_with<R: Into<Flow>>(
+        mut self,
+        name: &str,
+        direction: Direction,
+        mut action: impl FnMut(&mut Change<'_, M>) -> R + 'm,
+    ) -> Self {
+        let action = Action::Reset(Box::new(move |change| action(change).into()));
+        self.actions.push((name.into(), direction, action));
+        self
+    }
+
+    /// Makes a switched holonomic constraint of one row a unilateral contact: free where Φ > 0, and where it is closed it pushes (λ > 0) and never
+    /// pulls. It rebounds or closes where Φ falls to zero and lifts off where λ does. Its events are listed as `floor contact`.
+    pub fn contact(mut self, name: &str, contact: impl Into<Contact>) -> Self {
+        self.contacts.push((name.into(), contact.into()));
+        self
+    }
+
+    /// Makes a switched nonholonomic constraint of one row stick and slip: it is released where the event `breakaway` falls to zero (a
+    /// limit of friction less |λ|), to the side against λ, and holds again where the slip A q̇ + b returns to zero, unless it would break away there at
+    /// once. Its events are listed as `belt slip`.
+    pub fn stick_slip(mut self, name: &str, breakaway: &str) -> Self {
+        self.sticking.push((name.into(), breakaway.into()));
+        self
+    }
+
+    /// How the constraints are kept. Without it: [`Formulation::Projected`].
+    pub fn formulation(mut self, formulation: Formulation) -> Self {
+        self.formulation = Some(formulation);
+        self
+    }
+
+    /// Ends the simulation with an error where a constraint has drifted by more than this part of 1 + |q|, as |Φ|/‖Φ_q‖; infinite: never. Default
+    /// 1e-3. Matters to formulations that let constraints drift.
+    pub fn drift_limit(mut self, limit: f64) -> Self {
+        self.drift_limit = limit;
+        self
+    }
+
+    /// Puts states between steps, too, onto the constraints: without it dense output fulfils them to the tolerance only.
+    pub fn consistent_output(mut self) -> Self {
+        self.consistent = true;
         self
     }
 
@@ -197,6 +261,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     /// Runs the simulation and keeps its motion.
     pub fn run(mut self) -> Result<Motion<'m, M>, SimulationError<M>> {
         let checked = self.check()?;
+        self.place(&checked)?;
         let mut keep = Keep { records: Vec::new(), events: Vec::new() };
         let (run, result) = self.fly(checked, &mut keep)?;
         let trajectory = Trajectory { records: keep.records, events: keep.events, ..run.trajectory };
@@ -213,6 +278,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         mut observer: impl FnMut(&M::State) -> R,
     ) -> Result<M::State, SimulationError<M>> {
         let checked = self.check()?;
+        self.place(&checked)?;
         let mut observer = |state: &M::State| observer(state).into();
         let start = self.start;
         let times = checked.output_times.clone();
@@ -249,14 +315,19 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 constants: &constants,
                 law: law.as_ref(),
                 held: *self.start.inputs(),
+                modes: self.start.modes(),
                 evaluations: 0,
+                upkeep: Upkeep::new(
+                    checked.formulation.as_ref().map(|(formulation, _)| *formulation),
+                    self.drift_limit,
+                ),
             },
             start: self.start,
             end: checked.end,
             options: checked.options,
             most_steps: self.most_steps,
             cancel: self.cancel,
-            watch: Watch::new(self.model, self.ad_hoc, checked.rules),
+            watch: Watch::new(self.model, constants, self.ad_hoc, checked.guards, checked.rules),
             #[cfg(feature = "progress")]
             progress: if self.progress { Progress::new(self.start.t(), checked.end) } else { Progress::none() },
             #[cfg(not(feature = "progress"))]
@@ -283,6 +354,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             events: Vec::new(),
             counts,
             has_law: law.is_some(),
+            formulation: checked.formulation,
+            upkept: plan.plant.upkeep.upkept,
+            consistent: self.consistent,
         };
         Ok((Ran { model: self.model, constants, law, trajectory }, result))
     }
@@ -290,6 +364,18 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     fn refused(&self, kind: SimulationErrorKind) -> SimulationError<M> {
         let start = self.start;
         SimulationError { kind, time: start.t(), step: 0.0, state: Box::new(start), trajectory: None }
+    }
+
+    /// Puts the start onto the constraints, once it is known to lie there to within what was typed.
+    fn place(&mut self, checked: &Checked<'m, M>) -> Result<(), SimulationError<M>> {
+        let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
+        let mut start = self.start;
+        match Upkeep::new(formulation, self.drift_limit).begin(self.model, &mut start) {
+            Ok(()) => self.start = start,
+            Err(PlaceError::State(error)) => return Err(self.refused(SimulationErrorKind::Start(error))),
+            Err(PlaceError::Solve(error)) => return Err(self.refused(error.into())),
+        }
+        Ok(())
     }
 
     fn check(&mut self) -> Result<Checked<'m, M>, SimulationError<M>> {
@@ -303,8 +389,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let options = self.check_steps()?;
         let method = self.choose_method(&options.tolerances)?;
         let output_times = self.output_list()?;
-        let rules = self.check_events()?;
-        Ok(Checked { end, options, method, output_times, rules })
+        let formulation = Formulation::choose::<M>(self.formulation)?;
+        number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
+        let guards = self.check_guards()?;
+        let rules = self.check_events(&guards)?;
+        Ok(Checked { end, options, method, output_times, formulation, guards, rules })
     }
 
     fn check_start(&self) -> Result<(), OptionError> {
@@ -396,15 +485,39 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         }
     }
 
-    fn check_events(&mut self) -> Result<Vec<Rule<'m, M::State>>, OptionError> {
+    /// Index of an event of the model or of the simulation.
+    fn event_index(&self, name: &str) -> Result<usize, OptionError> {
+        let names = || M::EVENTS.iter().map(|e| e.name).chain(self.ad_hoc.iter().map(|e| e.name.as_str()));
+        names().position(|known| known == name).ok_or_else(|| {
+            let suggestion = suggest(name, names());
+            OptionError::UnknownEvent { name: name.into(), suggestion }
+        })
+    }
+
+    fn check_guards(&self) -> Result<Guards, OptionError> {
+        let mut guards = Vec::with_capacity(self.contacts.len() + self.sticking.len());
+        for (name, contact) in &self.contacts {
+            guards.push(Guard::contact::<M>(name, *contact)?);
+        }
+        for (name, breakaway) in &self.sticking {
+            guards.push(Guard::stick::<M>(name, self.event_index(breakaway)?)?);
+        }
+        Ok(guards)
+    }
+
+    /// The rules: what guards do comes before what was asked for at their events.
+    fn check_events(&mut self, guards: &Guards) -> Result<Vec<Rule<'m, M>>, OptionError> {
         let own = M::EVENTS.iter().map(|e| e.name);
-        let names: Vec<&str> = own.chain(self.ad_hoc.iter().map(|e| e.name.as_str())).collect();
+        let given = self.ad_hoc.iter().map(|e| e.name.as_str());
+        let names: Vec<&str> = own.chain(given).chain(guards.iter().map(|guard| guard.name.as_str())).collect();
         for (i, name) in names.iter().enumerate().skip(M::EVENTS.len()) {
             if names[..i].contains(name) {
                 return Err(OptionError::DuplicateEvent { name: name.to_string() });
             }
         }
-        let mut rules = Vec::with_capacity(self.actions.len());
+        let first = M::EVENTS.len() + self.ad_hoc.len();
+        let guard = |i| Rule { index: first + i, direction: Direction::Falling, action: Action::Guard(i) };
+        let mut rules: Vec<Rule<'m, M>> = (0..guards.len()).map(guard).collect();
         for (name, direction, action) in self.actions.drain(..) {
             let Some(index) = names.iter().position(|known| *known == name) else {
                 let suggestion = suggest(&name, names.iter().copied());
@@ -422,7 +535,9 @@ struct Checked<'m, M: Simulate> {
     options: StepOptions,
     method: (Method, String),
     output_times: Option<Vec<f64>>,
-    rules: Vec<Rule<'m, M::State>>,
+    formulation: Option<(Formulation, String)>,
+    guards: Guards,
+    rules: Vec<Rule<'m, M>>,
 }
 
 /// What is left of a simulation that has run; the trajectory's records are in the sink.

@@ -7,9 +7,14 @@ use core::fmt;
 use core::time::Duration;
 
 use super::conditioning::Conditioning;
+use super::drift::ConstraintDrift;
+use super::formulation::Formulation;
 use super::query::Motion;
+use super::record::EventRecord;
 use super::simulate::Simulate;
+use super::upkeep::Upkept;
 use crate::integrate::Method;
+use crate::model::Route;
 
 /// How much a quantity that should stay constant has changed.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +57,18 @@ pub struct Summary {
     pub has_work: bool,
     /// Drift of every quantity that the model knows to be conserved, beside the energy.
     pub conserved: Vec<Drift>,
+    /// How constraints were kept, and why so; `None` without constraints.
+    pub formulation: Option<(Formulation, String)>,
+    /// Drift of every row of the constraints.
+    pub constraints: Vec<ConstraintDrift>,
+    /// What it took to keep them.
+    pub upkept: Upkept,
+    /// There is generated code for accelerations and reactions, so that evaluations by the general solver are fallbacks.
+    pub falls_back: bool,
+    /// Number of impacts on constraints.
+    pub impacts: usize,
+    /// Energy that was lost in them.
+    pub energy_lost: f64,
     /// Worst conditioning of the mass matrix over the accepted states.
     pub conditioning: Conditioning,
     /// Names of the events and how often each happened.
@@ -94,6 +111,12 @@ impl<M: Simulate> Motion<'_, M> {
             energy_name: if M::POWERS.is_empty() { kept.unwrap_or("energy") } else { "energy less work" },
             has_work: !M::POWERS.is_empty(),
             conserved: self.drifts().into_iter().filter(|drift| !is_energy(&drift.name)).collect(),
+            formulation: self.trajectory.formulation.clone(),
+            constraints: self.constraint_drift(),
+            upkept: self.trajectory.upkept,
+            falls_back: matches!(M::ROUTE, Route::Unrolled { .. }),
+            impacts: self.events().iter().map(|event| event.impacts.len()).sum(),
+            energy_lost: self.events().iter().map(EventRecord::energy_lost).sum(),
             conditioning: self.conditioning(),
             events,
             stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
@@ -158,6 +181,7 @@ impl fmt::Display for Summary {
                 write!(f, "\n               {name} stays within {largest:.1e} of its start")?;
             }
         }
+        self.write_constraints(f)?;
         let Conditioning { largest, time } = self.conditioning;
         if largest != 1.0 {
             write!(f, "\n  conditioning mass matrix {largest:.1e} at most, at t = {}", Rounded(time))?;
@@ -177,6 +201,50 @@ impl fmt::Display for Summary {
                 "\n  warning      stiff from t = {}: stability, not accuracy, bounds the step of this explicit method",
                 Rounded(t)
             )?;
+        }
+        Ok(())
+    }
+}
+
+impl Summary {
+    fn write_constraints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some((formulation, reason)) = &self.formulation else {
+            return Ok(());
+        };
+        write!(f, "\n  constraints  {formulation}, {reason}")?;
+        let largest = |of: fn(&ConstraintDrift) -> f64| {
+            self.constraints.iter().fold(("", 0.0f64), |worst, drift| {
+                let value = of(drift);
+                if value > worst.1 || value.is_nan() { (drift.row, value) } else { worst }
+            })
+        };
+        for (what, (row, value)) in
+            [("position", largest(|drift| drift.residual)), ("velocity", largest(|drift| drift.velocity_residual))]
+        {
+            if !row.is_empty() {
+                write!(f, "\n               {what} drift {value:.1e} at most, of {row}")?;
+            }
+        }
+        let Upkept { dependent, dependent_at, repartitions, conditioning, .. } = self.upkept;
+        // Where the general solver is the route it is no fallback.
+        let general = if self.falls_back { self.upkept.general } else { 0 };
+        let mut line = |count: u64, what: &str| match count {
+            0 => Ok(()),
+            _ => write!(f, "\n               {} {what}", Grouped(count)),
+        };
+        line(general, "evaluations fell back on the general solver")?;
+        line(repartitions, "changes of the independent coordinates")?;
+        line(dependent, "evaluations with dependent constraints, where reactions are not unique")?;
+        if let Some(t) = dependent_at {
+            write!(f, ", first at t = {}", Rounded(t))?;
+        }
+        if let Some(Conditioning { largest, time }) = conditioning
+            && largest > 1e3
+        {
+            write!(f, "\n               conditioning {largest:.1e} at most, at t = {}", Rounded(time))?;
+        }
+        if self.impacts > 0 {
+            write!(f, "\n  impacts      {}, {:.6e} of energy lost", Grouped(self.impacts as u64), self.energy_lost)?;
         }
         Ok(())
     }

@@ -9,13 +9,23 @@
 //!   on the floor), the event would happen again at once: an error, because a motion that is held needs a constraint.
 //! * Events that follow each other in ever shorter time are an error that names the time they approach.
 
+//! * A guard (see `guard.rs`) acts where its function falls through zero. Where its constraint was switched, the function is another
+//!   one, and starts afresh; a guard that leaves zero to the wrong side acts again at once, and doing so twice at one instant is an error.
+
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
+use core::cell::RefCell;
 
+use super::change::Change;
 use super::error::SimulationErrorKind;
+use super::guard::{Guard, Guards};
 use super::leave::{Leave, leave};
+use super::simulate::Simulate;
+use super::upkeep::apart;
+use crate::constrain;
+use crate::error::SolveError;
 use crate::integrate::{Crossing, Dense, Direction, Scan, Step};
 use crate::model::{Events, ModelState};
 
@@ -41,16 +51,21 @@ pub(crate) struct AdHoc<'m, S> {
 }
 
 /// What is to happen at an event.
-pub(crate) enum Action<'m, S> {
+pub(crate) enum Action<'m, M: Simulate> {
     Stop,
-    Reset(Box<dyn FnMut(&mut S) -> Flow + 'm>),
+    Reset(Box<Reset<'m, M>>),
+    /// The guard with this index does what is due.
+    Guard(usize),
 }
 
+/// An action given by the user.
+pub(crate) type Reset<'m, M> = dyn FnMut(&mut Change<'_, M>) -> Flow + 'm;
+
 /// An action with the crossings it is meant for.
-pub(crate) struct Rule<'m, S> {
+pub(crate) struct Rule<'m, M: Simulate> {
     pub(crate) index: usize,
     pub(crate) direction: Direction,
-    pub(crate) action: Action<'m, S>,
+    pub(crate) action: Action<'m, M>,
 }
 
 /// What is known of a function where a step starts.
@@ -67,10 +82,9 @@ enum Standing {
 }
 
 /// The event functions of a run with their actions.
-pub(crate) struct Watch<'m, M: Events> {
-    model: &'m M,
-    ad_hoc: Vec<AdHoc<'m, M::State>>,
-    pub(crate) rules: Vec<Rule<'m, M::State>>,
+pub(crate) struct Watch<'m, M: Simulate> {
+    functions: Functions<'m, M>,
+    pub(crate) rules: Vec<Rule<'m, M>>,
     standing: Vec<Standing>,
     zeno: Vec<Zeno>,
     values: Vec<f64>,
@@ -85,12 +99,88 @@ pub(crate) struct Watch<'m, M: Events> {
 
 type Fault = SimulationErrorKind;
 
-impl<'m, M: Events> Watch<'m, M> {
-    pub(crate) fn new(model: &'m M, ad_hoc: Vec<AdHoc<'m, M::State>>, rules: Vec<Rule<'m, M::State>>) -> Self {
-        let count = M::EVENTS.len() + ad_hoc.len();
+/// The functions that are watched: those of the model, those given at the simulation, those of the guards.
+struct Functions<'m, M: Simulate> {
+    model: &'m M,
+    constants: M::Constants,
+    ad_hoc: Vec<AdHoc<'m, M::State>>,
+    guards: Guards,
+    /// For reactions of guards.
+    workspace: RefCell<Vec<f64>>,
+}
+
+impl<'m, M: Simulate> Functions<'m, M> {
+    fn new(model: &'m M, constants: M::Constants, ad_hoc: Vec<AdHoc<'m, M::State>>, guards: Guards) -> Self {
+        let len = if guards.is_empty() { 0 } else { constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len()) };
+        Self { model, constants, ad_hoc, guards, workspace: RefCell::new(vec![0.0; len]) }
+    }
+
+    fn count(&self) -> usize {
+        self.first_guard() + self.guards.len()
+    }
+
+    fn first_guard(&self) -> usize {
+        M::EVENTS.len() + self.ad_hoc.len()
+    }
+
+    fn name(&self, index: usize) -> &str {
+        if let Some(event) = M::EVENTS.get(index) {
+            return event.name;
+        }
+        match self.ad_hoc.get(index - M::EVENTS.len()) {
+            Some(event) => &event.name,
+            None => &self.guards[index - self.first_guard()].name,
+        }
+    }
+
+    fn evaluate(&self, state: &M::State, values: &mut [f64]) -> Result<(), SolveError> {
+        let (own, given) = values.split_at_mut(M::EVENTS.len());
+        self.model.events(state, own)?;
+        for (value, event) in given.iter_mut().zip(&self.ad_hoc) {
+            *value = (event.function)(state);
+        }
+        let (events, guarded) = values.split_at_mut(self.first_guard());
+        let mut known = None;
+        for (value, guard) in guarded.iter_mut().zip(&self.guards) {
+            *value = guard.value(self.model, state, events, || match known {
+                Some(reactions) => Ok(reactions),
+                None => self.reactions(state).inspect(|reactions| known = Some(*reactions)),
+            })?;
+        }
+        Ok(())
+    }
+
+    fn holds(&self, index: usize, state: &M::State) -> bool {
+        self.guards[index - self.first_guard()].holds(state)
+    }
+
+    /// A contact that is open has to be so where it is free, but for rounding.
+    fn check_open(&self, index: usize, state: &M::State) -> Result<(), Fault> {
+        let constraint = self.guards[index - self.first_guard()].constraint;
+        match apart(self.model, state, constraint, &mut self.workspace.borrow_mut()) {
+            Some((row, residual)) => Err(Fault::Penetration { row, residual }),
+            None => Ok(()),
+        }
+    }
+
+    fn reactions(&self, state: &M::State) -> Result<M::Rows, SolveError> {
+        constrain::solve(self.model, &self.constants, state, &mut self.workspace.borrow_mut())
+            .map(|solved| solved.multipliers)
+    }
+}
+
+impl<'m, M: Simulate> Watch<'m, M> {
+    pub(crate) fn new(
+        model: &'m M,
+        constants: M::Constants,
+        ad_hoc: Vec<AdHoc<'m, M::State>>,
+        guards: Guards,
+        rules: Vec<Rule<'m, M>>,
+    ) -> Self {
+        let functions = Functions::new(model, constants, ad_hoc, guards);
+        let count = functions.count();
         Self {
-            model,
-            ad_hoc,
+            functions,
             rules,
             standing: vec![Standing::Zero; count],
             zeno: vec![Zeno::default(); count],
@@ -108,10 +198,24 @@ impl<'m, M: Events> Watch<'m, M> {
     }
 
     pub(crate) fn name(&self, index: usize) -> &str {
-        match index.checked_sub(M::EVENTS.len()) {
-            None => M::EVENTS[index].name,
-            Some(i) => &self.ad_hoc[i].name,
+        self.functions.name(index)
+    }
+
+    /// The guards with the indices of their functions.
+    pub(crate) fn guards(&self) -> impl Iterator<Item = (usize, &Guard)> {
+        (self.functions.first_guard()..).zip(&self.functions.guards)
+    }
+
+    /// A guard that cannot stay as it is at a state at which constraints were switched: its function's index.
+    pub(crate) fn untenable(&mut self, state: &M::State) -> Result<Option<usize>, Fault> {
+        if self.functions.guards.is_empty() {
+            return Ok(None);
         }
+        self.evaluate(state)?;
+        Ok(self
+            .guards()
+            .find(|(index, guard)| guard.is_untenable::<M>(state, self.values[*index]))
+            .map(|(index, _)| index))
     }
 
     /// Signs at the start of the motion.
@@ -119,6 +223,12 @@ impl<'m, M: Events> Watch<'m, M> {
         self.evaluate(start)?;
         for (standing, value) in self.standing.iter_mut().zip(&self.values) {
             *standing = if *value == 0.0 { Standing::ZeroAtStart } else { Standing::Sign(value.signum()) };
+        }
+        for index in self.functions.first_guard()..self.functions.count() {
+            if self.values[index] < 0.0 && !self.functions.holds(index, start) {
+                self.functions.check_open(index, start)?;
+                self.standing[index] = Standing::ZeroAtStart;
+            }
         }
         Ok(())
     }
@@ -153,9 +263,9 @@ impl<'m, M: Events> Watch<'m, M> {
     }
 
     fn advance(&mut self, theta: f64, resolution: f64, state: &impl Fn(f64) -> M::State) {
-        let Self { model, ad_hoc, values, scratch, scans, found, .. } = self;
+        let Self { functions, values, scratch, scans, found, .. } = self;
         for (index, scan) in scans.iter_mut().enumerate() {
-            let mut function = |theta: f64| match evaluate(*model, ad_hoc, &state(theta), scratch) {
+            let mut function = |theta: f64| match functions.evaluate(&state(theta), scratch) {
                 Ok(()) => scratch[index],
                 Err(_) => f64::NAN,
             };
@@ -184,6 +294,11 @@ impl<'m, M: Events> Watch<'m, M> {
         };
         let direction = if now > 0.0 { Direction::Rising } else { Direction::Falling };
         match self.standing[index] {
+            Standing::JustFired(_) | Standing::ZeroAtStart | Standing::Zero
+                if index >= self.functions.first_guard() && direction == Direction::Falling =>
+            {
+                self.found.push(Crossing { index, theta: 0.0, direction });
+            }
             // With a slope it passes on, as a reset that only slows it may want. Without one it was brought to rest at the event.
             Standing::JustFired(fired) if fired == direction && matches!(left, Leave::Tangent { .. }) => {
                 return Err(self.repeats(index));
@@ -202,7 +317,8 @@ impl<'m, M: Events> Watch<'m, M> {
 
     /// Whether a reset is declared for just this direction of the function.
     fn resets_on(&self, index: usize, direction: Direction) -> bool {
-        self.rules.iter().any(|r| r.index == index && r.direction == direction && matches!(r.action, Action::Reset(_)))
+        let resets = |action: &Action<'_, M>| matches!(action, Action::Reset(_));
+        self.rules.iter().any(|r| r.index == index && r.direction == direction && resets(&r.action))
     }
 
     /// Position in `found` of the first crossing that calls for an action.
@@ -228,7 +344,7 @@ impl<'m, M: Events> Watch<'m, M> {
     }
 
     /// Calls the actions for a crossing. Returns whether the simulation stops.
-    pub(crate) fn act(&mut self, crossing: &Crossing, state: &mut M::State) -> bool {
+    pub(crate) fn act(&mut self, crossing: &Crossing, change: &mut Change<'_, M>) -> bool {
         let mut stop = false;
         for rule in &mut self.rules {
             if rule.index != crossing.index || !rule.direction.admits(crossing.direction) {
@@ -236,7 +352,11 @@ impl<'m, M: Events> Watch<'m, M> {
             }
             stop |= match &mut rule.action {
                 Action::Stop => true,
-                Action::Reset(reset) => reset(state) == Flow::Stop,
+                Action::Reset(reset) => reset(change) == Flow::Stop,
+                Action::Guard(guard) => {
+                    self.functions.guards[*guard].act(change);
+                    false
+                }
             };
         }
         stop
@@ -244,7 +364,8 @@ impl<'m, M: Events> Watch<'m, M> {
 
     /// Signs after actions at the crossings found from `acting` on.
     pub(crate) fn resume(&mut self, acting: usize, before: &M::State, after: &M::State, h: f64) -> Result<(), Fault> {
-        let moved = before.q() != after.q() || before.u() != after.u();
+        let switched = before.modes() != after.modes();
+        let moved = switched || before.q() != after.q() || before.u() != after.u();
         self.evaluate(before)?;
         self.start_values.copy_from_slice(&self.values);
         self.evaluate(after)?;
@@ -252,6 +373,14 @@ impl<'m, M: Events> Watch<'m, M> {
             let value = self.values[index];
             let fired = self.found[acting..].iter().rev().find(|c| c.index == index && self.acts(c)).copied();
             let noise = (4.0 * self.start_values[index].abs()).max(1e-13 * self.sizes[index]);
+            if index >= self.functions.first_guard() {
+                self.standing[index] = self.guard_after(index, after, fired.is_some())?;
+                if fired.is_some() {
+                    let name = self.name(index).into();
+                    self.zeno[index].note(before.t(), h, name)?;
+                }
+                continue;
+            }
             self.standing[index] = match fired {
                 Some(c) if moved && value.abs() <= noise => {
                     let name = self.name(index).into();
@@ -269,6 +398,22 @@ impl<'m, M: Events> Watch<'m, M> {
             };
         }
         Ok(())
+    }
+
+    /// Where a guard stands at a state that an action left; `values` are those there. What fell to zero and was released or thrown back
+    /// starts anew from there, see [`Watch::departure`].
+    fn guard_after(&mut self, index: usize, after: &M::State, fired: bool) -> Result<Standing, Fault> {
+        let value = self.values[index];
+        let holds = self.functions.holds(index, after);
+        if value < 0.0 && !holds {
+            self.functions.check_open(index, after)?;
+        }
+        let at_zero = !holds && (fired || value <= 0.0 || value.abs() <= 1e-13 * self.sizes[index]);
+        Ok(if at_zero || value == 0.0 {
+            Standing::JustFired(Direction::Falling)
+        } else {
+            Standing::Sign(value.signum())
+        })
     }
 
     /// The sign of a function that did not act, at a state that was not moved: near zero its last crossing decides.
@@ -292,26 +437,12 @@ impl<'m, M: Events> Watch<'m, M> {
     }
 
     fn evaluate(&mut self, state: &M::State) -> Result<(), Fault> {
-        evaluate(self.model, &self.ad_hoc, state, &mut self.values).map_err(Fault::from)?;
+        self.functions.evaluate(state, &mut self.values).map_err(Fault::from)?;
         match self.values.iter().position(|v| v.is_nan()) {
             Some(index) => Err(Fault::EventNotANumber { event: self.name(index).into() }),
             None => Ok(()),
         }
     }
-}
-
-fn evaluate<M: Events>(
-    model: &M,
-    ad_hoc: &[AdHoc<'_, M::State>],
-    state: &M::State,
-    values: &mut [f64],
-) -> Result<(), crate::error::SolveError> {
-    let (own, given) = values.split_at_mut(M::EVENTS.len());
-    model.events(state, own)?;
-    for (value, event) in given.iter_mut().zip(ad_hoc) {
-        *value = (event.function)(state);
-    }
-    Ok(())
 }
 
 /// Interpolates states within a step.

@@ -144,7 +144,10 @@ impl<M: Simulate> Motion<'_, M> {
     /// Makes a step again and sums h bᵢ Pᵢ over its stages; false where it cannot be made again.
     fn meter<S: Scheme<M::Vector>>(&self, index: usize, work: &mut [f64]) -> bool {
         let step = self.step(index);
-        let plant = self.plant(self.trajectory.records[index].state.inputs());
+        let mut plant = self.plant(index);
+        if plant.attempting(&step.start, step.h).is_err() {
+            return false;
+        }
         let mut meter = Meter { plant, weights: S::WEIGHTS, h: step.h, stage: 0, powers: vec![0.0; work.len()], work };
         meter.read(step.start.t, &step.start.y.q, &step.start.y.u);
         S::new().attempt(&mut meter, &step.start, step.h, &self.trajectory.tolerances).is_ok()

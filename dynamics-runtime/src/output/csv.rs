@@ -1,7 +1,7 @@
 //! Motions as comma-separated values.
 //!
 //! The first line names the columns, with units where they are known: time, coordinates, velocities (`theta1_rate`), accelerations
-//! (`theta1_acceleration`), inputs, outputs and the energy function. Numbers are the shortest that read back as the same value;
+//! (`theta1_acceleration`), multipliers of constraints (`lambda[closure.x]`), inputs, outputs and the energy function. Numbers are the shortest that read back as the same value;
 //! what does not exist (an acceleration at a singular mass matrix) is `NaN`. Fields with commas, quotes or line ends are quoted
 //! after RFC 4180; lines end with a single line feed.
 
@@ -12,7 +12,7 @@ use core::fmt::Write;
 use super::error::OutputError;
 use super::names::{self, Column};
 use super::text;
-use crate::model::{ModelState, Outputs, Vector};
+use crate::model::{ModelState, Vector};
 use crate::motion::{Motion, Simulate};
 
 /// A motion as a table, from [`Motion::csv`].
@@ -120,7 +120,10 @@ impl<M: Simulate> Csv<'_, '_, M> {
         put(state.t());
         let accelerations = self.motion.accelerations_of(state);
         let inputs = state.inputs().as_slice();
-        for values in [state.q().as_slice(), state.u().as_slice(), accelerations.as_slice(), inputs] {
+        // Without constraints there is nothing to solve.
+        let multipliers = if M::ROWS.is_empty() { M::Rows::zeros() } else { self.motion.multipliers_of(state) };
+        let (a, lambda) = (accelerations.as_slice(), multipliers.as_slice());
+        for values in [state.q().as_slice(), state.u().as_slice(), a, lambda, inputs] {
             values.iter().copied().for_each(&mut put);
         }
         self.motion.outputs_of(state).into_iter().for_each(&mut put);
@@ -129,11 +132,12 @@ impl<M: Simulate> Csv<'_, '_, M> {
     }
 }
 
-fn header<M: Outputs>() -> String {
+fn header<M: Simulate>() -> String {
     let mut columns: Vec<Column> = [names::time::<M>()].to_vec();
     columns.extend(names::coordinates::<M>());
     columns.extend(names::velocities::<M>());
     columns.extend(names::accelerations::<M>());
+    columns.extend(names::multipliers::<M>());
     columns.extend(names::plain(M::INPUTS));
     columns.extend(names::plain(M::OUTPUTS));
     columns.push(Column { name: "energy".into(), unit: String::new() });

@@ -4,7 +4,7 @@ use alloc::format;
 use alloc::string::String;
 
 use super::text;
-use crate::model::{Dynamics, Outputs, Quantity};
+use crate::model::{Constraints, Dynamics, Outputs, Quantity, Vector};
 
 /// A named sequence of numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +49,33 @@ pub(super) fn plain(quantities: &'static [Quantity]) -> impl Iterator<Item = Col
     quantities.iter().map(|quantity| Column { name: quantity.name.into(), unit: quantity.unit.into() })
 }
 
+/// `lambda[closure.x]` in the unit of a generalized force for the row: λ·Φ is an energy, λ·(A q̇ + b) a power.
+pub(super) fn multipliers<M: Constraints + Outputs>() -> impl Iterator<Item = Column> {
+    let units = [M::COORDINATES, M::PARAMETERS, M::ROWS].into_iter().flatten();
+    let english =
+        units.into_iter().any(|quantity| ["ft", "lb", "slug"].iter().any(|unit| quantity.unit.contains(unit)));
+    let known = !time_unit::<M>().is_empty();
+    M::ROWS.iter().enumerate().map(move |(row, quantity)| {
+        let per_time = row >= M::Residual::LEN;
+        let unit = if known { force(quantity.unit, per_time, english) } else { String::new() };
+        Column { name: format!("lambda[{}]", quantity.name), unit }
+    })
+}
+
+/// Energy by the unit of Φ, or power by the unit of A q̇ + b.
+fn force(unit: &str, per_time: bool, english: bool) -> String {
+    let [newton, torque, energy, power, length] =
+        if english { ["lb", "ft*lb", "ft*lb", "ft*lb/s", "ft"] } else { ["N", "N*m", "J", "W", "m"] };
+    let by = if per_time { unit.strip_suffix("/s").unwrap_or(unit) } else { unit };
+    match by {
+        by if per_time && by == unit => format!("{power}/({unit})"),
+        "" | "1" | "rad" => torque.into(),
+        by if by == length => newton.into(),
+        by if by.strip_suffix("^2") == Some(length) => format!("{newton}/{length}"),
+        by => format!("{energy}/({by})"),
+    }
+}
+
 fn derivatives<M: Outputs>(suffix: &str, power: &str) -> impl Iterator<Item = Column> {
     let time = time_unit::<M>();
     M::COORDINATES.iter().map(move |quantity| Column {
@@ -82,6 +109,16 @@ mod tests {
     #[test]
     fn derivatives_have_the_accessors_names_and_units_per_time() {
         assert_eq!(suffixed("theta[3]", "_rate"), "theta_rate[3]");
+        assert_eq!(
+            [
+                force("m", false, false),
+                force("m/s", true, false),
+                force("rad", false, true),
+                force("m^2", false, false)
+            ],
+            ["N", "N", "ft*lb", "N/m"]
+        );
+        assert_eq!([force("m^3", false, false), force("1/m", true, false)], ["J/(m^3)", "W/(1/m)"]);
         assert_eq!(suffixed("x", "_acceleration"), "x_acceleration");
         assert_eq!(per_time("rad", "s", "^2"), "rad/s^2");
         assert_eq!(per_time("", "s", ""), "1/s");

@@ -1,0 +1,144 @@
+//! Constraints that switch by rules of their own: contacts that push and never pull, and sticking that breaks away.
+//!
+//! A guard has one function, which is positive where nothing happens, and acts where it falls through zero:
+//!
+//! | guard | while it holds | while it is released |
+//! |---|---|---|
+//! | contact | λ: lifts off | Φ: impact, rebound or hold |
+//! | stick–slip | the breakaway event: slips | ±(A q̇ + b) on the side to which it slips: sticks |
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use super::change::{Change, find};
+use super::error::OptionError;
+use super::simulate::Simulate;
+use crate::error::SolveError;
+use crate::model::{Constraint, ConstraintKind, ModelState};
+
+/// The law of a unilateral contact: free where Φ > 0, pushed by λ > 0 where it is closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Coefficient of restitution e, 0 to 1: Φ̇⁺ = −e Φ̇⁻. Default 0: it closes at the first impact.
+    pub restitution: f64,
+    /// Speed of approach |Φ̇⁻| below which the contact closes instead of rebounding. Where it is not given, a thousandth of the largest
+    /// speed with which this contact was hit: what bounces on would have a millionth of that impact's energy.
+    pub rest_speed: Option<f64>,
+}
+
+impl Default for Contact {
+    fn default() -> Self {
+        Self { restitution: 0.0, rest_speed: None }
+    }
+}
+
+impl From<f64> for Contact {
+    /// With this coefficient of restitution.
+    fn from(restitution: f64) -> Self {
+        Self { restitution, ..Self::default() }
+    }
+}
+
+/// What a guard watches.
+#[derive(Clone, Copy, Debug)]
+enum Law {
+    Contact {
+        contact: Contact,
+        hardest: f64,
+    },
+    /// Index of the breakaway event among those of the model and of the simulation.
+    Stick {
+        breakaway: usize,
+    },
+}
+
+/// A constraint that switches by a rule of its own.
+#[derive(Clone, Debug)]
+pub(crate) struct Guard {
+    pub(crate) name: String,
+    pub(crate) constraint: &'static Constraint,
+    /// Its index among the switched constraints.
+    switch: usize,
+    law: Law,
+}
+
+impl Guard {
+    pub(super) fn contact<M: Simulate>(name: &str, contact: Contact) -> Result<Self, OptionError> {
+        let Contact { restitution, rest_speed } = contact;
+        let number = |option, value, good: bool, admissible| match good {
+            true => Ok(()),
+            false => Err(OptionError::Number { option, value, admissible }),
+        };
+        number("restitution", restitution, (0.0..=1.0).contains(&restitution), "a coefficient from 0 to 1")?;
+        let speed = rest_speed.unwrap_or(0.0);
+        number("rest_speed", speed, speed >= 0.0 && speed.is_finite(), "a speed of 0 or more")?;
+        Self::new::<M>(name, "contact", ConstraintKind::Holonomic, Law::Contact { contact, hardest: 0.0 })
+    }
+
+    pub(super) fn stick<M: Simulate>(name: &str, breakaway: usize) -> Result<Self, OptionError> {
+        Self::new::<M>(name, "stick_slip", ConstraintKind::Nonholonomic, Law::Stick { breakaway })
+    }
+
+    fn new<M: Simulate>(name: &str, option: &'static str, kind: ConstraintKind, law: Law) -> Result<Self, OptionError> {
+        let constraint = find::<M>(name).map_err(OptionError::Constraint)?;
+        match constraint.switched {
+            Some(switch) if constraint.kind == kind && constraint.rows == 1 => {
+                let what = if matches!(law, Law::Contact { .. }) { "contact" } else { "slip" };
+                Ok(Self { name: format!("{name} {what}"), constraint, switch, law })
+            }
+            _ => Err(OptionError::NotForGuard { option, constraint: constraint.name, kind }),
+        }
+    }
+
+    /// The function of the guard; `events` are the values of the other events there, `reactions` solves for λ.
+    pub(crate) fn value<M: Simulate>(
+        &self,
+        model: &M,
+        state: &M::State,
+        events: &[f64],
+        reactions: impl FnOnce() -> Result<M::Rows, SolveError>,
+    ) -> Result<f64, SolveError> {
+        let row = self.constraint.first;
+        let modes = state.modes();
+        Ok(match self.law {
+            Law::Contact { .. } if modes.holds(self.switch) => reactions()?[row],
+            Law::Contact { .. } => model.residual(state)[row],
+            Law::Stick { breakaway } if modes.holds(self.switch) => events[breakaway],
+            Law::Stick { .. } => model.velocity_residual(state)[row] * modes.side(self.switch),
+        })
+    }
+
+    /// Whether its constraint holds.
+    pub(crate) fn holds<S: ModelState>(&self, state: &S) -> bool {
+        state.modes().holds(self.switch)
+    }
+
+    /// Does what is due where the function has fallen to zero.
+    pub(crate) fn act<M: Simulate>(&mut self, change: &mut Change<'_, M>) {
+        let name = self.constraint.name;
+        let holds = self.holds(change.state());
+        match &mut self.law {
+            Law::Contact { .. } | Law::Stick { .. } if holds => change.release(name),
+            Law::Stick { .. } => change.engage(name),
+            Law::Contact { contact, hardest } => {
+                let approach = -change.model().velocity_residual(change.state())[self.constraint.first];
+                *hardest = hardest.max(approach);
+                let rest = contact.rest_speed.unwrap_or(1e-3 * *hardest);
+                if contact.restitution == 0.0 || approach <= rest {
+                    change.engage(name);
+                } else {
+                    change.impact(name, contact.restitution);
+                }
+            }
+        }
+    }
+
+    /// Whether a constraint that has just been switched cannot stay as it is: a contact that would pull, sticking that would break at once.
+    pub(crate) fn is_untenable<M: Simulate>(&self, state: &M::State, value: f64) -> bool {
+        self.holds(state) && value < 0.0
+    }
+}
+
+/// The guards of a run in the order of their declaration.
+pub(crate) type Guards = Vec<Guard>;

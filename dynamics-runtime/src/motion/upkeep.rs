@@ -1,0 +1,294 @@
+//! What keeps the constraints of a run, by its formulation.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::conditioning::Conditioning;
+use super::drift::rows_that_hold;
+use super::formulation::Formulation;
+use crate::constrain::{self, Diagnosis};
+use crate::error::{SolveError, StateError};
+use crate::math;
+use crate::model::{Constraint, Constraints, ModelState, Terms, Vector};
+
+/// How often a run had to leave the straight way to keep its constraints.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Upkept {
+    /// Evaluations by the general solver where generated code did not apply: a pivot was too small, a constraint was released.
+    pub general: u64,
+    /// Evaluations at which the Jacobian had a lower rank than it has rows that hold, so that multipliers are not unique.
+    pub dependent: u64,
+    /// When that was met first.
+    pub dependent_at: Option<f64>,
+    /// Steps after which the state was put back onto the constraints.
+    pub settled: u64,
+    /// Largest size of such a move, in parts of what the tolerance permits per step.
+    pub largest_move: f64,
+    /// How often the independent coordinates of the embedded formulation were chosen anew.
+    pub repartitions: u64,
+    /// Worst conditioning of the constraints met by the general solver.
+    pub conditioning: Option<Conditioning>,
+}
+
+impl Upkept {
+    /// The end of a step was settled: by how much.
+    #[inline]
+    pub(super) fn note_move(&mut self, size: f64) {
+        self.settled += 1;
+        if size > self.largest_move {
+            self.largest_move = size;
+        }
+    }
+}
+
+/// Keeps the constraints of one run; what it works in is allocated once.
+pub(crate) struct Upkeep<M: Constraints> {
+    pub(crate) formulation: Option<Formulation>,
+    pub(crate) upkept: Upkept,
+    /// α and β where they are fixed.
+    gains: (f64, f64),
+    /// What the step being made adds to the accelerations, where gains follow the step.
+    push: M::Vector,
+    drift_limit: f64,
+    workspace: Vec<f64>,
+}
+
+impl<M: Constraints> Upkeep<M> {
+    pub(crate) fn new(formulation: Option<Formulation>, drift_limit: f64) -> Self {
+        let gains = match formulation {
+            Some(Formulation::Baumgarte { alpha, beta }) => (alpha, beta),
+            _ => (0.0, 0.0),
+        };
+        let len = constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len());
+        let workspace = vec![0.0; if M::ROWS.is_empty() { 0 } else { len }];
+        Self { formulation, upkept: Upkept::default(), gains, push: M::Vector::zeros(), drift_limit, workspace }
+    }
+
+    /// Whether the gains follow the step.
+    #[inline(always)]
+    pub(crate) fn is_tied(&self) -> bool {
+        self.formulation == Some(Formulation::BaumgarteTied)
+    }
+
+    /// What a step from a state adds to the accelerations all along, to take back what has drifted up to there.
+    pub(crate) fn push_back(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
+        let (position, mut right) = (model.residual(state), model.velocity_residual(state));
+        for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
+            *right = if row < M::Residual::LEN { -(1.5 * *right + position[row] / h) / h } else { -*right / h };
+        }
+        self.push = constrain::correct(model, state, &right, &mut self.workspace)?.accelerations;
+        Ok(())
+    }
+
+    /// Whether states are put back onto the constraints after a step.
+    #[inline(always)]
+    pub(crate) fn settles(&self) -> bool {
+        self.formulation.is_some_and(Formulation::is_exact)
+    }
+
+    /// λ at a state.
+    pub(crate) fn reactions(
+        &mut self,
+        model: &M,
+        constants: &M::Constants,
+        state: &M::State,
+    ) -> Result<M::Rows, SolveError> {
+        constrain::solve(model, constants, state, &mut self.workspace).map(|solved| solved.multipliers)
+    }
+
+    /// q̈ of the constrained model; the embedded formulation first puts the dependent coordinates of the state right.
+    #[inline(always)]
+    pub(crate) fn accelerations(
+        &mut self,
+        model: &M,
+        constants: &M::Constants,
+        state: &mut M::State,
+    ) -> Result<M::Vector, SolveError> {
+        let workspace = &mut self.workspace;
+        let solved = match self.gains {
+            (0.0, 0.0) => constrain::solve(model, constants, state, workspace)?,
+            gains => constrain::solve_baumgarte(model, constants, state, gains, workspace)?,
+        };
+        if let Some(diagnosis) = &solved.diagnosis {
+            self.note(state.t(), diagnosis);
+        }
+        let mut accelerations = solved.accelerations;
+        if self.is_tied() {
+            for (a, push) in accelerations.as_mut_slice().iter_mut().zip(self.push.as_slice()) {
+                *a += push;
+            }
+        }
+        Ok(accelerations)
+    }
+
+    #[cold]
+    fn note(&mut self, t: f64, diagnosis: &Diagnosis) {
+        let upkept = &mut self.upkept;
+        upkept.general += 1;
+        if diagnosis.rank < diagnosis.active {
+            upkept.dependent += 1;
+            upkept.dependent_at.get_or_insert(t);
+        }
+        if upkept.conditioning.is_none_or(|worst| diagnosis.condition > worst.largest) {
+            upkept.conditioning = Some(Conditioning { largest: diagnosis.condition, time: t });
+        }
+    }
+
+    /// Puts a state onto the constraints, to rounding level.
+    pub(crate) fn settle(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
+        constrain::project_positions(model, state, &mut self.workspace)?;
+        constrain::project_velocities(model, state, &mut self.workspace)?;
+        Ok(())
+    }
+
+    /// Checks a start, and puts it onto the constraints where the formulation keeps it there.
+    pub(crate) fn begin(&mut self, model: &M, state: &mut M::State) -> Result<(), PlaceError> {
+        if M::ROWS.is_empty() {
+            return Ok(());
+        }
+        self.check(model, state)?;
+        constrain::check_gradients(model, state, &mut self.workspace)?;
+        if self.settles() { Ok(self.settle(model, state)?) } else { Ok(()) }
+    }
+
+    fn check(&mut self, model: &M, state: &M::State) -> Result<(), SolveError> {
+        let (position, velocity) = (model.residual(state), model.velocity_residual(state));
+        let distances = Distances::of(model, state, &mut self.workspace);
+        let speed = 1.0 + largest(state.u().as_slice());
+        let off = |what, row: usize, residual: f64, size: f64| {
+            let distance = distances.along(row, residual);
+            let row = M::ROWS[row].name;
+            if distance <= START * size {
+                Ok(())
+            } else {
+                Err(SolveError::OffConstraint { what, row, residual, distance })
+            }
+        };
+        for row in rows_that_hold::<M>(state) {
+            if row < M::Residual::LEN {
+                off("positions", row, position[row], distances.size)?;
+            }
+            off("velocities", row, velocity[row], speed)?;
+        }
+        Ok(())
+    }
+
+    /// The same for a state that an action left. Where constraints may drift it has drifted.
+    pub(crate) fn place(&mut self, model: &M, state: &mut M::State) -> Result<(), PlaceError> {
+        if self.settles() { self.begin(model, state) } else { Ok(()) }
+    }
+
+    /// The row that has drifted further than permitted.
+    pub(crate) fn drifted(&mut self, model: &M, state: &M::State) -> Option<Drifted> {
+        if M::Residual::LEN == 0 || !self.drift_limit.is_finite() {
+            return None;
+        }
+        let residual = model.residual(state);
+        let distances = Distances::of(model, state, &mut self.workspace);
+        let limit = self.drift_limit * distances.size;
+        let mut rows = rows_that_hold::<M>(state).filter(|row| *row < M::Residual::LEN);
+        let drifted = |row: usize| {
+            let distance = distances.along(row, residual[row]);
+            (!(distance <= limit)).then(|| Drifted { row: M::ROWS[row].name, residual: residual[row], distance, limit })
+        };
+        rows.find_map(drifted)
+    }
+
+    /// An impact on the rows of a constraint; the state's velocities jump.
+    pub(crate) fn impact(
+        &mut self,
+        model: &M,
+        state: &mut M::State,
+        constraint: usize,
+        restitution: f64,
+    ) -> Result<constrain::Impact<M::Rows>, SolveError> {
+        constrain::impact(model, state, &[(constraint, restitution)], &mut self.workspace)
+    }
+
+    /// The row of a holonomic constraint that is missed most, if it is missed.
+    pub(crate) fn apart(
+        &mut self,
+        model: &M,
+        state: &M::State,
+        constraint: &Constraint,
+    ) -> Option<(&'static str, f64)> {
+        apart(model, state, constraint, &mut self.workspace)
+    }
+}
+
+/// A constraint that has drifted too far.
+pub(crate) struct Drifted {
+    pub(crate) row: &'static str,
+    pub(crate) residual: f64,
+    pub(crate) distance: f64,
+    pub(crate) limit: f64,
+}
+
+/// Why a state has no place on the constraints.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum PlaceError {
+    State(StateError),
+    Solve(SolveError),
+}
+
+impl From<StateError> for PlaceError {
+    fn from(error: StateError) -> Self {
+        Self::State(error)
+    }
+}
+
+impl From<SolveError> for PlaceError {
+    fn from(error: SolveError) -> Self {
+        Self::Solve(error)
+    }
+}
+
+/// What a start may miss its constraints by, as |Φ|/‖Φ_q‖ in parts of 1 + |q|: see the builders of states.
+const START: f64 = 1e-6;
+
+/// The row of a holonomic constraint that is missed most, if it is missed by more than a start may.
+pub(crate) fn apart<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    constraint: &Constraint,
+    workspace: &mut [f64],
+) -> Option<(&'static str, f64)> {
+    let residual = model.residual(state);
+    let distances = Distances::of(model, state, workspace);
+    let rows = constraint.first..constraint.first + constraint.rows;
+    let far = rows.map(|row| (row, distances.along(row, residual[row])));
+    let (row, distance) = far.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (!(distance <= START * distances.size)).then(|| (M::ROWS[row].name, residual[row]))
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0f64, |largest, x| largest.max(x.abs()))
+}
+
+/// What turns residuals into distances.
+struct Distances<'w> {
+    jacobian: &'w [f64],
+    n: usize,
+    /// 1 + |q|.
+    size: f64,
+}
+
+impl<'w> Distances<'w> {
+    fn of<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
+        let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+        let (mass, rest) = workspace.split_at_mut(n * n);
+        let (force, rest) = rest.split_at_mut(n);
+        let (jacobian, rest) = rest.split_at_mut(r * n);
+        let gamma = &mut rest[..r];
+        jacobian.fill(0.0);
+        model.terms(state, &mut Terms { mass, force, jacobian, gamma });
+        Self { jacobian, n, size: 1.0 + largest(state.q().as_slice()) }
+    }
+
+    /// |residual|/‖Φ_q‖ of a row; 0 where the residual is, infinite where the gradient vanishes and the residual does not.
+    fn along(&self, row: usize, residual: f64) -> f64 {
+        let gradient = &self.jacobian[row * self.n..(row + 1) * self.n];
+        let size = math::sqrt(gradient.iter().map(|x| x * x).sum());
+        if residual == 0.0 { 0.0 } else { residual.abs() / size }
+    }
+}

@@ -1,0 +1,72 @@
+//! Motions of constrained models: drift by formulation, reactions, and runs that leave their constraints and say so.
+
+mod common;
+
+use common::constrained::Rod;
+use common::*;
+use dynamics_runtime::motion::{Formulation, Method, Motion, Simulate};
+
+const ROD: Rod = Rod { m: 2.0, l: 1.5, g: 9.81 };
+
+/// On the rod at an angle from the lowest point, moving with angular velocity ω.
+fn on_rod(theta: f64, omega: f64) -> PlainState<2, 0> {
+    let (s, c) = theta.sin_cos();
+    at_rest_or_not([ROD.l * s, -ROD.l * c], [ROD.l * omega * c, ROD.l * omega * s])
+}
+
+const ALL: [Formulation; 4] = [
+    Formulation::Augmented,
+    Formulation::Baumgarte { alpha: 5.0, beta: 5.0 },
+    Formulation::BaumgarteTied,
+    Formulation::Projected,
+];
+
+#[test]
+fn every_formulation_follows_the_pendulum() {
+    let minimal = Pendulum { m: ROD.m, l: ROD.l, g: ROD.g };
+    let exact = minimal.simulate(at_rest_or_not([2.0], [0.5])).until(10.0).tolerance(1e-13).run().unwrap();
+    for method in [Method::DormandPrince5, Method::Dop853] {
+        for formulation in ALL {
+            let run =
+                ROD.simulate(on_rod(2.0, 0.5)).until(10.0).tolerance(1e-9).method(method).formulation(formulation);
+            let motion = run.run().unwrap();
+            for t in [0.3, 2.0, 5.5, 10.0] {
+                let (state, theta) = (motion.at(t), exact.at(t));
+                let wanted = on_rod(theta.q[0], theta.u[0]);
+                let error = (state.q - wanted.q).amax().max((state.u - wanted.u).amax());
+                assert!(error < 2e-6, "{method} {formulation} at {t}: {error:e}");
+                // λ = −tension/l for Φ = ½(x² + y² − l²).
+                let tension = minimal_tension(&exact, t);
+                let lambda = motion.reaction_at("rod", t).unwrap()[0];
+                assert!((lambda + tension / ROD.l).abs() < 1e-4, "{formulation} at {t}: {lambda} {tension}");
+            }
+        }
+    }
+}
+
+fn minimal_tension(exact: &Motion<'_, Pendulum>, t: f64) -> f64 {
+    exact.output("tension", t).unwrap()
+}
+
+/// 1,000 s: what is projected stays, what is not drifts, and each says how far.
+#[test]
+fn drift_over_a_thousand_seconds() {
+    let run = |formulation| {
+        let run = ROD.simulate(on_rod(2.0, 0.0)).until(1000.0).tolerance(1e-9).formulation(formulation);
+        run.run().unwrap().summary()
+    };
+    let [augmented, gains, tied, projected] = ALL.map(run);
+    let drift = |summary: &dynamics_runtime::motion::Summary| {
+        let rod = &summary.constraints[0];
+        (rod.residual, rod.velocity_residual)
+    };
+    for summary in [&augmented, &gains, &tied, &projected] {
+        println!("{summary}\n");
+    }
+    assert!(drift(&projected).0 < 1e-12 && drift(&projected).1 < 1e-12, "{projected}");
+    assert!(drift(&augmented).0 > 1e-7, "{augmented}");
+    for summary in [&gains, &tied] {
+        let (position, velocity) = drift(summary);
+        assert!(position < 1e-8 && velocity < 1e-7 && position > 1e-14, "{summary}");
+    }
+}
