@@ -6,6 +6,7 @@
 
 mod correct;
 mod embed;
+mod friction;
 mod impact;
 mod lu;
 mod memory;
@@ -36,7 +37,7 @@ pub use involved::Involved;
 pub const fn workspace_len(n: usize, r: usize) -> usize {
     let read = n * n + n + n * r + r;
     let solving = read + r + system::memory(n, r);
-    greatest([solving, embed::memory(n, r), assemble::memory(n, r)])
+    greatest([solving, embed::memory(n, r), assemble::memory(n, r), friction::memory_in_all(n, r)])
 }
 
 const fn greatest<const K: usize>(lengths: [usize; K]) -> usize {
@@ -192,6 +193,9 @@ fn general<M: Constraints>(
     more: Option<&M::Rows>,
     workspace: &mut [f64],
 ) -> Result<OutcomeOf<M>, SolveError> {
+    if M::FRICTION {
+        return friction::solve(model, state, more, workspace);
+    }
     let modes = state.modes();
     let Some(mut factored) = Factored::new(model, state, |row| holds::<M>(modes, row), workspace)? else {
         return Ok(not_a_number());
@@ -231,7 +235,15 @@ impl<'w> Factored<'w> {
         active: impl Fn(usize) -> bool,
         workspace: &'w mut [f64],
     ) -> Result<Option<Self>, SolveError> {
-        let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
+        Self::in_memory(model, state, active, Memory::new(workspace, M::Vector::LEN, M::Rows::LEN))
+    }
+
+    fn in_memory<M: Constraints>(
+        model: &M,
+        state: &M::State,
+        active: impl Fn(usize) -> bool,
+        mut memory: Memory<'w>,
+    ) -> Result<Option<Self>, SolveError> {
         let Some(read) = read(model, state, &active, &mut memory)? else { return Ok(None) };
         let Read { mass, force, jacobian, gamma } = read;
         let floor = memory.take(M::Rows::LEN);

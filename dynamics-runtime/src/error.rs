@@ -56,8 +56,13 @@ pub enum SolveError {
     Friction {
         /// The reaction that decides, `floor`.
         row: &'static str,
-        /// Number of solutions found: 0, or more than 1.
+        /// Number of solutions found: 0; more than 1; or 1 that no motion with a contact of any compliance keeps to.
         solutions: usize,
+    },
+    /// Applied forces depend on a reaction that the constraints leave undecided, because they repeat each other.
+    ReactionNotUnique {
+        /// Its row.
+        row: &'static str,
     },
     /// Positions or velocities that satisfy the constraints were not found near the given ones.
     OffConstraint {
@@ -114,10 +119,21 @@ impl fmt::Display for SolveError {
                 "no acceleration and reaction of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid \
                  model has no motion; make the contact compliant, or end the motion before"
             ),
+            Self::Friction { row, solutions: 1 } => write!(
+                f,
+                "the only reaction of `{row}` that satisfies the equations with friction here is unstable (Painlevé's paradox: more \
+                 reaction accelerates into the constraint): the rigid model does not decide; make the contact compliant, or end \
+                 the motion before"
+            ),
             Self::Friction { row, solutions } => write!(
                 f,
                 "{solutions} different reactions of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid \
                  model does not decide; make the contact compliant, or end the motion before"
+            ),
+            Self::ReactionNotUnique { row } => write!(
+                f,
+                "a force depends on the reaction of `{row}`, which is not decided: other constraints repeat this one; leave one of them \
+                 out, or make them compliant"
             ),
             Self::OffConstraint { what, row, residual, distance } => write!(
                 f,

@@ -3,7 +3,7 @@
 mod common;
 
 use common::at_rest_or_not;
-use common::constrained::{FourBar, Rod, Sleigh, SliderCrank, SquaredRod, TripleRod};
+use common::constrained::{FourBar, Held, PainleveRod, Rod, Sleigh, SliderCrank, SquaredRod, TripleRod};
 use dynamics_runtime::constrain::{
     Embedding, check_gradients, impact, project_positions, project_velocities, solve_baumgarte, solve_general,
     solve_once, with_workspace,
@@ -251,4 +251,51 @@ fn nonholonomic_rows_bind_velocities_alone() {
         embedding.restore(&sleigh, &mut state, w).unwrap();
         assert!(state.q == q && sleigh.velocity_residual(&state).amax() < 1e-15);
     });
+}
+
+/// m (g − l sin θ ω²) = N (1 + 3 cos²θ ∓ 3 μ sin θ cos θ): the textbook's rod, sliding the way in which friction jams it.
+fn painleve(mu: f64, theta: f64, omega: f64, linear: bool) -> Result<f64, SolveError> {
+    let rod = PainleveRod { m: 2.0, l: 0.5, g: 9.81, mu, linear };
+    let outcome = solve_once(&rod, &(), &rod.slipping(theta, omega, -1.0))?;
+    let lambda = outcome.multipliers[0];
+    let (s, c) = theta.sin_cos();
+    let along = 1.0 + 3.0 * c * c - 3.0 * mu * s * c;
+    let weight = rod.m * (rod.g - rod.l * s * omega * omega);
+    assert!((lambda * along - weight).abs() < 1e-12 * weight.abs(), "{lambda} {along} {weight}");
+    let (force, _) = rod.with_reactions(&rod.slipping(theta, omega, -1.0), &outcome.multipliers);
+    let newton = rod.mass_matrix(&rod.slipping(theta, omega, -1.0)) * outcome.accelerations
+        - force
+        - rod.jacobian(&rod.slipping(theta, omega, -1.0)).transpose() * outcome.multipliers;
+    assert!(newton.amax() < 1e-12 * (weight.abs() + lambda.abs()));
+    Ok(lambda)
+}
+
+#[test]
+fn friction_is_solved_together_with_the_reaction_up_to_painleves_limit() {
+    // The limit is (tan²θ + 4)/(3 tan θ), least at tan θ = 2: 4/3.
+    let steepest = 2.0_f64.atan();
+    for linear in [false, true] {
+        for mu in [0.0, 0.3, 1.0, 1.3, 4.0 / 3.0 - 1e-6] {
+            assert!(painleve(mu, steepest, 0.0, linear).unwrap() > 0.0);
+        }
+        for theta in [0.4_f64, 0.9, 1.3] {
+            let limit = (theta.tan() * theta.tan() + 4.0) / (3.0 * theta.tan());
+            assert!(painleve(0.999 * limit, theta, 0.0, linear).is_ok());
+            assert!(painleve(1.001 * limit, theta, 0.0, linear).is_err());
+        }
+    }
+    // Sliding the other way it never jams.
+    let rod = PainleveRod { m: 2.0, l: 0.5, g: 9.81, mu: 5.0, linear: false };
+    assert!(solve_once(&rod, &(), &rod.slipping(steepest, 0.0, 1.0)).is_ok());
+}
+
+#[test]
+fn beyond_the_limit_there_is_none_or_two_and_an_unstable_one_is_not_taken() {
+    let steepest = 2.0_f64.atan();
+    let friction = |solutions| Err(SolveError::Friction { row: "floor", solutions });
+    assert_eq!(painleve(1.5, steepest, 0.0, false), friction(0));
+    // Turning fast it would leave the floor: then both the jammed and the pulled state exist.
+    assert_eq!(painleve(1.5, steepest, 10.0, false), friction(2));
+    assert_eq!(painleve(1.5, steepest, 10.0, true), friction(1));
+    assert_eq!(painleve(1.5, steepest, 0.0, true), friction(1));
 }

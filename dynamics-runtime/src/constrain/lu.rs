@@ -9,6 +9,8 @@ pub(crate) struct Lu<'w> {
     order: Indices<'w>,
     /// The least pivot: 0 or NaN where A is singular or not finite.
     pub(crate) least: f64,
+    /// Whether the determinant is negative.
+    pub(crate) negative: bool,
 }
 
 /// Memory that a factorization takes besides A.
@@ -20,7 +22,7 @@ impl<'w> Lu<'w> {
     /// Factors A (k×k by rows), in place.
     pub(crate) fn new(a: &'w mut [f64], k: usize, memory: &mut Memory<'w>) -> Self {
         let mut order = memory.indices(k);
-        let mut least = f64::INFINITY;
+        let (mut least, mut negative) = (f64::INFINITY, false);
         for j in 0..k {
             let pivot = (j..k).map(|i| (i, a[i * k + j].abs()));
             let (row, size) = pivot.fold((j, 0.0), |best, next| if next.1 > best.1 { next } else { best });
@@ -30,6 +32,7 @@ impl<'w> Lu<'w> {
             }
             swap_rows(a, k, j, row);
             order.swap(j, row);
+            negative ^= (row != j) ^ (a[j * k + j] < 0.0);
             for i in j + 1..k {
                 let (upper, lower) = two_rows(a, k, j, i);
                 lower[j] /= upper[j];
@@ -39,7 +42,7 @@ impl<'w> Lu<'w> {
                 }
             }
         }
-        Self { k, a, order, least }
+        Self { k, a, order, least, negative }
     }
 
     /// A x = b. `x` and `b` have k elements.
@@ -107,18 +110,20 @@ mod tests {
         let exact = [1.0, -2.0, 0.5];
         let b: Vec<f64> = a.chunks_exact(3).map(|row| dot(row, &exact)).collect();
         let (mut copy, mut work, mut x) = (a, [0.0; 6], [0.0; 3]);
-        let mut memory = Memory::unchecked(&mut work);
+        let mut memory = Memory::rest(&mut work);
         let lu = Lu::new(&mut copy, 3, &mut memory);
         lu.solve(&b, &mut x);
         assert!(x.iter().zip(exact).all(|(x, e)| (x - e).abs() < 1e-15), "{x:?}");
         assert!(lu.least > 0.1);
+        // 0·(4 − 0) − 2·(12 − 0) + 1·(3 − 0.5).
+        assert!(lu.negative);
     }
 
     #[test]
     fn singular_and_not_finite_blocks_say_so() {
         for a in [[1.0, 2.0, 2.0, 4.0], [0.0; 4], [f64::NAN, 1.0, 1.0, 0.0]] {
             let (mut copy, mut work) = (a, [0.0; 4]);
-            let least = Lu::new(&mut copy, 2, &mut Memory::unchecked(&mut work)).least;
+            let least = Lu::new(&mut copy, 2, &mut Memory::rest(&mut work)).least;
             assert!(least.abs() < 1e-15 || least.is_nan(), "{least}");
         }
     }
@@ -127,7 +132,7 @@ mod tests {
     fn complete_pivoting_finds_rank_and_the_largest_elements() {
         let mut a = [1.0, 2.0, 8.0, 2.0, 4.0, 16.0, 0.0, 1.0, 0.0];
         let mut work = [0.0; 6];
-        let mut memory = Memory::unchecked(&mut work);
+        let mut memory = Memory::rest(&mut work);
         let (mut rows, mut columns) = (memory.indices(3), memory.indices(3));
         let (rank, _) = choose(&mut a, 3, 3, 1e-10, &mut rows, &mut columns);
         assert_eq!((rank, rows.get(0), columns.get(0), rows.get(1), columns.get(1)), (2, 1, 2, 2, 1));

@@ -12,9 +12,8 @@ impl<'w> Memory<'w> {
         Self(workspace)
     }
 
-    /// Memory of any length.
-    #[cfg(test)]
-    pub(crate) fn unchecked(memory: &'w mut [f64]) -> Self {
+    /// Memory of a length that the caller answers for.
+    pub(crate) fn rest(memory: &'w mut [f64]) -> Self {
         Self(memory)
     }
 

@@ -178,6 +178,21 @@ impl<'w> Orthogonal<'w> {
         self.spread(w, lambda);
     }
 
+    /// Whether row i of A is independent of the others: the λᵢ of Aᵀλ = c is then the same in all solutions (Wojtyra, Mech. Mach. Theory 40, 2005,
+    /// 1061–1077). `w`: r numbers of memory.
+    pub(crate) fn is_independent(&self, i: usize, w: &mut [f64]) -> bool {
+        let (r, k) = (self.r, self.rank);
+        if k == r {
+            return true;
+        }
+        // The share of eᵢ in the null space of Aᵀ, which the last columns of P V span.
+        (0..r).for_each(|p| w[p] = if self.order.get(p) == i { 1.0 } else { 0.0 });
+        for j in 0..k {
+            reflect(&self.c[j * r + j..(j + 1) * r], self.tau_right[j], &mut w[j..]);
+        }
+        norm(&w[k..r]) <= 1e-8
+    }
+
     /// P V w.
     fn spread(&self, w: &mut [f64], out: &mut [f64]) {
         let (r, k) = (self.r, self.rank);

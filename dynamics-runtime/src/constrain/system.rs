@@ -238,6 +238,12 @@ impl<'w> System<'w> {
         Miss { size: norm(left), scale, row, residual }
     }
 
+    /// Whether the multiplier of a row is the same in all solutions; true for rows that are released, where it is 0.
+    pub(crate) fn is_unique(&mut self, row: usize) -> bool {
+        let place = (0..self.m).find(|i| self.active.get(*i) == row);
+        place.is_none_or(|i| self.rows.is_independent(i, self.w))
+    }
+
     /// Norm over the rows that hold of numbers per row, rows at unit length.
     pub(crate) fn size_of_rows(&mut self, values: &[f64]) -> f64 {
         for i in 0..self.m {

@@ -390,3 +390,56 @@ impl Held<3, 0, 1> for Sleigh {
 }
 held!(Sleigh, 3 coordinates ["x", "y", "phi"], 0 + 1 = 1 rows ["knife"],
     [constraint("knife", ConstraintKind::Nonholonomic, 0, 1)], friction false, events []);
+
+/// A uniform rod of half length l that slides with its lower end on a rough floor, at θ from the horizontal: Φ = y − l sin θ of that end, friction
+/// −μ |N| sign(v) on it, or −μ N sign(v) where `linear`.
+#[derive(Clone, Copy, Debug)]
+pub struct PainleveRod {
+    pub m: f64,
+    pub l: f64,
+    pub g: f64,
+    pub mu: f64,
+    pub linear: bool,
+}
+
+impl PainleveRod {
+    /// At an angle and rate, its end on the floor and slipping with speed v.
+    pub fn slipping(&self, theta: f64, omega: f64, v: f64) -> PlainState<3, 0> {
+        let (s, c) = theta.sin_cos();
+        let q = [self.l * c, self.l * s, theta];
+        super::at_rest_or_not(q, [v - self.l * s * omega, self.l * c * omega, omega])
+    }
+    /// Speed of the lower end.
+    pub fn slip(&self, s: &PlainState<3, 0>) -> f64 {
+        s.u[0] + self.l * s.q[2].sin() * s.u[2]
+    }
+}
+
+impl Held<3, 1, 1> for PainleveRod {
+    fn mass(&self, _: &PlainState<3, 0>) -> SMatrix<f64, 3, 3> {
+        SMatrix::from_diagonal(&SVector::<f64, 3>::new(self.m, self.m, self.m * self.l * self.l / 3.0))
+    }
+    fn force(&self, _: &PlainState<3, 0>) -> SVector<f64, 3> {
+        SVector::<f64, 3>::new(0.0, -self.m * self.g, 0.0)
+    }
+    fn energy(&self, s: &PlainState<3, 0>) -> f64 {
+        0.5 * s.u.dot(&(self.mass(s) * s.u)) + self.m * self.g * s.q[1]
+    }
+    fn phi(&self, s: &PlainState<3, 0>) -> SVector<f64, 1> {
+        SVector::<f64, 1>::new(s.q[1] - self.l * s.q[2].sin())
+    }
+    fn phi_q(&self, s: &PlainState<3, 0>) -> SMatrix<f64, 1, 3> {
+        SMatrix::<f64, 1, 3>::new(0.0, 1.0, -self.l * s.q[2].cos())
+    }
+    fn right(&self, s: &PlainState<3, 0>) -> SVector<f64, 1> {
+        SVector::<f64, 1>::new(-self.l * s.q[2].sin() * s.u[2] * s.u[2])
+    }
+    fn with_reactions(&self, s: &PlainState<3, 0>, lambda: &SVector<f64, 1>) -> (SVector<f64, 3>, SMatrix<f64, 3, 1>) {
+        let direction = -self.mu * self.slip(s).signum();
+        let arm = SVector::<f64, 3>::new(1.0, 0.0, self.l * s.q[2].sin());
+        let (size, slope) = if self.linear { (lambda[0], 1.0) } else { (lambda[0].abs(), lambda[0].signum()) };
+        (self.force(s) + arm * (direction * size), arm * (direction * slope))
+    }
+}
+held!(PainleveRod, 3 coordinates ["x", "y", "theta"], 1 + 0 = 1 rows ["floor"],
+    [Constraint { switched: Some(0), ..constraint("floor", ConstraintKind::Holonomic, 0, 1) }], friction true, events []);

@@ -1,0 +1,266 @@
+//! Forces that depend on the reactions of the same instant: Coulomb friction, worm gears, rollers that wedge.
+//!
+//! M a = Q(λ) + Φ_qᵀλ, Φ_q a = γ. With the frictionless system factored, the reactions to any given force F are affine, λ = λ₀ + S F, so that what has to
+//! be solved is G(λ) = λ − λ₀ − S Q(λ) = 0, for the reactions that Q reads alone; M may be singular on the way. G is piecewise smooth (|λ| has a kink),
+//! and Newton with the derivative of the piece at hand, I − S ∂Q/∂λ, ends in one step in the right piece where Q is piecewise linear. It
+//! starts from the frictionless reactions and from every pattern of their signs — 2ᵏ for k reactions up to 6, above that a fixed sample of 64 — and
+//! all distinct solutions are kept: Coulomb's law need not have one, and may have several (Painlevé 1895; Génot & Brogliato, Eur. J. Mech. A/Solids 18
+//! (1999) 653–677; Leine, Brogliato & Nijmeijer, ibid. 21 (2002) 1–22).
+//!
+//! A single solution counts only where det(I − S ∂Q/∂λ) > 0 (without friction it is 1). Where it is negative, the acceleration along the constraint
+//! answers a growing reaction with the wrong sign: contact of any compliance, however stiff, leaves that solution at once, and a
+//! one-sided contact also has the motion in which it parts. That is reported like the other two, not used.
+
+use super::lu::{self, Lu};
+use super::memory::{Indices, Memory, dot, max_abs};
+use super::system::{self, System};
+use super::{Factored, Outcome, OutcomeOf, contradiction, diagnosis, holds, names, not_a_number};
+use crate::error::SolveError;
+use crate::model::{Constraints, ModelState, Vector};
+
+/// Most reactions whose sign patterns are all tried.
+const EXHAUSTIVE: usize = 6;
+/// Newton steps from one start; piecewise linear laws take two.
+const MOST: usize = 25;
+/// Solutions closer than this, against their size, are one.
+const SAME: f64 = 1e-7;
+
+/// Memory that the friction solve takes on top of the factored system: S, ∂Q/∂λ, Newton's matrix, vectors.
+pub(super) const fn memory(n: usize, r: usize) -> usize {
+    2 * n * r + 2 * r * r + 2 * n + 8 * r + lu::memory(r)
+}
+
+/// What one solve works on.
+struct Problem<'w, 'm, M: Constraints> {
+    model: &'m M,
+    state: &'m M::State,
+    /// Rows that Q reads.
+    read: Indices<'w>,
+    k: usize,
+    /// Reactions at no force at all, by all rows.
+    offset: &'w mut [f64],
+    /// S, r×n.
+    by_force: &'w mut [f64],
+    /// Q and ∂Q/∂λ.
+    force: &'w mut [f64],
+    by_multipliers: &'w mut [f64],
+    /// Newton's matrix and vectors, k each.
+    matrix: &'w mut [f64],
+    right: &'w mut [f64],
+    step: &'w mut [f64],
+}
+
+/// q̈ and λ with Φ_q q̈ = γ + `more`, where applied forces depend on λ.
+pub(super) fn solve<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    more: Option<&M::Rows>,
+    workspace: &mut [f64],
+) -> Result<OutcomeOf<M>, SolveError> {
+    let modes = state.modes();
+    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+    // What is solved for lies behind what the system takes.
+    let (first, second) = workspace.split_at_mut(system_memory(n, r));
+    let mut rest = Memory::rest(second);
+    let Some(mut factored) = Factored::in_memory(model, state, |row| holds::<M>(modes, row), Memory::rest(first))?
+    else {
+        return Ok(not_a_number());
+    };
+    if let Some(more) = more {
+        factored.gamma.iter_mut().zip(more.as_slice()).for_each(|(gamma, more)| *gamma += more);
+    }
+    let mut problem = Problem::new(model, state, &mut factored, &mut rest);
+    problem.find_rows_read();
+    let multipliers =
+        if problem.k == 0 { M::Rows::zeros() } else { problem.solution(&mut factored.system, &mut rest)? };
+    model.friction(state, &multipliers, problem.force, problem.by_multipliers);
+    if !max_abs(problem.force).is_finite() {
+        return Ok(not_a_number());
+    }
+    let mut outcome =
+        Outcome { accelerations: M::Vector::zeros(), multipliers, diagnosis: Some(diagnosis(&factored.system)) };
+    let Factored { gamma, floor, system, .. } = &mut factored;
+    let (a, lambda) = (outcome.accelerations.as_mut_slice(), outcome.multipliers.as_mut_slice());
+    let miss = system.solve(problem.force, gamma, a, lambda);
+    let size = miss.scale + 1e-6 * system.size_of_rows(floor);
+    contradiction(miss, size, system, names::<M>())?;
+    Ok(outcome)
+}
+
+/// Memory of the factored system.
+const fn system_memory(n: usize, r: usize) -> usize {
+    n * n + n + n * r + 2 * r + system::memory(n, r)
+}
+
+/// Memory of it all.
+pub(super) const fn memory_in_all(n: usize, r: usize) -> usize {
+    system_memory(n, r) + memory(n, r)
+}
+
+impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
+    fn new(model: &'m M, state: &'m M::State, factored: &mut Factored<'_>, memory: &mut Memory<'w>) -> Self {
+        let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+        let (offset, by_force) = (memory.zeros(r), memory.zeros(r * n));
+        let (force, by_multipliers) = (memory.zeros(n), memory.zeros(n * r));
+        let matrix = memory.zeros(r * r);
+        let (right, step) = (memory.zeros(r), memory.zeros(r));
+        let unit = memory.zeros(n);
+        let mut a = M::Vector::zeros();
+        let mut lambda = M::Rows::zeros();
+        factored.system.solve(unit, factored.gamma, a.as_mut_slice(), offset);
+        let still = M::Rows::zeros();
+        for j in 0..n {
+            unit[j] = 1.0;
+            factored.system.solve(unit, still.as_slice(), a.as_mut_slice(), lambda.as_mut_slice());
+            unit[j] = 0.0;
+            (0..r).for_each(|i| by_force[i * n + j] = lambda[i]);
+        }
+        let read = memory.indices(r);
+        Self { model, state, read, k: 0, offset, by_force, force, by_multipliers, matrix, right, step }
+    }
+
+    /// Rows that Q reads: those with ∂Q/∂λ ≠ 0 at reactions of either sign. A force that is zero for both reads nothing at this state.
+    fn find_rows_read(&mut self) {
+        let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+        let mut reads = M::Rows::zeros();
+        for sign in [1.0, -1.0, 0.5] {
+            let mut lambda = M::Rows::zeros();
+            (0..r).for_each(|i| lambda[i] = sign * (1.0 + self.offset[i].abs()) * if i % 2 == 0 { 1.0 } else { sign });
+            self.model.friction(self.state, &lambda, self.force, self.by_multipliers);
+            for i in 0..r {
+                let column = (0..n).any(|j| self.by_multipliers[j * r + i] != 0.0);
+                reads[i] += f64::from(u8::from(column && holds::<M>(self.state.modes(), i)));
+            }
+        }
+        for i in (0..r).filter(|i| reads[*i] > 0.0) {
+            self.read.set(self.k, i);
+            self.k += 1;
+        }
+    }
+
+    /// The one solution that there should be.
+    fn solution(&mut self, system: &mut System<'_>, memory: &mut Memory<'w>) -> Result<M::Rows, SolveError> {
+        let k = self.k;
+        if let Some(row) = (0..k).map(|i| self.read.get(i)).find(|row| !system.is_unique(*row)) {
+            return Err(SolveError::ReactionNotUnique { row: names::<M>().row(row) });
+        }
+        let work = memory.take(lu::memory(k));
+        let frictionless = self.frictionless();
+        let mut found: Option<(M::Rows, bool)> = None;
+        let mut solutions = 0;
+        // The frictionless reactions first, then their size with every pattern of signs.
+        for pattern in 0..=patterns(k) {
+            let start = if pattern == 0 { frictionless } else { self.start(&frictionless, pattern - 1) };
+            let Some((lambda, negative)) = self.newton(start, work) else { continue };
+            match &mut found {
+                Some((other, folded)) if self.same(other, &lambda) => *folded &= negative,
+                Some(_) => {
+                    solutions += 1;
+                    break;
+                }
+                None => {
+                    found = Some((lambda, negative));
+                    solutions = 1;
+                }
+            }
+        }
+        match found {
+            Some((lambda, false)) if solutions == 1 => Ok(lambda),
+            _ => Err(SolveError::Friction { row: names::<M>().row(self.decisive(&frictionless)), solutions }),
+        }
+    }
+
+    /// λ₀ + S Q(0).
+    fn frictionless(&mut self) -> M::Rows {
+        let n = M::Vector::LEN;
+        self.model.friction(self.state, &M::Rows::zeros(), self.force, self.by_multipliers);
+        let mut lambda = M::Rows::zeros();
+        for (i, x) in lambda.as_mut_slice().iter_mut().enumerate() {
+            *x = self.offset[i] + dot(&self.by_force[i * n..(i + 1) * n], self.force);
+        }
+        lambda
+    }
+
+    /// Reactions of the frictionless size with the signs of a pattern.
+    fn start(&self, frictionless: &M::Rows, pattern: u64) -> M::Rows {
+        let largest = max_abs(frictionless.as_slice());
+        let mut lambda = *frictionless;
+        for i in 0..self.k {
+            let row = self.read.get(i);
+            let size = lambda[row].abs().max(1e-3 * largest).max(f64::MIN_POSITIVE);
+            lambda[row] = if sign(pattern, i, self.k) { size } else { -size };
+        }
+        lambda
+    }
+
+    /// Newton from a start; the solution, and whether the determinant is negative there.
+    fn newton(&mut self, mut lambda: M::Rows, work: &mut [f64]) -> Option<(M::Rows, bool)> {
+        let (n, r, k) = (M::Vector::LEN, M::Rows::LEN, self.k);
+        for _ in 0..MOST {
+            self.model.friction(self.state, &lambda, self.force, self.by_multipliers);
+            for i in 0..k {
+                let row = self.read.get(i);
+                let influence = &self.by_force[row * n..(row + 1) * n];
+                self.right[i] = self.offset[row] + dot(influence, self.force) - lambda[row];
+                for j in 0..k {
+                    let column = self.read.get(j);
+                    let by = (0..n).map(|l| influence[l] * self.by_multipliers[l * r + column]).sum::<f64>();
+                    self.matrix[i * k + j] = f64::from(u8::from(i == j)) - by;
+                }
+            }
+            let size = (0..k).map(|i| lambda[self.read.get(i)].abs()).fold(0.0, f64::max);
+            let left = max_abs(&self.right[..k]);
+            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut Memory::rest(work));
+            let negative = lu.negative;
+            if left <= 1e-13 * size || left == 0.0 {
+                return Some((lambda, negative));
+            }
+            if lu.least.is_nan() || lu.least <= 1e-14 || !left.is_finite() {
+                return None;
+            }
+            lu.solve(&self.right[..k], &mut self.step[..k]);
+            let step = max_abs(&self.step[..k]);
+            (0..k).for_each(|i| lambda[self.read.get(i)] += self.step[i]);
+            // At rounding level: nothing more is gained.
+            if step <= 1e-15 * size {
+                return Some((lambda, negative));
+            }
+        }
+        None
+    }
+
+    fn same(&self, a: &M::Rows, b: &M::Rows) -> bool {
+        let rows = || (0..self.k).map(|i| self.read.get(i));
+        let size = rows().map(|row| a[row].abs().max(b[row].abs())).fold(0.0, f64::max);
+        rows().all(|row| (a[row] - b[row]).abs() <= SAME * size)
+    }
+
+    /// The row that friction changes most: what a report names.
+    fn decisive(&self, frictionless: &M::Rows) -> usize {
+        let rows = (0..self.k).map(|i| self.read.get(i));
+        let size = rows.map(|row| (row, frictionless[row].abs()));
+        size.fold((self.read.get(0), -1.0), |most, next| if next.1 > most.1 { next } else { most }).0
+    }
+}
+
+/// Number of patterns that are tried for k signs.
+fn patterns(k: usize) -> u64 {
+    1 << k.min(EXHAUSTIVE)
+}
+
+/// Sign i of a pattern. Above 2⁶ patterns: all positive, all negative, and a fixed scatter of the others.
+fn sign(pattern: u64, i: usize, k: usize) -> bool {
+    if k <= EXHAUSTIVE {
+        return pattern >> i & 1 == 0;
+    }
+    match pattern {
+        0 => true,
+        1 => false,
+        _ => {
+            (pattern.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (i as u64 + 1).wrapping_mul(0xD134_2543_DE82_EF95))
+                .wrapping_mul(0x2545_F491_4F6C_DD1D)
+                >> 63
+                == 0
+        }
+    }
+}
