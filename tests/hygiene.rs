@@ -73,6 +73,57 @@ mod shadowed {
         }
     }
 
+    /// With everything that constraints bring along.
+    #[derive(::dynamics::Dynamics)]
+    #[coordinates(x, y)]
+    struct Block {
+        m: ::core::primitive::f64,
+        friction: ::core::primitive::f64,
+    }
+
+    #[::dynamics::dynamics]
+    impl Block {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * (q.x.dt() * q.x.dt() + q.y.dt() * q.y.dt())
+        }
+        #[potential]
+        fn weight(&self, q: &Coordinates<Self>) -> Expr {
+            9.81 * self.m * (q.y - q.x)
+        }
+        #[holonomic(switched)]
+        #[redundant]
+        fn floor(&self, q: &Coordinates<Self>) -> ::dynamics::Vec2 {
+            ::dynamics::vec2(q.y, 2.0 * q.y)
+        }
+        #[nonholonomic(switched, integrable)]
+        fn stick(&self, q: &Coordinates<Self>) -> [Expr; 1] {
+            [q.x.dt()]
+        }
+        #[force]
+        fn rubbing(&self, q: &Coordinates<Self>) -> ::dynamics::Force {
+            ::dynamics::Force::along(q.x, -self.friction * q.reaction(Self::floor).x * q.slip(Self::stick))
+        }
+        #[output]
+        fn normal(&self, q: &Coordinates<Self>) -> Expr {
+            q.reaction(Self::floor).y + q.x.dt().dt()
+        }
+        #[event]
+        fn breakaway(&self, q: &Coordinates<Self>) -> Expr {
+            q.reaction(Self::stick)[0]
+        }
+    }
+
+    pub(crate) fn held() -> Real {
+        let model = Block { m: 2.0, friction: 0.1 };
+        let ::core::result::Result::Ok(state) = model.state().x_guess(1.0).assemble() else { return 0.0 };
+        let mut values = [0.0];
+        let ::core::result::Result::Ok(()) = ::dynamics::model::Events::events(&model, &state, &mut values) else {
+            return 0.0;
+        };
+        values[0]
+    }
+
     pub(crate) fn acceleration() -> Real {
         let model = Oscillator { m: 2.0, k: 3.0 };
         let ::core::result::Result::Ok(state) = model.state().x(1.0).build() else { return 0.0 };
@@ -86,6 +137,7 @@ mod shadowed {
 #[test]
 fn shadowed_names_do_not_matter() {
     assert!((shadowed::acceleration() + 1.5).abs() < 1e-15);
+    assert!((shadowed::held() + 2.0 * 9.81).abs() < 1e-12);
 }
 
 /// Struct and impl apart.
@@ -188,6 +240,51 @@ fn a_model_in_a_function_body() {
     let model = Local { m: 1.0, k: 4.0 };
     let state = model.state().x(0.5).build().expect("a finite state");
     assert!((model.accelerations(&state).expect("inertia")[0] + 2.0).abs() < 1e-15);
+}
+
+/// Constraints of a model whose struct stands elsewhere.
+mod constrained {
+    mod parameters {
+        use dynamics::prelude::*;
+
+        /// A pendulum.
+        #[derive(Debug, Dynamics)]
+        #[coordinates(x, y)]
+        pub(super) struct Pendulum {
+            pub(super) m: f64,
+            pub(super) l: f64,
+        }
+    }
+    use dynamics::prelude::*;
+
+    #[dynamics]
+    impl parameters::Pendulum {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+        }
+        #[potential]
+        fn weight(&self, q: &Coordinates<Self>) -> Expr {
+            self.m * q.y
+        }
+        #[holonomic]
+        fn rod(&self, q: &Coordinates<Self>) -> Expr {
+            q.x.powi(2) + q.y.powi(2) - self.l.powi(2)
+        }
+        #[output]
+        fn tension(&self, q: &Coordinates<Self>) -> Expr {
+            -2.0 * self.l * q.reaction(Self::rod)
+        }
+    }
+
+    #[test]
+    fn a_rod_carries_its_weight() {
+        let model = parameters::Pendulum { m: 3.0, l: 2.0 };
+        let state = model.state().x(0.0).y_guess(-1.0).assemble().expect("within reach");
+        let mut tension = [f64::NAN];
+        model.outputs(&state, &mut tension).expect("regular");
+        assert!((tension[0] - 3.0).abs() < 1e-14);
+    }
 }
 
 /// The façade under another name.

@@ -102,6 +102,7 @@ pub(crate) fn elaborate(
     elaborator.declare();
     elaborator.roles();
     elaborator.name_inferred_units();
+    elaborator.name_constraint_units();
     elaborator.readers_outside();
     Elaborated { model: elaborator.model, origins: elaborator.origins }
 }

@@ -10,7 +10,7 @@ use syn::{Expr, ExprMethodCall, Ident};
 use super::Elaborator;
 use super::derivative::rebuild;
 use super::roles::flatten;
-use super::values::{Scalar, Value};
+use super::values::{Scalar, UnitOf, Value};
 use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{Function, Role};
@@ -26,6 +26,8 @@ pub(super) struct Declared {
     reaction: Value,
     /// Its index among the switched constraints.
     mode: Option<u32>,
+    /// Units of its components.
+    units: Vec<UnitOf>,
 }
 
 impl<'a> Elaborator<'a> {
@@ -46,14 +48,13 @@ impl<'a> Elaborator<'a> {
         };
         let reaction = self.multipliers(&value, &components, kind);
         let mode = function.options.switched.then(|| self.next_mode(function));
-        let unit = self.common_unit(&units);
         let origin = self.origins.add(Place::from(function.name.span()));
-        self.constraints.push(Declared { function: index, reaction, mode });
+        self.constraints.push(Declared { function: index, reaction, mode, units });
         self.model.constraints.push(Constraint {
             name: function.name.to_string(),
             kind,
             components: components.into_iter().map(|(suffix, s)| (suffix, s.node)).collect(),
-            unit,
+            unit: String::new(),
             redundant: function.options.redundant,
             switched: function.options.switched,
             origin,
@@ -63,7 +64,17 @@ impl<'a> Elaborator<'a> {
     /// A constraint whose mistake is reported: asking for its reaction is no further one.
     pub(super) fn lost_constraint(&mut self, index: usize, function: &Function) {
         if function.role.is_constraint() {
-            self.constraints.push(Declared { function: index, reaction: Value::Poison, mode: None });
+            let lost = Declared { function: index, reaction: Value::Poison, mode: None, units: Vec::new() };
+            self.constraints.push(lost);
+        }
+    }
+
+    /// Units of constraints, for reports: once everything that units follow from has been elaborated.
+    pub(super) fn name_constraint_units(&mut self) {
+        let whole = self.constraints.iter().filter(|c| !c.reaction.is_poison());
+        let units: Vec<String> = whole.map(|c| self.common_unit(&c.units)).collect();
+        for (constraint, unit) in self.model.constraints.iter_mut().zip(units) {
+            constraint.unit = unit;
         }
     }
 
@@ -107,6 +118,11 @@ impl<'a> Elaborator<'a> {
         let Some(name) = self.named_function(argument) else {
             return self.fail(Place::of(argument), &messages::reaction_argument(method));
         };
+        self.constraint_named(method, name)
+    }
+
+    /// What `method` asks of the constraint with this name.
+    pub(super) fn constraint_named(&mut self, method: &Ident, name: &Ident) -> Value {
         let functions = &self.implementation.functions;
         let Some(function) = functions.iter().position(|f| f.name == *name) else {
             let known: Vec<String> =
@@ -117,7 +133,7 @@ impl<'a> Elaborator<'a> {
         let Some(declared) = self.constraints.iter().find(|c| c.function == function) else {
             return self.fail(name.span(), &messages::reaction_of_no_constraint(method, name));
         };
-        if method == "reaction" || declared.reaction.is_poison() {
+        if *method == "reaction" || declared.reaction.is_poison() {
             return declared.reaction.clone();
         }
         match declared.mode {

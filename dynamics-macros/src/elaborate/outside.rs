@@ -2,10 +2,12 @@
 //!
 //! A function that looks like a role, that nothing calls, and that alone reads some parameter, is a role that was forgotten: a spring
 //! without its `#[potential]` would otherwise be left out of the motion without a word.
+//!
+//! What they ask constraints for is checked by its tokens: a drawing that reads the reaction of a helper would show nothing.
 
 use std::collections::BTreeSet;
 
-use proc_macro2::{TokenStream, TokenTree};
+use proc_macro2::{Ident, TokenStream, TokenTree};
 use quote::ToTokens;
 
 use super::Elaborator;
@@ -36,6 +38,31 @@ fn names_used(function: &Function) -> BTreeSet<String> {
     names
 }
 
+/// `.reaction(Self::name)` and `.slip(Self::name)` in a function's body: the methods with the names.
+fn asked(function: &Function, model: &Ident) -> Vec<(Ident, Ident)> {
+    /// The last segment of a path that begins with `Self` or the model's name, alone in parentheses.
+    fn named(arguments: TokenStream, model: &Ident) -> Option<Ident> {
+        let path: syn::Path = syn::parse2(arguments).ok()?;
+        let mut last = path.segments.iter().rev();
+        let (name, ty) = (last.next()?, last.next()?);
+        (ty.ident == "Self" || ty.ident == *model).then(|| name.ident.clone())
+    }
+    let (mut found, mut left) = (Vec::new(), vec![function.item.block.to_token_stream()]);
+    while let Some(stream) = left.pop() {
+        let trees: Vec<TokenTree> = stream.into_iter().collect();
+        for three in trees.windows(3) {
+            if let [TokenTree::Punct(dot), TokenTree::Ident(method), TokenTree::Group(arguments)] = three
+                && dot.as_char() == '.'
+                && (method == "reaction" || method == "slip")
+            {
+                found.extend(named(arguments.stream(), model).map(|name| (method.clone(), name)));
+            }
+        }
+        left.extend(trees.into_iter().filter_map(|tree| if let TokenTree::Group(g) = tree { Some(g.stream()) } else { None }));
+    }
+    found
+}
+
 /// Whether a function could have a role by its signature.
 fn looks_like_a_role(function: &Function) -> bool {
     function.role == Role::Helper
@@ -58,6 +85,12 @@ impl Elaborator<'_> {
                 continue;
             }
             self.model.read_elsewhere.extend(names.iter().cloned());
+            for (method, name) in asked(function, &self.declaration.name) {
+                // A function that does not exist is rustc's to report.
+                if implementation.functions.iter().any(|f| f.name == name) {
+                    self.constraint_named(&method, &name);
+                }
+            }
             let name = function.name.to_string();
             let others = || functions.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, (_, _, names))| names);
             if !looks_like_a_role(function) || others().any(|names| names.contains(&name)) {
