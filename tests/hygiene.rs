@@ -94,7 +94,7 @@ mod shadowed {
         #[holonomic(switched)]
         #[redundant]
         fn floor(&self, q: &Coordinates<Self>) -> ::dynamics::Vec2 {
-            ::dynamics::vec2(q.y, 2.0 * q.y)
+            ::dynamics::Vec2::new(q.y, 2.0 * q.y)
         }
         #[nonholonomic(switched, integrable)]
         fn stick(&self, q: &Coordinates<Self>) -> [Expr; 1] {

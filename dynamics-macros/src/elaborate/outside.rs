@@ -58,7 +58,9 @@ fn asked(function: &Function, model: &Ident) -> Vec<(Ident, Ident)> {
                 found.extend(named(arguments.stream(), model).map(|name| (method.clone(), name)));
             }
         }
-        left.extend(trees.into_iter().filter_map(|tree| if let TokenTree::Group(g) = tree { Some(g.stream()) } else { None }));
+        left.extend(
+            trees.into_iter().filter_map(|tree| if let TokenTree::Group(g) = tree { Some(g.stream()) } else { None }),
+        );
     }
     found
 }
