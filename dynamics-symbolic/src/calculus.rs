@@ -1,10 +1,11 @@
 //! Differentiation on the graph: local partial derivatives, forward and reverse sweeps, the total time derivative, shorter forms of
-//! polynomials in sines and cosines.
+//! polynomials in sines and cosines, shared parts of products and sums.
 
 mod collect;
 mod forward;
 mod local;
 mod reverse;
+mod share;
 mod substitute;
 mod timeless;
 mod total;
@@ -12,6 +13,7 @@ mod total;
 pub use collect::{Collected, collect};
 pub use forward::directional;
 pub use reverse::gradient;
+pub use share::share;
 pub use substitute::{ZeroDenominator, substitute};
 pub use timeless::timeless;
 pub use total::{NotDifferentiable, total_derivative};

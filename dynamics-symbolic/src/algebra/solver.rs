@@ -1,7 +1,7 @@
 //! M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ solved on the graph by the cheaper of two ways: q̈ and λ together in minimum-degree order, or independent
 //! coordinates first, with loops eliminated block by block.
 
-use crate::calculus::collect;
+use crate::calculus::{collect, share};
 use crate::graph::{Bindings, Graph, NodeId, Symbol};
 
 use super::minimum_degree::MinimumDegree;
@@ -169,11 +169,18 @@ pub fn unroll(
     let zero = vec![g.zero(); n];
     let given: Vec<NodeId> = (0..r as u32).map(|row| g.symbol(Symbol::Multiplier(row))).collect();
     let correction = solver.solve(g, &zero, &given);
-    let checked = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
-    let operations = g.operations(&[accelerations.clone(), multipliers.clone(), checked].concat());
+    let checked: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
+    let shared = share(g, &[&accelerations[..], &multipliers, &checked].concat());
+    let operations = g.operations(&shared);
     if operations > limit {
         return Err(Stuck::TooLarge(operations));
     }
+    let (accelerations, rest) = shared.split_at(n);
+    let (multipliers, checked) = rest.split_at(r);
+    for (guard, new) in guards.iter_mut().zip(checked.chunks(2)) {
+        (guard.pivot, guard.scale) = (new[0], new[1]);
+    }
+    let (accelerations, multipliers) = (accelerations.to_vec(), multipliers.to_vec());
     let elimination = solver.elimination();
     Ok((Unrolled { elimination, accelerations, multipliers, guards, correction }, solver))
 }

@@ -264,6 +264,24 @@ impl Graph {
         self.intern(Node::Mul(a.min(b), a.max(b)), value)
     }
 
+    /// a · b, whatever a and b are made of; for forms that were chosen before.
+    pub(crate) fn mul_exactly(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        let value = self.fingerprint(a).mul(self.fingerprint(b));
+        self.intern(Node::Mul(a.min(b), a.max(b)), value)
+    }
+
+    /// a + b, likewise.
+    pub(crate) fn add_exactly(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        let value = self.fingerprint(a).add(self.fingerprint(b));
+        self.intern(Node::Add(a, b), value)
+    }
+
+    /// a − b, likewise.
+    pub(crate) fn sub_exactly(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        let value = self.fingerprint(a).sub(self.fingerprint(b));
+        self.intern(Node::Sub(a, b), value)
+    }
+
     /// x·(x·y) as (x, y) for a symbol x: squares of velocities and lengths are shared where products of three are not.
     fn repeated(&self, a: NodeId, b: NodeId) -> Option<(NodeId, NodeId)> {
         match self.node(b) {
