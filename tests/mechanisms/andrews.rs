@@ -1,7 +1,6 @@
 //! Andrews' squeezing mechanism: seven bodies, seven angles, three closed loops; Giles 1978; Schiehlen (ed.), Multibody Systems Handbook 1990;
 //! Hairer & Wanner, Solving ODE II, VII.7; Test Set for IVP Solvers.
 
-use dynamics::model::Vector;
 use dynamics::prelude::*;
 
 use crate::support::*;
@@ -325,6 +324,25 @@ fn the_reference_satisfies_the_equations_by_hand() {
     // The multipliers change by 1e5 per rad of the crank: the rounding of its angle of 15.8 rad shows.
     assert!(relative(a.as_slice(), &A_END) < 1e-9, "{:e}", relative(a.as_slice(), &A_END));
     assert!(relative(lambda.as_slice(), &LAMBDA_END) < 1e-9, "{:e}", relative(lambda.as_slice(), &LAMBDA_END));
+}
+
+#[test]
+fn end_values_in_every_formulation() {
+    use Formulation::*;
+    let model = model();
+    let references = [Reference { t: 0.03, q: &Q_END, u: &U_END, multipliers: &LAMBDA_END }];
+    keeps(
+        &model,
+        start(&model),
+        &references,
+        &[
+            promise(Projected, 1e-6, [1e-4, 1e-2, 1e-2], [1e-12; 2]),
+            promise(Projected, 1e-9, [1e-7, 1e-5, 1e-5], [1e-12; 2]),
+            promise(Projected, 1e-12, [1e-10, 1e-8, 1e-8], [1e-12; 2]),
+            promise(Augmented, 1e-12, [1e-9, 1e-7, 1e-7], [1e-9, 1e-6]),
+            promise(BaumgarteTied, 1e-12, [1e-9, 1e-7, 1e-7], [1e-9, 1e-6]),
+        ],
+    );
 }
 
 #[test]

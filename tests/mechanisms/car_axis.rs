@@ -103,6 +103,30 @@ fn the_derived_equations_are_those_by_hand() {
 }
 
 /// 25 digits by two formulations; what is published to 21 digits is right to 12.5 in the positions, 9.2 in the velocities.
+#[test]
+fn end_values_in_every_formulation() {
+    use Formulation::*;
+    let model = model();
+    let references = [Reference {
+        t: 3.0,
+        q: &[0.049345578427524032, 0.496989460230008107, 1.041742524885426115, 0.373911027265365820],
+        u: &[-0.077058368403592084, 0.007446866592068416, 0.017556815753741734, 0.770341043779601063],
+        multipliers: &[-0.004736886590853327, -0.001104680331259566],
+    }];
+    keeps(
+        &model,
+        start(&model),
+        &references,
+        &[
+            promise(Projected, 1e-6, [1e-4; 3], [1e-12; 2]),
+            promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2]),
+            promise(Projected, 1e-12, [1e-10; 3], [1e-12; 2]),
+            promise(Augmented, 1e-9, [1e-6; 3], [1e-7; 2]),
+            promise(Augmented, 1e-12, [1e-9; 3], [1e-10; 2]),
+            promise(BaumgarteTied, 1e-9, [1e-6; 3], [1e-7; 2]),
+        ],
+    );
+}
 
 /// The road works on the bar: dE/dt is the power of the moving constraint, −λ Φ_t, and of the moving right spring, −∂L/∂t.
 #[test]

@@ -1,7 +1,7 @@
 //! One and two windows through their singular positions; IFToMM problem A02, González et al. 2006; Bayo & Avello, Nonlinear Dynamics 5 (1994)
 //! 209. Forty windows have their own test, `four_bar_40.rs`: they take long to compile.
 
-use core::f64::consts::FRAC_PI_2;
+use core::f64::consts::{FRAC_PI_2, PI};
 
 use dynamics::model::Vector;
 use dynamics::prelude::*;
@@ -11,6 +11,62 @@ use crate::windows::{Windows, angular_acceleration, by_hand, parallel, windows};
 
 windows!(One, windows: 1, standing: 2, rods: 3, between: 2);
 windows!(Two, windows: 2, standing: 3, rods: 5, between: 4);
+
+/// t and x, y, ẋ, ẏ of the first corner; closed form in Jacobi's elliptic functions.
+const ONE: &[(f64, [f64; 4])] = &[
+    (1.0, [-0.260712675183650356, -0.965416439159073168, -6.637809496121751437, 1.792553970388930558]),
+    (2.0, [0.077085471792867077, 0.997024488183951826, 1.031356872689423192, -0.079739898127167998]),
+    (5.0, [-0.944908186042953891, -0.327335485318983461, -1.858930891267245615, 5.366112429669780018]),
+    (10.0, [0.478385057760970559, 0.878150178791209301, 1.727264075547153636, -0.940952179371514396]),
+];
+const TWO: &[(f64, [f64; 4])] = &[
+    (1.0, [-0.195020301949435094, -0.980799205662173833, -6.676678036881156062, 1.327578325160487214]),
+    (2.0, [0.057815795768011432, 0.998327267863455481, 1.017260136620436510, -0.058912248713445648]),
+    (5.0, [-0.811310461005107412, -0.584615545348975548, -3.569117407193209186, 4.953105131173321267]),
+    (10.0, [0.328458111540815379, 0.944518538178600962, 1.423051470206944123, -0.494868845487042959]),
+];
+
+/// Every row of the table as a state of all rods, with the multipliers of the hand-written equations there.
+fn known<M: Windows>(model: &M, table: &[(f64, [f64; 4])]) -> Vec<(f64, M::State, Vec<f64>)> {
+    let row = |(t, [x, y, dx, dy]): &(f64, [f64; 4])| {
+        let state = parallel(model, y.atan2(*x), x * dy - y * dx);
+        (*t, state, by_hand::<M>(&state).solve().1.as_slice().to_vec())
+    };
+    table.iter().map(row).collect()
+}
+
+/// The angles of the reference are those of one turn, the motion counts turns: they are judged by their sines and cosines.
+fn judge<M: Windows + Simulate>(table: &[(f64, [f64; 4])], promises: &[Promise]) {
+    let model = M::published();
+    let start = parallel(&model, FRAC_PI_2, -1.0);
+    let known = known(&model, table);
+    let unwound = known.iter().map(|(t, state, multipliers)| {
+        let run = model.simulate(start).until(*t).tolerance(1e-9).run().unwrap();
+        let mut state = *state;
+        for (q, turned) in state.q_mut().as_mut_slice().iter_mut().zip(run.end().q().as_slice()) {
+            *q += 2.0 * PI * ((turned - *q) / (2.0 * PI)).round();
+        }
+        (*t, state, multipliers)
+    });
+    let unwound: Vec<_> = unwound.collect();
+    let references: Vec<Reference<'_>> = unwound
+        .iter()
+        .map(|(t, s, multipliers)| Reference { t: *t, q: s.q().as_slice(), u: s.u().as_slice(), multipliers })
+        .collect();
+    keeps(&model, start, &references, promises);
+}
+
+#[test]
+fn one_window_in_every_formulation() {
+    use Formulation::*;
+    judge::<One>(ONE, &[promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2])]);
+}
+
+#[test]
+fn two_windows_in_every_formulation() {
+    use Formulation::*;
+    judge::<Two>(TWO, &[promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2])]);
+}
 
 fn agrees<M: Windows>() {
     let model = M::published();

@@ -137,6 +137,27 @@ const REFERENCE: &[(f64, [f64; 3], [f64; 3], f64)] = &[
     ),
 ];
 
+#[test]
+fn the_published_energies_and_stiff_motion() {
+    use Formulation::*;
+    let model = model();
+    for (t, q, u, energy) in REFERENCE {
+        let state = state(&model, *q, *u);
+        assert!((model.energy_function(&state) - energy).abs() < 1e-9, "t = {t}");
+    }
+    let start = state(&model, [0.0, 0.5, PI / 6.0], [2.0 * PI, 0.0, 0.0]);
+    let states: Vec<_> = REFERENCE.iter().map(|(t, q, u, _)| (*t, state(&model, *q, *u))).collect();
+    let torques: Vec<_> = states.iter().map(|(_, s)| torques(&model, s)).collect();
+    let references: Vec<Reference<'_>> = states
+        .iter()
+        .zip(&torques)
+        .map(|((t, s), multipliers)| Reference { t: *t, q: s.q.as_slice(), u: s.u.as_slice(), multipliers })
+        .collect();
+    // The eigenvalue −8.1e3/s bounds the step of an explicit method, not its error.
+    let bounds = [promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2]), promise(BaumgarteTied, 1e-9, [1e-7; 3], [1e-10; 2])];
+    keeps(&model, start, &references, &bounds);
+}
+
 /// The torques of key and hinges, by the angular momentum of what they drive: λ = d/dt (J ψ̇) of each, with ψ̈ of the whole.
 fn torques(model: &Governor, state: &State<Governor>) -> [f64; 3] {
     let (b, db, spin) = (state.b(0), state.b_rate(0), state.psi_rate());

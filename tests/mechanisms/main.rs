@@ -5,12 +5,7 @@
 //! hand, its accelerations and multipliers against a dense solution of the KKT system; all formulations against each other at random states
 //! that satisfy the constraints.
 
-#![allow(
-    dead_code,
-    unused_imports,
-    clippy::excessive_precision,
-    reason = "motions of these models follow; reference values keep their digits"
-)]
+#![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 
 mod andrews;
 mod car_axis;

@@ -80,6 +80,47 @@ fn a01_velocity(model: &Pendulum, t: f64, [x, y]: [f64; 2]) -> [f64; 2] {
     [-y * side, x * side]
 }
 
+#[test]
+fn a01_in_every_formulation() {
+    use Formulation::*;
+    let model = a01();
+    let start = model.state().x(-1.0).y(0.0).build().unwrap();
+    let table: Vec<_> = A01.iter().filter(|(t, ..)| *t <= 10.0).collect();
+    let unknowns: Vec<_> = table.iter().map(|(t, q, tension)| (a01_velocity(&model, *t, *q), [-tension])).collect();
+    let references: Vec<Reference<'_>> = table
+        .iter()
+        .zip(&unknowns)
+        .map(|((t, q, _), (u, multipliers))| Reference { t: *t, q, u, multipliers })
+        .collect();
+    keeps(
+        &model,
+        start,
+        &references,
+        &[
+            promise(Projected, 1e-6, [5e-5; 3], [1e-12; 2]),
+            promise(Projected, 1e-9, [3e-8; 3], [1e-12; 2]),
+            promise(Projected, 1e-12, [3e-11; 3], [1e-12; 2]),
+            promise(Augmented, 1e-9, [5e-7; 3], [1e-7; 2]),
+            promise(Augmented, 1e-12, [5e-10; 3], [3e-10; 2]),
+            promise(BaumgarteTied, 1e-9, [1e-7; 3], [1e-9, 1e-7]),
+            promise(Baumgarte { alpha: 10.0, beta: 10.0 }, 1e-9, [1e-7; 3], [1e-8; 2]),
+        ],
+    );
+}
+
+#[test]
+fn a01_over_a_hundred_seconds() {
+    let model = a01();
+    let start = model.state().x(-1.0).y(0.0).build().unwrap();
+    let motion = model.simulate(start).until(100.0).tolerance(1e-12).run().unwrap();
+    let (_, place, tension) = A01[4];
+    assert!(distance(motion.end().q.as_slice(), &place) < 1e-9);
+    assert!((motion.output("tension", 100.0).unwrap() - tension).abs() < 1e-8);
+    let summary = motion.summary();
+    assert!(summary.energy_drift < 1e-10, "{summary}");
+    assert!(summary.constraints.iter().all(|c| c.residual < 1e-12 && c.velocity_residual < 1e-12), "{summary}");
+}
+
 /// A01 with the same rod three times, once with twice the weight: Φ_q has rank 1 of 3.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
@@ -127,6 +168,22 @@ impl TripleRod {
     }
 }
 
+#[test]
+fn three_times_the_same_rod_moves_as_one_and_pulls_as_one() {
+    use Formulation::*;
+    let model = TripleRod { mass: 1.0, length: 1.0, g: 9.81 };
+    let start = model.state().x(-1.0).y(0.0).build().unwrap();
+    for (formulation, bound) in [(Projected, 1e-9), (Augmented, 1e-8), (BaumgarteTied, 1e-8)] {
+        let run = model.simulate(start).until(10.0).tolerance(1e-12).formulation(formulation).run();
+        let motion = run.unwrap_or_else(|e| panic!("{formulation:?}: {e}"));
+        for (t, place, tension) in A01.iter().filter(|(t, ..)| *t <= 10.0) {
+            assert!(distance(motion.at(*t).q.as_slice(), place) < bound, "{formulation:?} at {t}");
+            let error = motion.output("tension", *t).unwrap() - tension;
+            assert!(error.abs() < 100.0 * bound, "{formulation:?} at {t}: tension {error:e}");
+        }
+    }
+}
+
 /// The three multipliers of minimum norm stand as the rows do, and are flagged as not unique.
 #[test]
 fn the_multipliers_of_the_triple_rod_are_not_unique_and_say_so() {
@@ -139,4 +196,32 @@ fn the_multipliers_of_the_triple_rod_are_not_unique_and_say_so() {
     let sum = solved.multipliers[0] + solved.multipliers[1] + 2.0 * solved.multipliers[2];
     assert!((sum + 2.0 * (1.0 + 9.81 * 0.8)).abs() < 1e-12, "{sum}");
     assert!(matches!(TripleRod::ROUTE, Route::General { .. }));
+}
+
+/// x² + y² = 1 with g = 1; Cash, MEBDFDAE drivers, pendul3.f (Imperial College, 2000). Published to 9.1 digits, here to 30.
+#[test]
+fn cash_pendulum() {
+    use Formulation::*;
+    let model = Pendulum { mass: 1.0, length: 1.0, g: 1.0 };
+    let start = model.state().x(1.0).y_rate(1.0).build().unwrap();
+    let solved = solve_once(&model, &model.constants().unwrap(), &start).unwrap();
+    assert!((solved.multipliers[0] + 1.0).abs() < 1e-15, "our sign: ẍ = +x λ");
+    let references = [Reference {
+        t: 1.0,
+        q: &[0.867348640600439322, 0.497701050479672930],
+        u: &[-0.0337480180609545197, 0.0588130114652500751],
+        multipliers: &[0.493103151439018788],
+    }];
+    keeps(
+        &model,
+        start,
+        &references,
+        &[
+            promise(Projected, 1e-6, [1e-6, 1e-5, 1e-5], [1e-14; 2]),
+            promise(Projected, 1e-9, [1e-9, 1e-8, 1e-8], [1e-14; 2]),
+            promise(Projected, 1e-12, [1e-12, 1e-11, 1e-11], [1e-14; 2]),
+            promise(Augmented, 1e-12, [1e-11, 1e-10, 1e-10], [1e-11; 2]),
+            promise(BaumgarteTied, 1e-9, [1e-8, 1e-7, 1e-7], [1e-8; 2]),
+        ],
+    );
 }

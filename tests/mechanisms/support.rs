@@ -131,6 +131,86 @@ pub(crate) fn near<M: Constraints>(
     settled.then_some(state)
 }
 
+/// Values of a motion at a time: positions, velocities and multipliers apart; what is not published is left empty.
+pub(crate) struct Reference<'a> {
+    pub(crate) t: f64,
+    pub(crate) q: &'a [f64],
+    pub(crate) u: &'a [f64],
+    pub(crate) multipliers: &'a [f64],
+}
+
+/// How far a run may be from the reference: largest errors of positions, velocities and multipliers over the whole table, each relative to the
+/// largest value of its kind there, and the largest |Φ| and |Φ̇| at any step.
+pub(crate) struct Promise {
+    pub(crate) formulation: Formulation,
+    pub(crate) tolerance: f64,
+    pub(crate) errors: [f64; 3],
+    pub(crate) drift: [f64; 2],
+}
+
+/// A line of a table of promises.
+pub(crate) const fn promise(formulation: Formulation, tolerance: f64, errors: [f64; 3], drift: [f64; 2]) -> Promise {
+    Promise { formulation, tolerance, errors, drift }
+}
+
+/// Runs the model in every way that the table lists and judges positions, velocities, multipliers and drift apart. All lines are judged before
+/// it fails, so that one run shows the whole table.
+#[track_caller]
+pub(crate) fn keeps<M: Simulate>(model: &M, start: M::State, references: &[Reference<'_>], promises: &[Promise]) {
+    let end = references.iter().fold(0.0, |end: f64, r| end.max(r.t));
+    let (mut table, mut kept) = (String::new(), true);
+    for Promise { formulation, tolerance, errors, drift } in promises {
+        let run = model.simulate(start).until(end).tolerance(*tolerance).formulation(*formulation).run();
+        let motion = run.unwrap_or_else(|e| panic!("{formulation:?} at {tolerance:e}: {e}"));
+        let met = errors_of(&motion, references);
+        let summary = motion.summary();
+        let drifts = summary.constraints.iter();
+        let drifted = drifts.fold([0.0f64; 2], |[a, b], d| [worse(a, d.residual), worse(b, d.velocity_residual)]);
+        let good =
+            met.iter().zip(errors).all(|(e, bound)| e <= bound) && drifted.iter().zip(drift).all(|(d, b)| d <= b);
+        kept &= good;
+        table += &format!(
+            "{} {formulation:?} at {tolerance:.0e}: errors {}, drift {}, {} steps, {} evaluations\n",
+            if good { "kept  " } else { "BROKEN" },
+            beside(&met, errors),
+            beside(&drifted, drift),
+            summary.steps,
+            summary.evaluations
+        );
+    }
+    println!("{table}");
+    assert!(kept, "{table}");
+}
+
+/// Each value with its bound.
+fn beside(values: &[f64], bounds: &[f64]) -> String {
+    let pairs: Vec<_> = values.iter().zip(bounds).map(|(value, bound)| format!("{value:.1e} ≤ {bound:.0e}")).collect();
+    pairs.join(", ")
+}
+
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Largest errors of positions, velocities and multipliers over the table, each relative to the largest value of its kind.
+fn errors_of<M: Simulate>(motion: &Motion<'_, M>, references: &[Reference<'_>]) -> [f64; 3] {
+    let (mut errors, mut scales) = ([0.0; 3], [0.0f64; 3]);
+    for reference in references {
+        let state = motion.at(reference.t);
+        let multipliers = motion.multipliers_at(reference.t);
+        let kinds = [
+            (state.q().as_slice(), reference.q),
+            (state.u().as_slice(), reference.u),
+            (multipliers.as_slice(), reference.multipliers),
+        ];
+        for (k, (value, known)) in kinds.into_iter().enumerate().filter(|(_, (_, known))| !known.is_empty()) {
+            errors[k] = worse(errors[k], distance(value, known));
+            scales[k] = known.iter().fold(scales[k], |s, x| s.max(x.abs()));
+        }
+    }
+    [0, 1, 2].map(|k| if errors[k] == 0.0 { 0.0 } else { errors[k] / scales[k] })
+}
+
 /// Asserts that all ways to accelerations and multipliers agree to 1e-10 with the dense solution of the equations by hand.
 #[track_caller]
 pub(crate) fn assert_agreement<M: Constraints>(model: &M, state: &M::State, by_hand: &Kkt) {
