@@ -73,6 +73,11 @@ pub trait System<V: Vector> {
     fn attempting(&mut self, _start: &Knot<V>, _h: f64) -> Result<(), Self::Error> {
         Ok(())
     }
+    /// Is asked where the error of a step is too large: the part of it that stays when the end `y` of the step is settled. `None`: all of it.
+    #[inline(always)]
+    fn lasting(&mut self, _t: f64, _y: &Phase<V>, _error: &Phase<V>) -> Result<Option<Phase<V>>, Self::Error> {
+        Ok(None)
+    }
     /// Puts the end of a step that is about to be accepted where it belongs: back onto the constraints. Returns by how much it moved, as
     /// the norm of the error is measured (1: as much as the tolerance permits); `None` where it stayed.
     #[inline(always)]

@@ -14,11 +14,12 @@ fn on_rod(theta: f64, omega: f64) -> PlainState<2, 0> {
     at_rest_or_not([ROD.l * s, -ROD.l * c], [ROD.l * omega * c, ROD.l * omega * s])
 }
 
-const ALL: [Formulation; 4] = [
+const ALL: [Formulation; 5] = [
     Formulation::Augmented,
     Formulation::Baumgarte { alpha: 5.0, beta: 5.0 },
     Formulation::BaumgarteTied,
     Formulation::Projected,
+    Formulation::Embedded,
 ];
 
 #[test]
@@ -55,15 +56,18 @@ fn drift_over_a_thousand_seconds() {
         let run = ROD.simulate(on_rod(2.0, 0.0)).until(1000.0).tolerance(1e-9).formulation(formulation);
         run.run().unwrap().summary()
     };
-    let [augmented, gains, tied, projected] = ALL.map(run);
+    let [augmented, gains, tied, projected, embedded] = ALL.map(run);
     let drift = |summary: &dynamics_runtime::motion::Summary| {
         let rod = &summary.constraints[0];
         (rod.residual, rod.velocity_residual)
     };
-    for summary in [&augmented, &gains, &tied, &projected] {
+    for summary in [&augmented, &gains, &tied, &projected, &embedded] {
         println!("{summary}\n");
     }
-    assert!(drift(&projected).0 < 1e-12 && drift(&projected).1 < 1e-12, "{projected}");
+    for summary in [&projected, &embedded] {
+        assert!(drift(summary).0 < 1e-12 && drift(summary).1 < 1e-12, "{summary}");
+    }
+    assert!(embedded.upkept.repartitions > 1000, "{embedded}");
     assert!(drift(&augmented).0 > 1e-7, "{augmented}");
     for summary in [&gains, &tied] {
         let (position, velocity) = drift(summary);

@@ -270,6 +270,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if !(y.is_finite() && error.is_finite()) {
             return Err(Failure::NotFinite(self.culprit()));
         }
+        if error > 1.0 && !self.is_fixed() {
+            error *= self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
+        }
+        let tolerances = &self.options.tolerances;
         let acceptable = error <= 1.0 || self.is_fixed();
         let moved =
             if acceptable { system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)? } else { None };
@@ -286,6 +290,20 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             Some(coordinate) => Err(Failure::NotFinite(coordinate)),
             None => Ok((Knot { t: end_t, y, a }, error)),
         }
+    }
+
+    /// What settling the end of a step removes is no error of it: the share of the error that lasts. Near a singular position, rounding errors of the
+    /// direction that the constraints lose would else be taken for errors of the method, which no step size makes smaller.
+    #[cold]
+    fn lasting_part<Y: System<V>>(&mut self, system: &mut Y, t: f64, y: &Phase<V>) -> Result<f64, Y::Error> {
+        let error = self.scheme.error_vector();
+        let Some(lasting) = system.lasting(t, y, &error)? else {
+            return Ok(1.0);
+        };
+        let tolerances = &self.options.tolerances;
+        let size = |error| tolerances.norm(error, &self.now.y, y);
+        let (part, whole) = (size(&lasting), size(&error));
+        Ok(if part < whole { part / whole } else { 1.0 })
     }
 
     #[inline(always)]

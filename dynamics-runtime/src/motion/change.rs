@@ -1,5 +1,6 @@
 //! What an event may do to a motion: change its state, hit, engage and release constraints.
 
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -53,13 +54,13 @@ pub enum ChangeError {
     /// The constraints have no common solution.
     Solve(SolveError),
     /// The state that was left does not fulfil the constraints that hold.
-    State(StateError),
+    State(Box<StateError>),
 }
 
 impl From<PlaceError> for ChangeError {
     fn from(error: PlaceError) -> Self {
         match error {
-            PlaceError::State(error) => Self::State(error),
+            PlaceError::State(error) => Self::State(Box::new(error)),
             PlaceError::Solve(error) => Self::Solve(error),
         }
     }

@@ -78,10 +78,10 @@ pub enum SimulationErrorKind {
         /// The event.
         event: String,
         /// Why.
-        error: ChangeError,
+        error: Box<ChangeError>,
     },
     /// The start does not fulfil the constraints.
-    Start(StateError),
+    Start(Box<StateError>),
     /// A constraint has drifted further than `.drift_limit(..)` permits.
     Drift {
         /// Its row, `closure.x`.
@@ -158,7 +158,7 @@ pub enum OptionError {
         rate: bool,
     },
     /// A contact or sticking constraint cannot be what was asked for.
-    Constraint(ChangeError),
+    Constraint(Box<ChangeError>),
     /// A contact needs a switched holonomic constraint of one row, sticking a switched nonholonomic one.
     NotForGuard {
         /// `contact` or `stick_slip`.

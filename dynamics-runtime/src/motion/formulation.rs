@@ -32,6 +32,9 @@ pub enum Formulation {
     /// After every accepted step positions are projected onto Φ = 0 along M⁻¹Φ_qᵀ and velocities onto Φ̇ = 0 (Gauss's least constraint), to
     /// rounding level. Costs one correction or two per step, and needs no gains. Source: Lubich, BIT 31 (1991) 545; Eich, SIAM J. Numer. Anal. 30 (1993) 1467.
     Projected,
+    /// Minimal coordinates: independent coordinates are chosen by the pivots of Φ_q, the others are solved from them at every evaluation and after
+    /// every step, and the choice is made anew where its conditioning degrades. Source: Wehage, Haug, J. Mech. Des. 104 (1982) 247.
+    Embedded,
 }
 
 impl Formulation {
@@ -67,7 +70,7 @@ impl Formulation {
     /// Whether Φ and Φ̇ are at rounding level after every step.
     #[must_use]
     pub const fn is_exact(self) -> bool {
-        matches!(self, Self::Projected)
+        matches!(self, Self::Projected | Self::Embedded)
     }
 }
 
@@ -78,6 +81,7 @@ impl fmt::Display for Formulation {
             Self::Baumgarte { alpha, beta } => format!("Baumgarte, α = {alpha}, β = {beta}"),
             Self::BaumgarteTied => "Baumgarte, gains tied to the step".to_string(),
             Self::Projected => "projected".to_string(),
+            Self::Embedded => "embedded".to_string(),
         })
     }
 }

@@ -7,6 +7,7 @@
 //! | contact | λ: lifts off | Φ: impact, rebound or hold |
 //! | stick–slip | the breakaway event: slips | ±(A q̇ + b) on the side to which it slips: sticks |
 
+use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -81,7 +82,7 @@ impl Guard {
     }
 
     fn new<M: Simulate>(name: &str, option: &'static str, kind: ConstraintKind, law: Law) -> Result<Self, OptionError> {
-        let constraint = find::<M>(name).map_err(OptionError::Constraint)?;
+        let constraint = find::<M>(name).map_err(|error| OptionError::Constraint(Box::new(error)))?;
         match constraint.switched {
             Some(switch) if constraint.kind == kind && constraint.rows == 1 => {
                 let what = if matches!(law, Law::Contact { .. }) { "contact" } else { "slip" };

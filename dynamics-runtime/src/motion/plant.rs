@@ -70,11 +70,24 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn attempting(&mut self, start: &Knot<M::Vector>, h: f64) -> Result<(), EvaluationError> {
-        if M::ROWS.is_empty() || !self.upkeep.is_tied() {
+        if M::ROWS.is_empty() || !self.upkeep.prepares() {
             return Ok(());
         }
         let state = self.state(start.t, &start.y.q, &start.y.u);
-        self.upkeep.push_back(self.model, &state, h).map_err(EvaluationError::Solve)
+        self.upkeep.prepare(self.model, &state, h).map_err(EvaluationError::Solve)
+    }
+
+    fn lasting(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+        error: &Phase<M::Vector>,
+    ) -> Result<Option<Phase<M::Vector>>, EvaluationError> {
+        if M::ROWS.is_empty() || !self.upkeep.settles() {
+            return Ok(None);
+        }
+        let state = self.state(t, &y.q, &y.u);
+        self.upkeep.along(self.model, &state, error).map(Some).map_err(EvaluationError::Solve)
     }
 
     #[inline(always)]

@@ -44,7 +44,7 @@ impl<V: Vector> Dense<V> for Interpolant<V> {
 }
 
 impl<'m, M: Simulate> Motion<'m, M> {
-    pub(super) fn new(
+    pub(crate) fn new(
         model: &'m M,
         constants: M::Constants,
         law: Option<InputLaw<'m, M>>,

@@ -272,11 +272,11 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let from = *after;
         let mut change = Change::new(plant.model, plant.constants, after, &mut plant.upkeep);
         let stopped = watch.act(crossing, &mut change);
-        let impacts = change.finish().map_err(|error| Kind::Change { event: name.clone(), error })?;
+        let impacts = change.finish().map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error) })?;
         check_reset::<M>(&name, before, after)?;
         if from != *after && !M::ROWS.is_empty() {
             let placed = plant.upkeep.place(plant.model, after);
-            placed.map_err(|error| Kind::Change { event: name.clone(), error: error.into() })?;
+            placed.map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error.into()) })?;
         }
         let Crossing { index, direction, .. } = *crossing;
         Ok(EventRecord { name, index, direction, before: from, after: *after, impacts, stopped })

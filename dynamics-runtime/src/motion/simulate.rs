@@ -372,7 +372,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let mut start = self.start;
         match Upkeep::new(formulation, self.drift_limit).begin(self.model, &mut start) {
             Ok(()) => self.start = start,
-            Err(PlaceError::State(error)) => return Err(self.refused(SimulationErrorKind::Start(error))),
+            Err(PlaceError::State(error)) => return Err(self.refused(SimulationErrorKind::Start(Box::new(error)))),
             Err(PlaceError::Solve(error)) => return Err(self.refused(error.into())),
         }
         Ok(())

@@ -6,8 +6,9 @@ use alloc::vec::Vec;
 use super::conditioning::Conditioning;
 use super::drift::rows_that_hold;
 use super::formulation::Formulation;
-use crate::constrain::{self, Diagnosis};
+use crate::constrain::{self, Diagnosis, Embedding};
 use crate::error::{SolveError, StateError};
+use crate::integrate::{Phase, zip};
 use crate::math;
 use crate::model::{Constraint, Constraints, ModelState, Terms, Vector};
 
@@ -26,7 +27,7 @@ pub struct Upkept {
     pub largest_move: f64,
     /// How often the independent coordinates of the embedded formulation were chosen anew.
     pub repartitions: u64,
-    /// Worst conditioning of the constraints met by the general solver.
+    /// Worst conditioning of the constraints: met by the general solver, or of the block of dependent coordinates.
     pub conditioning: Option<Conditioning>,
 }
 
@@ -41,6 +42,17 @@ impl Upkept {
     }
 }
 
+impl Upkept {
+    /// How the blocks of dependent coordinates fared: their least pivot bounds the loss of digits.
+    fn note_blocks(&mut self, time: f64, renewals: u64, least: f64) {
+        self.repartitions = renewals;
+        let largest = 1.0 / least;
+        if self.conditioning.is_none_or(|worst| largest > worst.largest) {
+            self.conditioning = Some(Conditioning { largest, time });
+        }
+    }
+}
+
 /// Keeps the constraints of one run; what it works in is allocated once.
 pub(crate) struct Upkeep<M: Constraints> {
     pub(crate) formulation: Option<Formulation>,
@@ -50,6 +62,7 @@ pub(crate) struct Upkeep<M: Constraints> {
     /// What the step being made adds to the accelerations, where gains follow the step.
     push: M::Vector,
     drift_limit: f64,
+    embedding: Option<Embedding<M>>,
     workspace: Vec<f64>,
 }
 
@@ -61,17 +74,65 @@ impl<M: Constraints> Upkeep<M> {
         };
         let len = constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len());
         let workspace = vec![0.0; if M::ROWS.is_empty() { 0 } else { len }];
-        Self { formulation, upkept: Upkept::default(), gains, push: M::Vector::zeros(), drift_limit, workspace }
+        Self {
+            formulation,
+            upkept: Upkept::default(),
+            gains,
+            push: M::Vector::zeros(),
+            drift_limit,
+            embedding: None,
+            workspace,
+        }
     }
 
     /// Whether the gains follow the step.
     #[inline(always)]
-    pub(crate) fn is_tied(&self) -> bool {
+    fn is_tied(&self) -> bool {
         self.formulation == Some(Formulation::BaumgarteTied)
     }
 
+    /// Whether [`Upkeep::prepare`] does anything.
+    #[inline(always)]
+    pub(crate) fn prepares(&self) -> bool {
+        matches!(self.formulation, Some(Formulation::BaumgarteTied | Formulation::Embedded))
+    }
+
+    /// What a formulation does where a step begins.
+    pub(crate) fn prepare(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
+        if self.is_tied() {
+            return self.push_back(model, state, h);
+        }
+        if self.embedding.is_none() {
+            self.embedding = Some(Embedding::new(model, state, &mut self.workspace)?);
+        }
+        Ok(())
+    }
+
+    /// The part of a change that is tangent to the constraints at a state.
+    pub(crate) fn along(
+        &mut self,
+        model: &M,
+        state: &M::State,
+        change: &Phase<M::Vector>,
+    ) -> Result<Phase<M::Vector>, SolveError> {
+        let n = M::Vector::LEN;
+        let across = |change: &M::Vector, rows: usize, jacobian: &[f64]| {
+            let mut across = M::Rows::zeros();
+            for (across, row) in across.as_mut_slice().iter_mut().zip(jacobian.chunks_exact(n)).take(rows) {
+                *across = row.iter().zip(change.as_slice()).map(|(a, b)| a * b).sum();
+            }
+            across
+        };
+        let jacobian = Distances::of(model, state, &mut self.workspace).jacobian;
+        let of_q = across(&change.q, M::Residual::LEN, jacobian);
+        let of_u = across(&change.u, M::Rows::LEN, jacobian);
+        let q = constrain::correct(model, state, &of_q, &mut self.workspace)?.accelerations;
+        let u = constrain::correct(model, state, &of_u, &mut self.workspace)?.accelerations;
+        Ok(zip(change, &Phase { q, u }, |change, across| change - across))
+    }
+
     /// What a step from a state adds to the accelerations all along, to take back what has drifted up to there.
-    pub(crate) fn push_back(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
+    fn push_back(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
         let (position, mut right) = (model.residual(state), model.velocity_residual(state));
         for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
             *right = if row < M::Residual::LEN { -(1.5 * *right + position[row] / h) / h } else { -*right / h };
@@ -104,6 +165,9 @@ impl<M: Constraints> Upkeep<M> {
         constants: &M::Constants,
         state: &mut M::State,
     ) -> Result<M::Vector, SolveError> {
+        if self.formulation == Some(Formulation::Embedded) {
+            self.restore(model, state)?;
+        }
         let workspace = &mut self.workspace;
         let solved = match self.gains {
             (0.0, 0.0) => constrain::solve(model, constants, state, workspace)?,
@@ -134,8 +198,28 @@ impl<M: Constraints> Upkeep<M> {
         }
     }
 
+    /// Computes dependent coordinates and velocities of a state from the independent ones.
+    fn restore(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
+        let workspace = &mut self.workspace;
+        match &mut self.embedding {
+            Some(embedding) => embedding.restore(model, state, workspace),
+            none => {
+                let embedding = none.insert(Embedding::new(model, state, workspace)?);
+                embedding.restore(model, state, workspace)
+            }
+        }
+    }
+
     /// Puts a state onto the constraints, to rounding level.
     pub(crate) fn settle(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
+        if self.formulation == Some(Formulation::Embedded) {
+            self.restore(model, state)?;
+            if let Some(embedding) = &mut self.embedding {
+                embedding.renew(model, state, &mut self.workspace)?;
+                self.upkept.note_blocks(state.t(), embedding.renewals, embedding.worst);
+            }
+            return Ok(());
+        }
         constrain::project_positions(model, state, &mut self.workspace)?;
         constrain::project_velocities(model, state, &mut self.workspace)?;
         Ok(())
@@ -146,31 +230,9 @@ impl<M: Constraints> Upkeep<M> {
         if M::ROWS.is_empty() {
             return Ok(());
         }
-        self.check(model, state)?;
+        constrain::check_start(model, state)?;
         constrain::check_gradients(model, state, &mut self.workspace)?;
         if self.settles() { Ok(self.settle(model, state)?) } else { Ok(()) }
-    }
-
-    fn check(&mut self, model: &M, state: &M::State) -> Result<(), SolveError> {
-        let (position, velocity) = (model.residual(state), model.velocity_residual(state));
-        let distances = Distances::of(model, state, &mut self.workspace);
-        let speed = 1.0 + largest(state.u().as_slice());
-        let off = |what, row: usize, residual: f64, size: f64| {
-            let distance = distances.along(row, residual);
-            let row = M::ROWS[row].name;
-            if distance <= START * size {
-                Ok(())
-            } else {
-                Err(SolveError::OffConstraint { what, row, residual, distance })
-            }
-        };
-        for row in rows_that_hold::<M>(state) {
-            if row < M::Residual::LEN {
-                off("positions", row, position[row], distances.size)?;
-            }
-            off("velocities", row, velocity[row], speed)?;
-        }
-        Ok(())
     }
 
     /// The same for a state that an action left. Where constraints may drift it has drifted.
