@@ -352,7 +352,6 @@ fn a_block_sticks_and_flies() {
 }
 
 #[test]
-#[ignore = "the solve with friction comes next"]
 fn a_block_slides() {
     let model = Block { m: 2.0, g: 9.81, slope: 0.4, friction: 0.3 };
     let (s, c) = model.slope.sin_cos();

@@ -13,7 +13,7 @@ mod physics;
 use compare::snapshot;
 use dynamics::prelude::*;
 use models::*;
-use physics::{balanced, near};
+use physics::{balanced, held, near};
 
 #[test]
 fn pendulum() {
@@ -180,6 +180,87 @@ fn rotating_tube() {
     let mut values = [0.0; 2];
     model.conserved(&s, &mut values);
     assert!(values.iter().any(|v| (v - (1.5 + 0.2 * 0.49) * 2.5).abs() < 1e-14), "the angular momentum: {values:?}");
+}
+
+#[test]
+fn cartesian_pendulum() {
+    snapshot("cartesian_pendulum", CartesianPendulum::LISTING);
+    let model = CartesianPendulum { m: 0.7, l: 1.3, g: 9.81 };
+    let ((sin, cos), rate) = (0.8f64.sin_cos(), -1.1);
+    let s = model.state().x(1.3 * sin).y(-1.3 * cos).x_rate(1.3 * cos * rate).y_rate(1.3 * sin * rate).build().unwrap();
+    // l θ̈ = −g sin θ; the rod pulls with m (g cos θ + l θ̇²), which is −λ l.
+    let (turning, pull) = (-9.81 * sin, 0.7 * (9.81 * cos + 1.3 * rate * rate));
+    let inward = 1.3 * rate * rate;
+    held(&model, &s, &[cos * turning - sin * inward, sin * turning + cos * inward], &[-pull / 1.3]);
+    let mut tension = [f64::NAN];
+    model.outputs(&s, &mut tension).unwrap();
+    near(tension[0], pull, pull, "tension");
+}
+
+#[test]
+fn slider_crank() {
+    snapshot("slider_crank", SliderCrank::LISTING);
+    let model = SliderCrank { m: [1.0, 2.0, 3.0], r: 0.5, l: 1.5, g: 9.81 };
+    let s = model.state().crank(0.9).crank_rate(2.0).slide_guess(1.8).assemble().unwrap();
+    // One degree of freedom: everything as a function of the crank angle α; sin β = (r/l) sin α, β the angle of the rod.
+    let moments = |alpha: f64| {
+        let beta = (0.5 / 1.5 * alpha.sin()).asin();
+        let (rod, slide) = (0.5 * alpha.cos() / (1.5 * beta.cos()), -0.5 * (alpha.sin() + alpha.cos() * beta.tan()));
+        // Velocity of the rod's middle per unit of the crank's.
+        let (x, y) = (-0.5 * alpha.sin() - 0.75 * beta.sin() * rod, 0.5 * alpha.cos() - 0.75 * beta.cos() * rod);
+        let inertia = 0.25 / 3.0 + 2.0 * (x * x + y * y + 2.25 * rod * rod / 12.0) + 3.0 * slide * slide;
+        (inertia, rod, slide, 9.81 * (0.25 * alpha.cos() + 2.0 * y))
+    };
+    // I α̈ + ½ I′ α̇² = −V′ (Eksergian), derivatives by differences of sixth order.
+    let d = |f: &dyn Fn(f64) -> f64| {
+        let k = |k: f64| f(0.9 + k * 1e-2) - f(0.9 - k * 1e-2);
+        (45.0 * k(1.0) - 9.0 * k(2.0) + k(3.0)) / 0.6
+    };
+    let (inertia, rod, slide, weight) = moments(0.9);
+    let a = model.accelerations(&s).unwrap();
+    let crank = (-weight - 0.5 * d(&|x| moments(x).0) * 4.0) / inertia;
+    let expected = [crank, rod * crank + d(&|x| moments(x).1) * 4.0, slide * crank + d(&|x| moments(x).2) * 4.0];
+    (0..3).for_each(|i| assert!((a[i] - expected[i]).abs() < 1e-9 * (1.0 + expected[i].abs()), "{a} {expected:?}"));
+    // The slider is moved by the closure alone: m ẍ = −λₓ. Moments about the crank's axle: the pin carries λ.
+    let (lx, g) = (-3.0 * a[2], 9.81);
+    let (sin, cos) = 0.9f64.sin_cos();
+    let ly = (0.25 / 3.0 * a[0] + 0.25 * g * cos) / (0.5 * cos) + lx * sin / cos;
+    let q = SliderCrank::coordinates_with(&s, &a, &[]);
+    let middle = model.middle(&q).dt().dt().value();
+    // The crank and the rod share the pin: what the rod needs there is counted with the closure's force.
+    let pin = 2.0 * (middle + Vec2::new(0.0, g));
+    let ly = ly + (pin.y * cos - pin.x * sin) / cos;
+    held(&model, &s, a.as_slice(), &[lx, ly]);
+}
+
+#[test]
+fn sleigh() {
+    snapshot("sleigh", Sleigh::LISTING);
+    let model = Sleigh { m: 2.0, inertia: 0.3, ahead: 0.4 };
+    let (heading, v, w) = (0.6f64, 1.5, 0.8);
+    let (sin, cos) = heading.sin_cos();
+    let s = model.state().heading(heading).x_rate(v * cos).y_rate(v * sin).heading_rate(w).build().unwrap();
+    // v̇ = a ω², (I + m a²) ω̇ = −m a v ω (Chaplygin 1911); the edge pushes sideways with m (v ω + a ω̇).
+    let (faster, turning) = (0.4 * w * w, -2.0 * 0.4 * v * w / (0.3 + 2.0 * 0.16));
+    let sideways = v * w;
+    held(
+        &model,
+        &s,
+        &[faster * cos - sideways * sin, faster * sin + sideways * cos, turning],
+        &[2.0 * (v * w + 0.4 * turning)],
+    );
+}
+
+#[test]
+fn block() {
+    snapshot("block", Block::LISTING);
+    let model = Block { m: 2.0, g: 9.81, slope: 0.4, friction: 0.3 };
+    let (sin, cos) = 0.4f64.sin_cos();
+    let stuck = model.state().build().unwrap();
+    held(&model, &stuck, &[0.0, 0.0], &[2.0 * 9.81 * cos, -2.0 * 9.81 * sin]);
+    let mut sliding = model.state().release("stick").build().unwrap();
+    sliding.set_x_rate(0.7);
+    held(&model, &sliding, &[9.81 * (sin - 0.3 * cos), 0.0], &[2.0 * 9.81 * cos, 0.0]);
 }
 
 #[test]

@@ -370,3 +370,137 @@ impl Tube {
         0.5 * self.m * place.dt().norm_squared() + 0.5 * self.hub * q.phi.dt().powi(2)
     }
 }
+
+/// A pendulum in Cartesian coordinates: the rod is a constraint.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(m: kg, l: m, g: m / s^2)]
+pub(crate) struct CartesianPendulum {
+    pub(crate) m: f64,
+    pub(crate) l: f64,
+    pub(crate) g: f64,
+}
+
+#[dynamics]
+impl CartesianPendulum {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (vec2(q.x, q.y).norm_squared() - self.l * self.l)
+    }
+    #[output]
+    fn tension(&self, q: &Coordinates<Self>) -> Expr {
+        -self.l * q.reaction(Self::rod)
+    }
+}
+
+/// A slider-crank of uniform rods, one loop closed by a vector.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(crank: rad, rod: rad, slide: m)]
+#[units(m: kg, r: m, l: m, g: m / s^2)]
+#[nominal(m = [1.0, 2.0, 3.0], r = 0.5, l = 1.5)]
+pub(crate) struct SliderCrank {
+    pub(crate) m: [f64; 3],
+    pub(crate) r: f64,
+    pub(crate) l: f64,
+    pub(crate) g: f64,
+}
+
+#[dynamics]
+impl SliderCrank {
+    fn pin(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.r * vec2(q.crank.cos(), q.crank.sin())
+    }
+    fn along(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.l * vec2(q.rod.cos(), -q.rod.sin())
+    }
+    pub(crate) fn middle(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.pin(q) + 0.5 * self.along(q)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        self.m[0] * self.pin(q).dt().norm_squared() / 6.0
+            + 0.5 * self.m[1] * (self.middle(q).dt().norm_squared() + (self.l * q.rod.dt()).powi(2) / 12.0)
+            + 0.5 * self.m[2] * q.slide.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.g * (0.5 * self.m[0] * self.pin(q).y + self.m[1] * self.middle(q).y)
+    }
+    #[holonomic]
+    fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.pin(q) + self.along(q) - vec2(q.slide, 0.0)
+    }
+}
+
+/// A sleigh on a knife edge, its centre of mass ahead of the edge.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, heading: rad)]
+#[units(m: kg, inertia: kg * m^2, ahead: m)]
+pub(crate) struct Sleigh {
+    pub(crate) m: f64,
+    pub(crate) inertia: f64,
+    pub(crate) ahead: f64,
+}
+
+#[dynamics]
+impl Sleigh {
+    fn direction(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.heading.cos(), q.heading.sin())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let centre = vec2(q.x, q.y) + self.ahead * self.direction(q);
+        0.5 * self.m * centre.dt().norm_squared() + 0.5 * self.inertia * q.heading.dt().powi(2)
+    }
+    #[nonholonomic]
+    fn edge(&self, q: &Coordinates<Self>) -> Expr {
+        self.direction(q).perp().dot(vec2(q.x, q.y).dt())
+    }
+}
+
+/// A block that slides on an incline or sticks to it.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(m: kg, g: m / s^2)]
+pub(crate) struct Block {
+    pub(crate) m: f64,
+    pub(crate) g: f64,
+    pub(crate) slope: f64,
+    pub(crate) friction: f64,
+}
+
+#[dynamics]
+impl Block {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * (q.y * self.slope.cos() - q.x * self.slope.sin())
+    }
+    #[holonomic]
+    fn floor(&self, q: &Coordinates<Self>) -> Expr {
+        q.y
+    }
+    #[nonholonomic(switched, integrable)]
+    fn stick(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.dt()
+    }
+    #[force]
+    fn rubbing(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.friction * q.reaction(Self::floor).abs() * q.slip(Self::stick))
+    }
+    #[event]
+    fn breakaway(&self, q: &Coordinates<Self>) -> Expr {
+        self.friction * q.reaction(Self::floor).abs() - q.reaction(Self::stick).abs()
+    }
+}
