@@ -7,8 +7,8 @@ use crate::graph::{Dependence, Graph, NodeId, Symbol};
 use super::constraints;
 use super::equations::{Derivation, Equations, Jacobians, Named, Pivot, Withheld};
 use super::forces::{dissipated, generalized, power};
-use super::inverse::{Failure, Residual, Sweep, jacobians, residual_by_entries, with_accelerations};
-use super::lagrange::{Inertia, inverse, lagrange, mixed};
+use super::inverse::{self, Failure, Residual, SOLVED_FOR, SolvedFor, Sweep, jacobians, residual_by_entries};
+use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
 use super::model::{Energy, EnergyRole, Force, Model, Output};
 use super::velocity_form::VelocityForm;
 
@@ -96,9 +96,6 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
     })
 }
 
-/// What is known only once the equations are solved.
-const SOLVED_FOR: Dependence = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
-
 /// The solution M⁻¹Q of a model without constraints.
 struct Free {
     factors: Factors,
@@ -120,11 +117,18 @@ impl Free {
         size: (usize, usize),
     ) -> Result<Result<Jacobians, Withheld>, Underivable> {
         let entered: Residual = &|g| residual_by_entries(g, &inertia.mass, &inertia.force);
-        match jacobians(g, &[swept, entered], sweep, (&self.factors, &self.accelerations), size) {
-            Ok(jacobians) => Ok(Ok(jacobians)),
-            Err(Failure::TooLarge(nodes)) => Ok(Err(Withheld::TooLarge(nodes))),
-            Err(Failure::ZeroDenominator) => Err(Underivable::ZeroDenominator),
-        }
+        let solve = |g: &mut Graph, right: &[NodeId]| self.factors.solve(g, right);
+        let solved = SolvedFor { accelerations: &self.accelerations, multipliers: &[], solve: &solve };
+        withheld(jacobians(g, &[swept, entered], sweep, &solved, size))
+    }
+}
+
+/// Jacobians may be missing, denominators may not be zero.
+fn withheld(jacobians: Result<Jacobians, Failure>) -> Result<Result<Jacobians, Withheld>, Underivable> {
+    match jacobians {
+        Ok(jacobians) => Ok(Ok(jacobians)),
+        Err(Failure::TooLarge(nodes)) => Ok(Err(Withheld::TooLarge(nodes))),
+        Err(Failure::ZeroDenominator) => Err(Underivable::ZeroDenominator),
     }
 }
 
@@ -180,7 +184,7 @@ impl Parts {
     }
 
     fn inverse(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
-        inverse(g, &self.form, self.general, n)
+        inverse_dynamics(g, &self.form, self.general, n)
     }
 
     /// Measured on models of 6 to 11 coordinates: the residual of a velocity form is swept best along each symbol, any other best backwards.
@@ -237,7 +241,7 @@ fn scalars(output: &Output) -> impl Iterator<Item = Named> {
 fn put_in(g: &mut Graph, named: Vec<Named>, accelerations: Option<&[NodeId]>) -> Result<Vec<Named>, Underivable> {
     let mut nodes: Vec<NodeId> = named.iter().map(|n| n.node).collect();
     if let Some(accelerations) = accelerations {
-        nodes = with_accelerations(g, &nodes, accelerations)?;
+        nodes = inverse::put_in(g, &nodes, accelerations, &[])?;
     }
     let nodes = timeless(g, &nodes);
     Ok(named.into_iter().zip(nodes).map(|(named, node)| Named { node, ..named }).collect())

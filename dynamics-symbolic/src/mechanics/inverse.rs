@@ -1,6 +1,8 @@
 //! Derivatives of q̈ by the implicit function theorem: with r(q̈; x) = M q̈ − Q = 0, ∂q̈/∂x = −M⁻¹ ∂r/∂x at fixed q̈.
+//!
+//! With constraints r is joined by Φ_q q̈ − γ = Φ̈, Φ_qᵀλ enters its first part, and the derivatives of q̈ and λ together solve the same system
+//! as q̈ and λ themselves.
 
-use crate::algebra::Factors;
 use crate::calculus::{ZeroDenominator, directional, gradient, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
@@ -28,25 +30,35 @@ pub(super) type Residual<'a> = &'a dyn Fn(&mut Graph) -> Vec<NodeId>;
 /// Most coordinates for which all ways to derive Jacobians are tried; above, copies of the graph would take longer than the rest.
 const SMALL: usize = 4;
 
+/// Equations that were solved: their solution, and the way to solve them for other right-hand sides.
+pub(super) struct SolvedFor<'a> {
+    /// q̈, N.
+    pub(super) accelerations: &'a [NodeId],
+    /// λ; empty without constraints.
+    pub(super) multipliers: &'a [NodeId],
+    /// The first N unknowns of the linear system for a right-hand side as long as r.
+    pub(super) solve: &'a dyn Fn(&mut Graph, &[NodeId]) -> Vec<NodeId>,
+}
+
 /// All derivatives of q̈, by the cheapest of the given ways; the first of them, swept as `sweep` says, where trying them takes too long.
 pub(super) fn jacobians(
     g: &mut Graph,
     ways: &[Residual],
     sweep: Sweep,
-    (factors, accelerations): (&Factors, &[NodeId]),
+    solved: &SolvedFor,
     (inputs, parameters): (usize, usize),
 ) -> Result<Jacobians, Failure> {
-    let n = accelerations.len();
+    let n = solved.accelerations.len();
     let mut best = (usize::MAX, ways[0], sweep);
     if n <= SMALL {
         for (way, sweep) in ways.iter().flat_map(|way| [(way, Sweep::Forward), (way, Sweep::Reverse)]) {
             // On a copy, so that what is not taken leaves no trace.
             let mut trial = g.clone();
             let residual = way(&mut trial);
-            let implicit = Implicit { residual: &residual, factors, accelerations };
+            let implicit = Implicit { residual: &residual, solved };
             let moving = [symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate)].concat();
             let roots = implicit.jacobian(&mut trial, &moving, sweep)?.concat();
-            let operations = trial.operations(&[&roots, accelerations].concat());
+            let operations = trial.operations(&[&roots, solved.accelerations].concat());
             if operations < best.0 {
                 best = (operations, *way, sweep);
             }
@@ -54,7 +66,7 @@ pub(super) fn jacobians(
     }
     let (_, way, sweep) = best;
     let residual = way(g);
-    Implicit { residual: &residual, factors, accelerations }.jacobians(g, sweep, inputs, parameters)
+    Implicit { residual: &residual, solved }.jacobians(g, sweep, inputs, parameters)
 }
 
 /// How ∂r/∂x is swept.
@@ -86,18 +98,15 @@ pub(super) const MOST_NODES: usize = 60_000;
 
 /// What all derivatives of q̈ need.
 struct Implicit<'a> {
-    /// r with symbols for q̈.
+    /// r with symbols for q̈ and λ.
     residual: &'a [NodeId],
-    /// Factors of M.
-    factors: &'a Factors,
-    /// q̈.
-    accelerations: &'a [NodeId],
+    solved: &'a SolvedFor<'a>,
 }
 
 impl Implicit<'_> {
-    /// All derivatives of a model with as many coordinates as M, and so many inputs and parameters.
+    /// All derivatives of a model with so many inputs and parameters.
     fn jacobians(&self, g: &mut Graph, sweep: Sweep, inputs: usize, parameters: usize) -> Result<Jacobians, Failure> {
-        let n = self.residual.len();
+        let n = self.solved.accelerations.len();
         Ok(Jacobians {
             by_q: self.jacobian(g, &symbols(n, Symbol::Coordinate), sweep)?,
             by_u: self.jacobian(g, &symbols(n, Symbol::Rate), sweep)?,
@@ -109,41 +118,53 @@ impl Implicit<'_> {
     /// ∂q̈/∂x for the given symbols x: one row per coordinate.
     pub(super) fn jacobian(&self, g: &mut Graph, by: &[Symbol], sweep: Sweep) -> Result<Vec<Vec<NodeId>>, Failure> {
         let start = g.len();
-        let columns: Vec<Vec<NodeId>> = match sweep {
-            Sweep::Forward => {
-                by.iter().map(|x| directional(g, self.residual, &mut |g, s| (s == *x).then(|| g.integer(-1)))).collect()
-            }
+        let within = |g: &Graph| match g.len() - start {
+            nodes if nodes > MOST_NODES => Err(Failure::TooLarge(nodes)),
+            _ => Ok(()),
+        };
+        let rows = match sweep {
+            Sweep::Forward => Vec::new(),
             Sweep::Reverse => {
                 let minus = g.integer(-1);
-                let rows: Vec<_> = self.residual.iter().map(|r| gradient(g, &[(*r, minus)], by)).collect();
-                (0..by.len()).map(|j| rows.iter().map(|row| row[j]).collect()).collect()
+                let row = |r: &NodeId| {
+                    let row = gradient(g, &[(*r, minus)], by);
+                    within(g).map(|()| row)
+                };
+                self.residual.iter().map(row).collect::<Result<Vec<_>, _>>()?
             }
         };
-        let mut result = vec![Vec::with_capacity(by.len()); self.residual.len()];
-        for column in columns {
-            let right = with_accelerations(g, &column, self.accelerations)?;
-            for (row, x) in result.iter_mut().zip(self.factors.solve(g, &right)) {
+        let mut result = vec![Vec::with_capacity(by.len()); self.solved.accelerations.len()];
+        for (j, x) in by.iter().enumerate() {
+            let column = match sweep {
+                Sweep::Forward => directional(g, self.residual, &mut |g, s| (s == *x).then(|| g.integer(-1))),
+                Sweep::Reverse => rows.iter().map(|row| row[j]).collect(),
+            };
+            let right = put_in(g, &column, self.solved.accelerations, self.solved.multipliers)?;
+            for (row, x) in result.iter_mut().zip((self.solved.solve)(g, &right)) {
                 row.push(x);
             }
-            if g.len() - start > MOST_NODES {
-                return Err(Failure::TooLarge(g.len() - start));
-            }
+            within(g)?;
         }
         Ok(result)
     }
 }
 
-/// Replaces the symbols q̈ by their values.
-pub(super) fn with_accelerations(
+/// Replaces the symbols q̈ and λ by their values.
+pub(super) fn put_in(
     g: &mut Graph,
     roots: &[NodeId],
     accelerations: &[NodeId],
+    multipliers: &[NodeId],
 ) -> Result<Vec<NodeId>, ZeroDenominator> {
-    if roots.iter().all(|r| !g.dependence(*r).on(Dependence::ACCELERATIONS)) {
+    if roots.iter().all(|r| !g.dependence(*r).on(SOLVED_FOR)) {
         return Ok(roots.to_vec());
     }
     substitute(g, roots, &mut |_, s| match s {
         Symbol::Acceleration(i) => accelerations.get(i as usize).copied(),
+        Symbol::Multiplier(i) => multipliers.get(i as usize).copied(),
         _ => None,
     })
 }
+
+/// What is known only once the equations are solved.
+pub(super) const SOLVED_FOR: Dependence = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
