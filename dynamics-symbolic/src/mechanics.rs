@@ -7,10 +7,11 @@ mod forces;
 mod inverse;
 mod lagrange;
 mod model;
+mod solution;
 mod velocity_form;
 
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
-pub use derive::{Underivable, derive};
+pub use derive::{Underivable, derive, derive_on};
 pub use equations::{
     ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Solution,
     Withheld,
@@ -19,3 +20,4 @@ pub use model::{
     Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,
     Output, Parameter,
 };
+pub use solution::Manifold;

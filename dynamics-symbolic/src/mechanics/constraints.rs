@@ -15,7 +15,7 @@ use super::lagrange::symbols;
 use super::model::{Constraint, Model};
 use super::velocity_form::transport;
 
-/// The constraints' own equations for n coordinates; `None` without any. The solution is left to the general solver.
+/// The constraints' own equations; `None` without any. Their derivatives and the solution are yet to come.
 pub(super) fn constraint_equations(model: &mut Model) -> Option<ConstraintEquations> {
     let n = model.coordinates.len();
     let rows: Vec<Named> = model.constraints.iter().flat_map(named_rows).collect();
@@ -32,7 +32,6 @@ pub(super) fn constraint_equations(model: &mut Model) -> Option<ConstraintEquati
     let gamma: Vec<NodeId> = gamma.collect();
     let velocity_offset = offsets(g, places, velocities);
     let jacobian = jacobian(g, places, velocities, n);
-    let derivatives = derivatives(g, (places, velocities), &gamma, n);
     Some(ConstraintEquations {
         residual: timeless(g, places),
         velocity_residual: timeless(g, &velocity_residual),
@@ -43,7 +42,7 @@ pub(super) fn constraint_equations(model: &mut Model) -> Option<ConstraintEquati
         holonomic,
         free_force: Vec::new(),
         force_by_multipliers: None,
-        derivatives,
+        derivatives: Err(0),
         solution: Solution::General(General::NoPivots),
     })
 }
@@ -93,26 +92,20 @@ fn jacobian(g: &mut Graph, places: &[NodeId], velocities: &[NodeId], n: usize) -
 }
 
 /// Φ_qᵀλ with symbols for λ: two reverse sweeps.
-pub(super) fn reaction(g: &mut Graph, places: &[NodeId], velocities: &[NodeId], n: usize) -> Vec<NodeId> {
-    let multipliers: Vec<NodeId> =
-        (0..places.len() + velocities.len()).map(|r| g.symbol(Symbol::Multiplier(r as u32))).collect();
-    let (of_places, of_velocities) = multipliers.split_at(places.len());
-    let seeded =
-        |rows: &[NodeId], seeds: &[NodeId]| rows.iter().copied().zip(seeds.iter().copied()).collect::<Vec<_>>();
-    let holonomic = gradient(g, &seeded(places, of_places), &symbols(n, Symbol::Coordinate));
-    let nonholonomic = gradient(g, &seeded(velocities, of_velocities), &symbols(n, Symbol::Rate));
+pub(super) fn reaction(g: &mut Graph, c: &ConstraintEquations, n: usize) -> Vec<NodeId> {
+    let seeded = c.rows.iter().enumerate();
+    let seeded: Vec<(NodeId, NodeId)> =
+        seeded.map(|(r, row)| (row.node, g.symbol(Symbol::Multiplier(r as u32)))).collect();
+    let (places, velocities) = seeded.split_at(c.holonomic);
+    let holonomic = gradient(g, places, &symbols(n, Symbol::Coordinate));
+    let nonholonomic = gradient(g, velocities, &symbols(n, Symbol::Rate));
     holonomic.into_iter().zip(nonholonomic).map(|(a, b)| g.add(a, b)).collect()
 }
 
 /// ∂(Φ_qᵀλ)/∂q, ∂γ/∂q, ∂γ/∂q̇, a forward sweep per symbol; or how many nodes they had taken when they were given up.
-fn derivatives(
-    g: &mut Graph,
-    (places, velocities): (&[NodeId], &[NodeId]),
-    gamma: &[NodeId],
-    n: usize,
-) -> Result<ConstraintDerivatives, usize> {
+pub(super) fn derivatives(g: &mut Graph, c: &ConstraintEquations, n: usize) -> Result<ConstraintDerivatives, usize> {
     let start = g.len();
-    let reaction = reaction(g, places, velocities, n);
+    let reaction = reaction(g, c, n);
     let mut swept = |roots: &[NodeId], by: fn(u32) -> Symbol| {
         let zero = g.zero();
         let mut rows = vec![vec![zero; n]; roots.len()];
@@ -128,8 +121,8 @@ fn derivatives(
     };
     Ok(ConstraintDerivatives {
         reaction_by_q: swept(&reaction, Symbol::Coordinate)?,
-        gamma_by_q: swept(gamma, Symbol::Coordinate)?,
-        gamma_by_u: swept(gamma, Symbol::Rate)?,
+        gamma_by_q: swept(&c.gamma, Symbol::Coordinate)?,
+        gamma_by_u: swept(&c.gamma, Symbol::Rate)?,
     })
 }
 

@@ -1,15 +1,15 @@
 //! The pass from a declared model to its equations of motion.
 
-use crate::algebra::Factors;
 use crate::calculus::{ZeroDenominator, directional, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::constraints;
-use super::equations::{Derivation, Equations, Jacobians, Named, Pivot, Withheld};
+use super::equations::{ConstraintEquations, Derivation, Equations, Named};
 use super::forces::{dissipated, generalized, power};
-use super::inverse::{self, Failure, Residual, SOLVED_FOR, SolvedFor, Sweep, jacobians, residual_by_entries};
+use super::inverse::{self, Residual, SOLVED_FOR, Sweep};
 use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
 use super::model::{Energy, EnergyRole, Force, Model, Output};
+use super::solution::{Manifold, Solved};
 use super::velocity_form::VelocityForm;
 
 /// Why equations could not be derived.
@@ -30,8 +30,16 @@ impl From<ZeroDenominator> for Underivable {
 /// Derives the equations of motion. The conserved quantities are left empty: finding them is a check.
 ///
 /// # Errors
-/// A mass matrix that is singular in every state, or a zero denominator.
+/// Without constraints, a mass matrix that is singular in every state; a zero denominator.
 pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
+    derive_on(model, &Manifold::default())
+}
+
+/// Derives the equations of motion of a model of whose constraints something is known beforehand.
+///
+/// # Errors
+/// As for [`derive`].
+pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Underivable> {
     let n = model.coordinates.len();
     let mut constraints = constraints::constraint_equations(model);
     let g = &mut model.graph;
@@ -48,40 +56,40 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
         momenta: timeless(g, &inertia.momenta),
     };
     let mut powers = powers(g, &applied, energies.lagrangian);
-    let free = if constraints.is_none() { Some(Free::new(g, &inertia)?) } else { None };
+    if let Some(c) = &mut constraints {
+        powers.extend(constraints::powers(g, &model.constraints, &c.velocity_offset));
+        c.force_by_multipliers = constraints::force_by_multipliers(g, &inertia.force, c.rows.len());
+        c.free_force = free_force(g, &own, &applied);
+    }
+    let solved = Solved::new(g, &inertia, constraints.as_ref(), manifold)?;
     // T + V is there already, so it stands for the energy function wherever the two are equal.
     let energy_function = {
         let twice = power(g, &inertia.momenta);
         let energy = g.sub(twice, energies.lagrangian);
         timeless(g, &[energy])[0]
     };
-    if let Some(c) = &mut constraints {
-        powers.extend(constraints::powers(g, &model.constraints, &c.velocity_offset));
-        c.force_by_multipliers = constraints::force_by_multipliers(g, &inertia.force, c.rows.len());
-        c.free_force = free_force(g, &own, &applied);
-    }
     let swept: Residual = &|g| {
         let inverse = parts.inverse(g, n);
         applied.iter().fold(inverse, |total, (_, part)| each(g, &total, part, Graph::sub))
     };
     let size = (model.inputs.len(), model.parameters.len());
-    let jacobians = match &free {
-        Some(free) => free.jacobians(g, &inertia, (swept, parts.sweep()), size)?,
-        None => Err(Withheld::General),
-    };
+    let jacobians = solved.jacobians(g, &inertia, constraints.as_ref(), (swept, parts.sweep()), size)?;
+    if let Some(c) = &mut constraints {
+        c.derivatives = constraints::derivatives(g, c, n);
+    }
 
     let uses = |g: &Graph, node: NodeId| g.dependence(node).on(SOLVED_FOR);
     let declared: Vec<Named> = model.outputs.iter().flat_map(scalars).collect();
     let watched: Vec<Named> = model.events.iter().map(|e| named(&e.name, "", e.node)).collect();
     let outputs_use_accelerations = declared.iter().any(|o| uses(g, o.node));
     let events_use_accelerations = watched.iter().any(|e| uses(g, e.node));
-    let in_place = free.as_ref().map(|free| free.accelerations.as_slice());
+    let accelerations = solved.free_accelerations();
     Ok(Equations {
         derivation: parts.derivation,
-        pivots: free.as_ref().map_or_else(Vec::new, |free| pivots(g, &free.factors, &inertia.mass)),
-        outputs: put_in(g, declared, in_place)?,
-        events: put_in(g, watched, in_place)?,
-        accelerations: free.map_or_else(Vec::new, |free| free.accelerations),
+        pivots: solved.pivots(g, &inertia.mass),
+        outputs: put_in(g, declared, accelerations)?,
+        events: put_in(g, watched, accelerations)?,
+        accelerations: accelerations.map_or_else(Vec::new, <[NodeId]>::to_vec),
         mass_matrix: inertia.mass,
         generalized_force: inertia.force,
         momenta: inertia.momenta,
@@ -92,44 +100,11 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
         jacobians,
         outputs_use_accelerations,
         events_use_accelerations,
-        constraints,
+        constraints: constraints.map(|c| match solved.into_solution() {
+            Some(solution) => ConstraintEquations { solution, ..c },
+            None => c,
+        }),
     })
-}
-
-/// The solution M⁻¹Q of a model without constraints.
-struct Free {
-    factors: Factors,
-    accelerations: Vec<NodeId>,
-}
-
-impl Free {
-    fn new(g: &mut Graph, inertia: &Inertia) -> Result<Self, Underivable> {
-        let factors = Factors::new(g, &inertia.mass).map_err(Underivable::Singular)?;
-        let accelerations = factors.solve(g, &inertia.force);
-        Ok(Self { factors, accelerations })
-    }
-
-    fn jacobians(
-        &self,
-        g: &mut Graph,
-        inertia: &Inertia,
-        (swept, sweep): (Residual, Sweep),
-        size: (usize, usize),
-    ) -> Result<Result<Jacobians, Withheld>, Underivable> {
-        let entered: Residual = &|g| residual_by_entries(g, &inertia.mass, &inertia.force);
-        let solve = |g: &mut Graph, right: &[NodeId]| self.factors.solve(g, right);
-        let solved = SolvedFor { accelerations: &self.accelerations, multipliers: &[], solve: &solve };
-        withheld(jacobians(g, &[swept, entered], sweep, &solved, size))
-    }
-}
-
-/// Jacobians may be missing, denominators may not be zero.
-fn withheld(jacobians: Result<Jacobians, Failure>) -> Result<Result<Jacobians, Withheld>, Underivable> {
-    match jacobians {
-        Ok(jacobians) => Ok(Ok(jacobians)),
-        Err(Failure::TooLarge(nodes)) => Ok(Err(Withheld::TooLarge(nodes))),
-        Err(Failure::ZeroDenominator) => Err(Underivable::ZeroDenominator),
-    }
 }
 
 /// The energies by role.
@@ -225,12 +200,6 @@ fn free_force(g: &mut Graph, own: &[NodeId], applied: &[(String, Vec<NodeId>)]) 
     let free: Vec<&Vec<NodeId>> = free.map(|(_, part)| part).collect();
     let force = free.into_iter().fold(own.to_vec(), |total, part| each(g, &total, part, Graph::add));
     timeless(g, &force)
-}
-
-/// Pivots that are not plain numbers, with the elements of the diagonal that they came from.
-fn pivots(g: &Graph, factors: &Factors, mass: &[Vec<NodeId>]) -> Vec<Pivot> {
-    let all = factors.pivots().map(|(i, pivot)| Pivot { coordinate: i, pivot, diagonal: mass[i][i] });
-    all.filter(|p| g.as_number(p.pivot).is_none()).collect()
 }
 
 fn scalars(output: &Output) -> impl Iterator<Item = Named> {
