@@ -92,7 +92,8 @@ fn the_knife_edge_has_its_hand_derived_reaction() {
     let c = compile(b.model).expect("a good model");
     let (sin, cos) = 0.3f64.sin_cos();
     let (speed, turn) = (2.0, 0.7);
-    let v = Values { q: vec![5.0, 1.0, 0.3], u: vec![speed * cos, speed * sin, turn], p: vec![3.0], ..Values::default() };
+    let v =
+        Values { q: vec![5.0, 1.0, 0.3], u: vec![speed * cos, speed * sin, turn], p: vec![3.0], ..Values::default() };
     let (accelerations, multipliers) = solved(&c, &v);
     assert!(near(&accelerations, &[-speed * turn * sin, speed * turn * cos, 0.0], 1e-15), "{accelerations:?}");
     assert!(near(&multipliers, &[-3.0 * speed * turn], 1e-15), "{multipliers:?}");
@@ -164,7 +165,7 @@ struct Recipe {
 }
 
 fn recipes() -> impl Strategy<Value = Recipe> {
-    let sizes = (3usize..=5, 0usize..=2, 0usize..=1).prop_filter("constrained", |(_, h, k)| h + k > 0);
+    let sizes = (3usize..=4, 0usize..=2, 0usize..=1).prop_filter("constrained", |(_, h, k)| h + k > 0);
     (sizes, any::<bool>(), prop::collection::vec(0.2..1.5f64, 60)).prop_map(
         |((coordinates, holonomic, nonholonomic), timed, numbers)| Recipe {
             coordinates,
@@ -284,7 +285,7 @@ fn defect(c: &Compiled, v: &Values, accelerations: &[f64], multipliers: &[f64], 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 16, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn rows_are_differentiated_along_the_motion(recipe in recipes(), x in state()) {

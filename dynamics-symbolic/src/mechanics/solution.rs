@@ -59,8 +59,7 @@ impl Solved {
         if manifold.redundant {
             return Ok(Self::General(General::Redundant));
         }
-        let system =
-            Constrained { mass: &inertia.mass, force: &inertia.force, jacobian: &c.jacobian, gamma: &c.gamma };
+        let system = Constrained { mass: &inertia.mass, force: &inertia.force, jacobian: &c.jacobian, gamma: &c.gamma };
         Ok(match unroll(g, &system, manifold.states, LIMIT) {
             Ok((unrolled, solver)) => Self::Unrolled(Box::new(unrolled), Box::new(solver)),
             Err(Stuck::Redundant) => Self::General(General::Redundant),
