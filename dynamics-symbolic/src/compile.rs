@@ -12,7 +12,7 @@ use crate::text;
 /// Programs of a model, one per function that the runtime's traits ask for. Results are flattened row by row.
 #[derive(Clone, Debug)]
 pub struct Programs {
-    /// q̈ (N), then for every pivot Dᵢ and Mᵢᵢ. Staged: what depends on parameters alone is hoisted.
+    /// q̈ (N), then for every pivot Dᵢ and Mᵢᵢ; with constraints as in [`ConstraintPrograms`]. Staged: what depends on parameters alone is hoisted.
     pub accelerations: Program,
     /// M, N×N by rows.
     pub mass_matrix: Program,
@@ -74,7 +74,7 @@ pub enum NoJacobians {
     General,
 }
 
-/// Programs for the derivatives of q̈.
+/// Programs for the derivatives of q̈; with constraints pivot and scale of every guard stand in the place of Dᵢ and Mᵢᵢ.
 #[derive(Clone, Debug)]
 pub struct Jacobians {
     /// q̈ (N), ∂q̈/∂q (N×N by rows), ∂q̈/∂q̇ (N×N by rows), then Dᵢ and Mᵢᵢ for every pivot. Staged like the accelerations.
@@ -196,20 +196,21 @@ fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
 /// One program per function that the runtime's traits ask for.
 fn programs(g: &Graph, e: &Equations) -> Programs {
     let nodes = |named: &[Named]| named.iter().map(|n| n.node).collect::<Vec<_>>();
-    let solution: Vec<NodeId> = match e.constraints.as_ref().map(|c| &c.solution) {
-        None => e.accelerations.clone(),
-        Some(Solution::General(_)) => Vec::new(),
-        Some(Solution::Unrolled(u)) => [u.accelerations.as_slice(), &u.multipliers, &guards(&u.guards)].concat(),
-    };
-    let pivots: Vec<NodeId> = e.pivots.iter().flat_map(|p| [p.pivot, p.diagonal]).collect();
+    let (accelerations, multipliers, checks): (&[NodeId], &[NodeId], _) =
+        match e.constraints.as_ref().map(|c| &c.solution) {
+            None => (&e.accelerations, &[], e.pivots.iter().flat_map(|p| [p.pivot, p.diagonal]).collect()),
+            Some(Solution::General(_)) => (&[], &[], Vec::new()),
+            Some(Solution::Unrolled(u)) => (&u.accelerations, &u.multipliers, guards(&u.guards)),
+        };
     let flat = |rows: &[Vec<NodeId>]| rows.iter().flatten().copied().collect::<Vec<_>>();
     let staged = |name: &str, results: &[NodeId]| schedule(g, name, results, Staging::Hoisted);
     let inline = |name: &str, results: &[NodeId]| schedule(g, name, results, Staging::Inline);
-    // Pivots are reported where accelerations enter.
+    // Pivots are reported where accelerations enter; with constraints these are given.
     let checked =
-        |declared: bool, named: &[Named]| if declared { [nodes(named), pivots.clone()].concat() } else { nodes(named) };
+        |declared: bool, named: &[Named]| if declared { [nodes(named), checks.clone()].concat() } else { nodes(named) };
+    let constrained = e.constraints.is_some();
     Programs {
-        accelerations: staged("accelerations", &[solution, pivots.clone()].concat()),
+        accelerations: staged("accelerations", &[accelerations, multipliers, &checks].concat()),
         mass_matrix: inline("mass_matrix", &flat(&e.mass_matrix)),
         generalized_force: inline("generalized_force", &e.generalized_force),
         momenta: inline("momenta", &e.momenta),
@@ -224,16 +225,13 @@ fn programs(g: &Graph, e: &Equations) -> Programs {
                 Err(NoJacobians::TooLarge(Excess { function: "state_jacobian".into(), operations: *nodes }))
             }
             Ok(j) => jacobians(
-                staged(
-                    "state_jacobian",
-                    &[e.accelerations.clone(), flat(&j.by_q), flat(&j.by_u), pivots.clone()].concat(),
-                ),
-                inline("input_jacobian", &[flat(&j.by_inputs), pivots.clone()].concat()),
-                inline("parameter_jacobian", &[flat(&j.by_parameters), pivots.clone()].concat()),
+                staged("state_jacobian", &[accelerations, &flat(&j.by_q), &flat(&j.by_u), &checks].concat()),
+                inline("input_jacobian", &[flat(&j.by_inputs), checks.clone()].concat()),
+                inline("parameter_jacobian", &[flat(&j.by_parameters), checks.clone()].concat()),
             ),
         },
-        outputs: inline("outputs", &checked(e.outputs_use_accelerations, &e.outputs)),
-        events: inline("events", &checked(e.events_use_accelerations, &e.events)),
+        outputs: inline("outputs", &checked(e.outputs_use_accelerations && !constrained, &e.outputs)),
+        events: inline("events", &checked(e.events_use_accelerations && !constrained, &e.events)),
         constraints: e.constraints.as_ref().map(|c| constraints(g, e, c)),
     }
 }

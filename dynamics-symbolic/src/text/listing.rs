@@ -1,6 +1,6 @@
 //! The listing: the derived programs as stable text with operation counts, for snapshot tests and for reading what is computed.
 
-use crate::mechanics::{Equations, Guard, Guarded, Model, Solution};
+use crate::mechanics::{ConstraintEquations, Equations, Guard, Guarded, Model, Pivot, Solution};
 use crate::schedule::{Cost, Program};
 
 use super::plain::Plain;
@@ -101,17 +101,17 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
     let q: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
     let each = |wrap: &dyn Fn(&str) -> String| q.iter().map(|n| wrap(n)).collect::<Vec<_>>();
     let accelerations = each(&|n| format!("{n}''"));
-    let pivots: Vec<String> = equations
-        .pivots
-        .iter()
-        .flat_map(|p| [format!("pivot[{}]", q[p.coordinate]), format!("M[{0}, {0}]", q[p.coordinate])])
-        .collect();
+    let of_inertia = |p: &Pivot| [format!("pivot[{}]", q[p.coordinate]), format!("M[{0}, {0}]", q[p.coordinate])];
+    let pivots: Vec<String> = match &equations.constraints {
+        None => equations.pivots.iter().flat_map(of_inertia).collect(),
+        Some(c) => guards(model, c),
+    };
     let jacobian = |by: &[String]| -> Vec<String> {
         q.iter().flat_map(|n| by.iter().map(move |x| format!("d {n}'' / d {x}"))).collect()
     };
     let own = |names: &mut dyn Iterator<Item = String>| names.collect::<Vec<String>>();
     match program {
-        "accelerations" => [accelerations, solution(model, equations), pivots].concat(),
+        "accelerations" => [accelerations, multipliers(equations), pivots].concat(),
         "mass_matrix" => {
             let entry = |i: usize, j: usize| if j <= i { format!("M[{}, {}]", q[i], q[j]) } else { String::new() };
             (0..q.len()).flat_map(|i| (0..q.len()).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect()
@@ -157,7 +157,10 @@ fn constraint_labels(model: &Model, equations: &Equations, program: &str) -> Vec
         }
         "correction" => {
             let corrections = q.iter().map(|n| format!("delta[{n}]"));
-            corrections.chain(each(&|n| format!("mu[{n}]"))).chain(guards(model, equations)).collect()
+            corrections
+                .chain(each(&|n| format!("mu[{n}]")))
+                .chain(equations.constraints.iter().flat_map(|c| guards(model, c)))
+                .collect()
         }
         "constraint_derivatives" => {
             let reaction: Vec<String> = q.iter().map(|n| format!("reaction[{n}]")).collect();
@@ -168,20 +171,14 @@ fn constraint_labels(model: &Model, equations: &Equations, program: &str) -> Vec
     }
 }
 
-/// λ by row, and the guards, where the solution is on the graph.
-fn solution(model: &Model, equations: &Equations) -> Vec<String> {
-    match equations.constraints.as_ref() {
-        Some(c) if matches!(c.solution, Solution::Unrolled(_)) => {
-            let multipliers = c.rows.iter().map(|row| format!("lambda[{}]", row.name));
-            multipliers.chain(guards(model, equations)).collect()
-        }
-        _ => Vec::new(),
-    }
+/// λ by row.
+fn multipliers(equations: &Equations) -> Vec<String> {
+    let rows = equations.constraints.iter().flat_map(|c| &c.rows);
+    rows.map(|row| format!("lambda[{}]", row.name)).collect()
 }
 
 /// Pivot and scale of every guard.
-fn guards(model: &Model, equations: &Equations) -> Vec<String> {
-    let Some(c) = &equations.constraints else { return Vec::new() };
+fn guards(model: &Model, c: &ConstraintEquations) -> Vec<String> {
     let Solution::Unrolled(solution) = &c.solution else { return Vec::new() };
     let name = |of| match of {
         Guarded::Coordinate(i) => model.coordinates[i].name.clone(),
