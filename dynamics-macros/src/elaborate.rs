@@ -12,6 +12,7 @@ mod declare;
 mod derivative;
 mod dimensions;
 mod expressions;
+mod findings;
 mod operators;
 mod origins;
 mod outside;

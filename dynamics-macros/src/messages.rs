@@ -188,4 +188,22 @@ catalogue! {
     no_effect(role, name, reason) "the {role} `{name}` {reason}; remove it or correct it";
     negative_inertia(direction, when) "the kinetic energy is negative where `{direction}` moves{when}; check its signs";
     finding(text) "the model cannot be derived: {text}; change what it names";
+
+    // What the engine finds of constraints.
+    constraint_contains(name, what, reason) "the constraint `{name}` contains {what}: {reason}; write it in coordinates and time, a nonholonomic one in velocities too";
+    constraint_with_velocities(name) "`{name}` contains velocities, a holonomic constraint has none; mark it `#[nonholonomic]`, or write it in coordinates";
+    constraint_without_velocities(name) "`{name}` contains no velocities, so that it restricts coordinates; mark it `#[holonomic]`";
+    constraint_not_linear(name) "`{name}` is not linear in the velocities; write constraints on velocities as sums of velocities times functions of coordinates and time, and what controls a speed as a `#[force]`";
+    constraint_always_zero(name) "`{name}` is zero in every state and restricts nothing; correct it, remove it, or mark it `#[redundant]` if that is meant";
+    constraint_without_coordinate(name) "`{name}` involves no coordinate and restricts nothing that moves; write it in terms of coordinates, or remove it";
+    constraint_repeats(name, of) "`{name}` repeats {of}; remove it, or mark its constraint `#[redundant]` if the repetition is meant";
+    constraint_repeats_where_held(name, of) "`{name}` repeats {of} wherever the constraints hold; remove it, or mark its constraint `#[redundant]` if the repetition is meant";
+    constraint_contradicts(name, with) "`{name}` contradicts {with}: they differ by what no motion changes; correct or remove one of them";
+    constraint_unsatisfiable(name, distance) "no state was found in which all constraints hold at the nominal values: `{name}` stays {distance} away; check the constraints and `#[nominal(..)]`";
+    constraint_too_many(rows, coordinates, name) "{rows} rows of constraints on {coordinates} leave no state: `{name}` is one too many; remove it, or mark it `#[redundant]` if it follows from the others";
+    constraint_redundant_in_vain(name) "`{name}` repeats nothing; remove `#[redundant]`";
+    constraint_integrable(which, names) "{which} integrable: {names}; declare the integral as `#[holonomic]`, or say `#[nonholonomic(integrable)]`";
+    constraint_integrable_in_vain(name) "`{name}` cannot be integrated; remove `integrable`";
+    constraint_gradient_vanishes(name) "the gradient of `{name}` vanishes wherever it holds, so that no reaction can hold it; write the root of a square, and each term of a sum of squares by itself";
+    constraint_leaves_without_inertia(direction) "the constraints leave `{direction}` free, and no kinetic energy moves it; give it inertia or restrict it";
 }

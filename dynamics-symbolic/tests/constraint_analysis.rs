@@ -136,7 +136,7 @@ fn velocities_that_cannot_be_are_contradictions() {
     let (lift, rate) = (b.sub(q[0], time), b.dt(q[0]));
     constrain(&mut b, "lift", HOLONOMIC, &[lift]);
     constrain(&mut b, "brake", NONHOLONOMIC, &[rate]);
-    let with = constant("lift");
+    let with = constant("lift.dt()");
     assert_eq!(faults(&b.model), [Fault::Contradicts { name: "brake".into(), with, origin: Origin(1001) }]);
 }
 
@@ -147,7 +147,7 @@ fn a_nonholonomic_row_that_is_the_rate_of_a_holonomic_one_repeats_it() {
     let rate = b.dt(rod);
     constrain(&mut b, "rod", HOLONOMIC, &[rod]);
     constrain(&mut b, "rolling", NONHOLONOMIC, &[rate]);
-    assert_eq!(faults(&b.model), repeats("rolling", constant("rod"), false, 1001));
+    assert_eq!(faults(&b.model), repeats("rolling", constant("rod.dt()"), false, 1001));
 }
 
 /// A rod that is too short for where its end is held.

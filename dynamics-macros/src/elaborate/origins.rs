@@ -6,6 +6,8 @@ use dynamics_symbolic::graph::Origin;
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages::{self, Message};
 
+use super::findings;
+
 /// Where everything was declared.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Origins {
@@ -52,6 +54,7 @@ fn describe(finding: &Finding) -> (Message, Vec<Origin>) {
             let when = if *nominal { " at the nominal values" } else { "" };
             (messages::negative_inertia(direction, when), origins.clone())
         }
+        Finding::Constraint(fault) => findings::constraint(fault),
         // The engine may learn to find more than this catalogue knows: better said plainly than not at all.
         other => (messages::finding(format!("{other:?}")), Vec::new()),
     }

@@ -179,19 +179,24 @@ impl Set<'_> {
         if let Some(ranks) = &look.ranks {
             self.entangled.extend(&ranks.entangled);
         }
-        let mut reported = Vec::new();
-        for d in look.general.iter().filter(|d| own.contains(&d.row)) {
-            let fault = match d.verdict {
-                Verdict::Contradicts => Some(self.contradicts(d.row, d.of.clone())),
-                Verdict::Repeats if !self.redundant(d.row) => Some(self.repeats(d.row, d.of.clone(), false)),
-                // No state tells, and nobody says that the repetition is meant.
-                Verdict::Open if look.ranks.is_none() && !self.redundant(d.row) => Some(self.open(&look, d)),
-                _ => continue,
-            };
-            reported.push(d.row);
+        let own_relations = || look.general.iter().filter(|d| own.contains(&d.row));
+        let before = self.faults.len();
+        for d in own_relations() {
+            match d.verdict {
+                Verdict::Contradicts => self.faults.push(self.contradicts(d.row, d.of.clone())),
+                Verdict::Repeats if !self.redundant(d.row) => {
+                    self.faults.push(self.repeats(d.row, d.of.clone(), false))
+                }
+                _ => {}
+            }
+        }
+        if self.faults.len() == before && look.ranks.is_none() {
+            // No state tells, and nobody says that the repetition is meant.
+            let open = own_relations().find(|d| d.verdict == Verdict::Open && !self.redundant(d.row));
+            let fault = open.map(|d| self.open(&look, d));
             self.faults.extend(fault);
         }
-        if reported.is_empty() {
+        if self.faults.len() == before {
             self.on_manifold(&look, own);
         }
         look
@@ -252,9 +257,9 @@ impl Set<'_> {
 
     fn combination(&self, d: &Dependence) -> Combination {
         let Some(constant) = d.constant.as_ref().filter(|c| c.iter().all(|(_, (_, d))| *d == 1)) else {
-            return Combination::Of(self.rows.named(d.others.iter().copied()));
+            return Combination::Of(self.rows.named(d.row, d.others.iter().copied()));
         };
-        let names = self.rows.named(constant.iter().map(|(r, _)| *r));
+        let names = self.rows.named(d.row, constant.iter().map(|(r, _)| *r));
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let factors: Vec<i64> = constant.iter().map(|(_, (n, _))| *n).collect();
         Combination::Constant(crate::check::modular::combination(&factors, &names))
@@ -310,7 +315,7 @@ fn judge_integrability(model: &Model, rows: &Rows, known: Option<&Integrability>
     let Some(known) = known else { return };
     for group in &known.unsaid {
         let first = &model.constraints[rows.constraint[group.rows[0]]];
-        let names = rows.named(group.rows.iter().copied());
+        let names = rows.named(0, group.rows.iter().copied());
         let (integrable, of, origin) = (group.integrable, group.of, first.origin);
         faults.push(ConstraintFinding::Integrable { integrable, of, names, origin });
     }

@@ -103,7 +103,7 @@ impl Samples {
             _ => Verdict::Contradicts,
         };
         let text = constant.and_then(|c| rational(&c)).map(|(scale, factors)| {
-            let names = rows.named(factors.iter().map(|(s, _)| *s));
+            let names = rows.named(r, factors.iter().map(|(s, _)| *s));
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             let numbers: Vec<i64> = factors.iter().map(|(_, c)| *c).collect();
             let sum = combination(&numbers, &names);
@@ -113,7 +113,7 @@ impl Samples {
                 _ => format!("({sum})/{scale}"),
             }
         });
-        let of = text.map_or_else(|| Combination::Of(rows.named(others.iter().copied())), Combination::Constant);
+        let of = text.map_or_else(|| Combination::Of(rows.named(r, others.iter().copied())), Combination::Constant);
         Dependent { row: r, others, of, verdict }
     }
 

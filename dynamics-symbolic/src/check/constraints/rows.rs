@@ -77,8 +77,10 @@ impl Rows {
         self.values.len()
     }
 
-    /// Names of some rows.
-    pub(super) fn named(&self, rows: impl IntoIterator<Item = usize>) -> Vec<String> {
-        rows.into_iter().map(|r| self.names[r].clone()).collect()
+    /// Names of some rows as a message about row `of` needs them: a nonholonomic row is compared with the rates of holonomic ones.
+    pub(super) fn named(&self, of: usize, rows: impl IntoIterator<Item = usize>) -> Vec<String> {
+        let rate = |r: &usize| of >= self.holonomic && *r < self.holonomic;
+        let name = |r: usize| if rate(&r) { format!("{}.dt()", self.names[r]) } else { self.names[r].clone() };
+        rows.into_iter().map(name).collect()
     }
 }

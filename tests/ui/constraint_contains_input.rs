@@ -1,0 +1,23 @@
+use dynamics::prelude::*;
+
+#[derive(Dynamics)]
+#[coordinates(x, y)]
+#[inputs(height)]
+struct Model {
+    m: f64,
+}
+
+#[dynamics]
+impl Model {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+
+    #[holonomic]
+    fn track(&self, q: &Coordinates<Self>) -> Expr {
+        q.y - q.height
+    }
+}
+
+fn main() {}
