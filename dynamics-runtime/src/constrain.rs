@@ -4,19 +4,27 @@
 //! apply — a pivot vanishes, a constraint is released, constraints repeat each other — a general solver takes over that decides
 //! the rank at the state at hand. Everything works in memory that the caller lends, [`workspace_len`] numbers of it, and allocates nothing.
 
+#[cfg(feature = "alloc")]
+mod compare;
 mod correct;
 mod embed;
 mod friction;
 mod impact;
 mod lu;
+#[cfg(feature = "alloc")]
+mod mechanism;
 mod memory;
 mod orthogonal;
 mod project;
 mod system;
 
+#[cfg(feature = "alloc")]
+pub use compare::{Comparison, Formulated};
 pub use correct::{correct, solve_baumgarte};
 pub use embed::Embedding;
 pub use impact::{Impact, impact};
+#[cfg(feature = "alloc")]
+pub use mechanism::{Mechanism, Reaction};
 pub use project::{Projection, check_gradients, project_positions, project_velocities};
 
 use memory::{Memory, max_abs};
@@ -37,7 +45,13 @@ pub use involved::Involved;
 pub const fn workspace_len(n: usize, r: usize) -> usize {
     let read = n * n + n + n * r + r;
     let solving = read + r + system::memory(n, r);
-    greatest([solving, embed::memory(n, r), assemble::memory(n, r), friction::memory_in_all(n, r)])
+    greatest([
+        solving,
+        embed::memory(n, r),
+        assemble::memory(n, r),
+        friction::memory_in_all(n, r),
+        project::gradient_memory(n, r),
+    ])
 }
 
 const fn greatest<const K: usize>(lengths: [usize; K]) -> usize {
@@ -194,12 +208,16 @@ fn general<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<OutcomeOf<M>, SolveError> {
     if M::FRICTION {
-        return friction::solve(model, state, more, workspace);
+        return friction::solve(model, state, more, false, workspace);
     }
     let modes = state.modes();
-    let Some(mut factored) = Factored::new(model, state, |row| holds::<M>(modes, row), workspace)? else {
-        return Ok(not_a_number());
-    };
+    let active = |row: usize| holds::<M>(modes, row);
+    match Factored::new(model, state, active, workspace)? {
+        // A row is zero: at a change point it may be, where constraints cross; where it always is, the constraint holds nothing.
+        Some(factored) if factored.system.vanished => check_gradients(model, state, workspace)?,
+        _ => {}
+    }
+    let Some(mut factored) = Factored::new(model, state, active, workspace)? else { return Ok(not_a_number()) };
     if let Some(more) = more {
         factored.gamma.iter_mut().zip(more.as_slice()).for_each(|(gamma, more)| *gamma += more);
     }

@@ -67,7 +67,7 @@ impl<M: Constraints> Embedding<M> {
     /// Chooses the dependent coordinates and velocities at a state, which should satisfy the constraints.
     ///
     /// # Errors
-    /// A constraint that is not finite, or whose gradient vanishes.
+    /// A constraint that is not finite.
     pub fn new(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<Self, SolveError> {
         let (positions, velocities) = Self::choose(model, state, workspace)?;
         let worst = positions.quality.min(velocities.quality);
@@ -92,6 +92,11 @@ impl<M: Constraints> Embedding<M> {
     /// Indices of the velocities that the constraints determine.
     pub fn dependent_velocities(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.velocities.rank).map(|i| self.velocities.columns[i] as usize)
+    }
+
+    /// Rows by which the dependent velocities are determined.
+    pub(super) fn chosen_rows(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.velocities.rank).map(|i| self.velocities.rows[i] as usize)
     }
 
     /// Computes the dependent coordinates and velocities from the independent ones, which stay, at the state's time.
@@ -298,13 +303,13 @@ fn partition<M: Constraints>(
         m += 1;
     }
     scale_coordinates(mass, &matrix[..m * n], scale);
-    for (i, row) in matrix[..m * n].chunks_exact_mut(n).enumerate() {
+    for row in matrix[..m * n].chunks_exact_mut(n) {
         row.iter_mut().zip(&*scale).for_each(|(x, s)| *x *= s);
         let length = norm(row);
-        if length == 0.0 {
-            return Err(SolveError::VanishingGradient { row: names::<M>().row(rows.get(i)) });
+        // A zero row, at a change point, is never chosen.
+        if length > 0.0 {
+            row.iter_mut().for_each(|x| *x /= length);
         }
-        row.iter_mut().for_each(|x| *x /= length);
     }
     let (rank, _) = lu::choose(&mut matrix[..m * n], m, n, RANK_TOLERANCE, &mut rows, &mut columns);
     let mut chosen = Partition {

@@ -14,7 +14,7 @@
 use super::lu::{self, Lu};
 use super::memory::{Indices, Memory, dot, max_abs};
 use super::system::{self, System};
-use super::{Factored, Outcome, OutcomeOf, contradiction, diagnosis, holds, names, not_a_number};
+use super::{Factored, Outcome, OutcomeOf, check_gradients, contradiction, diagnosis, holds, names, not_a_number};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
 
@@ -50,11 +50,12 @@ struct Problem<'w, 'm, M: Constraints> {
     step: &'w mut [f64],
 }
 
-/// q̈ and λ with Φ_q q̈ = γ + `more`, where applied forces depend on λ.
+/// q̈ and λ with Φ_q q̈ = γ + `more`, where applied forces depend on λ; `checked`: that gradients which are zero may be.
 pub(super) fn solve<M: Constraints>(
     model: &M,
     state: &M::State,
     more: Option<&M::Rows>,
+    checked: bool,
     workspace: &mut [f64],
 ) -> Result<OutcomeOf<M>, SolveError> {
     let modes = state.modes();
@@ -62,10 +63,14 @@ pub(super) fn solve<M: Constraints>(
     // What is solved for lies behind what the system takes.
     let (first, second) = workspace.split_at_mut(system_memory(n, r));
     let mut rest = Memory::rest(second);
-    let Some(mut factored) = Factored::in_memory(model, state, |row| holds::<M>(modes, row), Memory::rest(first))?
-    else {
+    let active = |row: usize| holds::<M>(modes, row);
+    let Some(mut factored) = Factored::in_memory(model, state, active, Memory::rest(first))? else {
         return Ok(not_a_number());
     };
+    if factored.system.vanished && !checked {
+        check_gradients(model, state, workspace)?;
+        return solve(model, state, more, true, workspace);
+    }
     if let Some(more) = more {
         factored.gamma.iter_mut().zip(more.as_slice()).for_each(|(gamma, more)| *gamma += more);
     }

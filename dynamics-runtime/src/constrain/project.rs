@@ -198,9 +198,17 @@ fn vanishing<M: Constraints>(model: &M, state: &M::State) -> SolveError {
     SolveError::VanishingGradient { row: names::<M>().row(least.0) }
 }
 
-/// The gradients of the holonomic constraints that hold are not on the point of vanishing: ‖Φ_q‖ of each row against ‖Φ_qq q‖, what moving
-/// the coordinates by their own size would make of it. Where a gradient vanishes, the equations of motion are free of the constraint to first
-/// order, and what they give is noise: (x² + y² − l²)² = 0 is no rod. To be called at a start: it costs an evaluation per row.
+/// Memory of [`check_gradients`].
+pub(super) const fn gradient_memory(n: usize, r: usize) -> usize {
+    n * n + 2 * r * n
+}
+
+/// The holonomic constraints that hold have gradients that are good for something. A gradient may vanish at a change point, where the
+/// branches of a mechanism cross: Φ is then a saddle, and velocities decide the branch. Where Φ touches zero without crossing it, as (x² + y² − l²)² does,
+/// the gradient vanishes on the whole manifold: the equations of motion know nothing of the constraint, and what they give is noise.
+///
+/// A gradient counts as vanishing if moving the coordinates by 10⁻⁵ of their size makes as much, ‖Φ_q‖ ≤ 10⁻⁵ ‖Φ_qq q‖; the
+/// second derivatives then say whether Φ touches (semidefinite) or crosses. To be called at a start: it costs an evaluation per row.
 ///
 /// `workspace`: as long as for [`super::solve`].
 ///
@@ -208,21 +216,50 @@ fn vanishing<M: Constraints>(model: &M, state: &M::State) -> SolveError {
 /// [`SolveError::VanishingGradient`].
 pub fn check_gradients<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let values = super::Memory::new(workspace, n, r).zeros(n * n + 2 * r * n);
+    let values = super::Memory::new(workspace, n, r).zeros(gradient_memory(n, r));
     let jacobian = model.jacobian(state);
     for row in (0..M::Residual::LEN).filter(|row| holds::<M>(state.modes(), *row)) {
         let mut one = M::Rows::zeros();
         one[row] = 1.0;
         model.constraint_derivatives(state, &one, values);
+        let hessian = &mut values[..n * n];
         // Angles count revolutions: beyond a few radians their size says nothing.
-        let moved = |k: usize| (0..n).map(|j| values[k * n + j].abs() * state.q()[j].abs().min(10.0)).sum::<f64>();
+        let moved = |k: usize| (0..n).map(|j| hessian[k * n + j].abs() * state.q()[j].abs().min(10.0)).sum::<f64>();
         let curvature = (0..n).map(moved).fold(0.0, f64::max);
         let length = (0..n).map(|j| jacobian[(row, j)].abs()).fold(0.0, f64::max);
-        if length <= 1e-5 * curvature {
+        if length <= 1e-5 * curvature && is_semidefinite(hessian, n) {
             return Err(SolveError::VanishingGradient { row: names::<M>().row(row) });
         }
     }
     Ok(())
+}
+
+/// Whether a symmetric matrix, which is overwritten, has no eigenvalues of both signs, up to 10⁻⁴ of the largest: Cholesky with pivoting.
+fn is_semidefinite(h: &mut [f64], n: usize) -> bool {
+    let diagonal = (0..n).map(|i| h[i * n + i]);
+    let largest = diagonal.fold(0.0_f64, |most, x| if x.abs() > most.abs() { x } else { most });
+    let tolerance = 1e-4 * super::memory::max_abs(h);
+    if largest < 0.0 {
+        h.iter_mut().for_each(|x| *x = -*x);
+    }
+    for k in 0..n {
+        let remaining = (k..n).map(|i| (i, h[i * n + i]));
+        let (at, pivot) =
+            remaining.fold((k, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
+        if pivot <= tolerance {
+            // What is left must be zero.
+            return (k..n).all(|i| (k..n).all(|j| h[i * n + j].abs() <= tolerance));
+        }
+        super::memory::swap_rows(h, n, k, at);
+        (0..n).for_each(|i| h.swap(i * n + k, i * n + at));
+        for i in k + 1..n {
+            let factor = h[i * n + k] / h[k * n + k];
+            for j in k + 1..n {
+                h[i * n + j] -= factor * h[k * n + j];
+            }
+        }
+    }
+    true
 }
 
 fn size<V: Vector>(x: &V) -> f64 {
@@ -240,4 +277,19 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 
 fn add(to: &mut [f64], more: &[f64]) {
     to.iter_mut().zip(more).for_each(|(to, more)| *to += more);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_semidefinite;
+
+    #[test]
+    fn squares_are_semidefinite_and_saddles_are_not() {
+        for sign in [1.0, -1.0] {
+            let semidefinite = |h: [f64; 4]| is_semidefinite(&mut h.map(|x| sign * x), 2);
+            assert!(semidefinite([4.0, 2.0, 2.0, 1.0]) && semidefinite([0.0; 4]) && semidefinite([0.0, 0.0, 0.0, 3.0]));
+            assert!(!semidefinite([1.0, 0.0, 0.0, -1.0]) && !semidefinite([0.0, 1.0, 1.0, 0.0]));
+            assert!(!semidefinite([1.0, 2.0, 2.0, 1.0]));
+        }
+    }
 }

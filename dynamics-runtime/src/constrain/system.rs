@@ -65,6 +65,8 @@ pub(crate) struct System<'w> {
     /// Rows that hold.
     active: Indices<'w>,
     m: usize,
+    /// Whether a row that holds is zero.
+    pub(crate) vanished: bool,
     /// aⱼ = sⱼ âⱼ.
     scale: &'w mut [f64],
     /// Φ̂ᵢ = wᵢ Φᵢ S, λᵢ = wᵢ λ̂ᵢ.
@@ -117,11 +119,15 @@ impl<'w> System<'w> {
             }
         }
         scale_coordinates(mass, &jacobian[..m * n], scale);
-        for (i, (row, weight)) in jacobian.chunks_exact_mut(n).zip(&mut *weight).take(m).enumerate() {
+        let mut vanished = false;
+        for (row, weight) in jacobian.chunks_exact_mut(n).zip(&mut *weight).take(m) {
             row.iter_mut().zip(&*scale).for_each(|(x, s)| *x *= s);
             let length = norm(row);
             if length == 0.0 {
-                return Err(SolveError::VanishingGradient { row: names.row(active.get(i)) });
+                // At a change point; or wherever the constraint holds, which the caller finds out.
+                vanished = true;
+                *weight = 1.0;
+                continue;
             }
             *weight = 1.0 / length;
             row.iter_mut().for_each(|x| *x *= *weight);
@@ -133,7 +139,7 @@ impl<'w> System<'w> {
         let inertia = max_abs(turned);
         let rows = Orthogonal::new(&mut jacobian[..m * n], m, n, RANK_TOLERANCE, memory);
         rows.rotate_symmetric(turned, x);
-        let mut it = Self { n, active, m, scale, weight, rows, mass: turned, x, y, b, w };
+        let mut it = Self { n, active, m, vanished, scale, weight, rows, mass: turned, x, y, b, w };
         it.factor_free(inertia, names)?;
         Ok(it)
     }

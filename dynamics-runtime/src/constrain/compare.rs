@@ -1,0 +1,299 @@
+//! One state, every formulation: accelerations and reactions by routes that share nothing but M, Q, Φ_q and γ.
+//!
+//! | formulation | solves | needs |
+//! |---|---|---|
+//! | null space | ZᵀMZ, complete orthogonal decomposition | M positive definite on the null space |
+//! | generated code | the order of elimination found at compile time | that it exists, all constraints hold |
+//! | augmented | [M −Φ_qᵀ; Φ_q 0] by LU with full pivoting | independent rows |
+//! | range space | Φ_q M⁻¹ Φ_qᵀ λ = γ − Φ_q M⁻¹ Q by Cholesky, twice | M positive definite, independent rows |
+//! | partitioned | dependent accelerations eliminated, Φ_D by LU | the same as null space |
+
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::fmt;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::system::scale_coordinates;
+use super::{Embedding, Outcome, OutcomeOf, SolvedOf, holds, solve_general, with_workspace};
+use crate::error::SolveError;
+use crate::model::{Constraints, ModelState, Route, Solved, Terms, Vector};
+
+/// What one formulation says at a state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Formulated<V, R> {
+    /// Its name.
+    pub name: String,
+    /// q̈ and λ, or why it does not apply here.
+    pub solved: Result<Solved<V, R>, String>,
+    /// How far q̈ is from the reference, as [`Comparison`] measures it; 0 where it does not apply.
+    pub accelerations: f64,
+    /// How far Φ_qᵀλ is from the reference; likewise.
+    pub reactions: f64,
+}
+
+/// Accelerations and reactions at a state by every formulation, the first of which is the reference: the general null-space solver.
+///
+/// Distances are taken with coordinates scaled by the square roots of their inertias, and relative to the largest of accelerations, forces and
+/// reactions in that scale: they are free of units, and meaningful at rest. Reactions are compared as generalized forces Φ_qᵀλ, which are unique
+/// even where multipliers are not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison<V, R> {
+    /// All formulations, those that do not apply included.
+    pub formulations: Vec<Formulated<V, R>>,
+    /// Whether the multipliers are unique.
+    pub unique: bool,
+    /// Rank of Φ_q, and number of rows that hold.
+    pub rank: (usize, usize),
+}
+
+impl<V, R> Comparison<V, R> {
+    /// The greatest distance of accelerations or reactions from the reference.
+    #[must_use]
+    pub fn disagreement(&self) -> f64 {
+        self.formulations
+            .iter()
+            .fold(0.0, |most, f| crate::math::max(most, crate::math::max(f.accelerations, f.reactions)))
+    }
+
+    /// How many formulations apply.
+    #[must_use]
+    pub fn applicable(&self) -> usize {
+        self.formulations.iter().filter(|f| f.solved.is_ok()).count()
+    }
+}
+
+impl<V, R> fmt::Display for Comparison<V, R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self.formulations.iter().map(|x| x.name.chars().count()).max().unwrap_or(0).max(11);
+        writeln!(f, "{:width$}  accelerations  reactions", "formulation")?;
+        for (i, x) in self.formulations.iter().enumerate() {
+            match &x.solved {
+                Ok(_) if i == 0 => writeln!(f, "{:width$}  reference      reference", x.name)?,
+                Ok(_) => writeln!(f, "{:width$}  {:<13.1e}  {:<.1e}", x.name, x.accelerations, x.reactions)?,
+                Err(reason) => writeln!(f, "{:width$}  {reason}", x.name)?,
+            }
+        }
+        let (rank, rows) = self.rank;
+        if self.unique {
+            write!(f, "rank {rank} of {rows} rows: the multipliers are unique")
+        } else {
+            write!(f, "rank {rank} of {rows} rows: the multipliers are not unique, those of least norm are given")
+        }
+    }
+}
+
+/// Compares them at a state.
+pub(super) fn compare<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    state: &M::State,
+) -> Result<Comparison<M::Vector, M::Rows>, SolveError> {
+    let reference: OutcomeOf<M> = with_workspace::<M, _>(|workspace| solve_general(model, state, workspace))?;
+    let dense = Dense::new(model, state, &reference);
+    let mut formulations = Vec::new();
+    let mut add = |name: String, solved: Result<SolvedOf<M>, String>| {
+        let (accelerations, reactions) = match &solved {
+            Ok(solved) => dense.distance::<M>(&reference, solved),
+            Err(_) => (0.0, 0.0),
+        };
+        formulations.push(Formulated { name, solved, accelerations, reactions });
+    };
+    let Outcome { accelerations, multipliers, .. } = reference;
+    add("null space".to_string(), Ok(Solved { accelerations, multipliers }));
+    let name = match M::ROUTE {
+        Route::Unrolled { elimination } => alloc::format!("generated code ({elimination})"),
+        _ => "generated code".to_string(),
+    };
+    add(name, unrolled(model, constants, state));
+    add("augmented".to_string(), dense.augmented::<M>());
+    add("range space".to_string(), dense.range_space::<M>());
+    let embedding = with_workspace::<M, _>(|workspace| Embedding::new(model, state, workspace))?;
+    add("partitioned".to_string(), dense.partitioned(&embedding));
+    let found = reference.diagnosis.map_or((0, 0), |d| (d.rank, d.active));
+    Ok(Comparison { formulations, unique: reference.unique(), rank: found })
+}
+
+fn unrolled<M: Constraints>(model: &M, constants: &M::Constants, state: &M::State) -> Result<SolvedOf<M>, String> {
+    if let Route::General { reason } = M::ROUTE {
+        return Err(alloc::format!("none: {reason}"));
+    }
+    let refused = || {
+        let why = if state.modes().all_hold() { "a pivot is too small here" } else { "a constraint is released" };
+        why.to_string()
+    };
+    model.solve_unrolled(constants, state).ok_or_else(refused)
+}
+
+/// The equations at a state, dense, with the rows that hold alone.
+struct Dense {
+    n: usize,
+    rows: Vec<usize>,
+    mass: DMatrix<f64>,
+    /// Q, at the reactions of the reference where it depends on them.
+    force: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    gamma: DVector<f64>,
+    scale: Vec<f64>,
+    /// What distances are relative to.
+    size: f64,
+}
+
+impl Dense {
+    fn new<M: Constraints>(model: &M, state: &M::State, reference: &OutcomeOf<M>) -> Self {
+        let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+        let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
+        let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
+        let terms = &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        model.terms(state, terms);
+        if M::FRICTION {
+            model.friction(state, &reference.multipliers, &mut force, &mut alloc::vec![0.0; n * r]);
+        }
+        let rows: Vec<usize> = (0..r).filter(|row| holds::<M>(state.modes(), *row)).collect();
+        let held: Vec<f64> = rows.iter().flat_map(|i| &jacobian[i * n..(i + 1) * n]).copied().collect();
+        let mut scale = alloc::vec![0.0; n];
+        scale_coordinates(&mass, &held, &mut scale);
+        let mut it = Self {
+            n,
+            mass: DMatrix::from_row_slice(n, n, &mass),
+            force: DVector::from_vec(force),
+            jacobian: DMatrix::from_row_slice(rows.len(), n, &held),
+            gamma: DVector::from_iterator(rows.len(), rows.iter().map(|row| gamma[*row])),
+            rows,
+            scale,
+            size: 0.0,
+        };
+        let reaction = it.reaction(&reference.multipliers);
+        let largest = |values: &[f64], power: i32| {
+            let scaled = values.iter().zip(&it.scale).map(|(x, s)| (x * crate::math::powi(*s, power)).abs());
+            scaled.fold(0.0, crate::math::max)
+        };
+        let parts = [(reference.accelerations.as_slice(), -1), (it.force.as_slice(), 1), (reaction.as_slice(), 1)];
+        it.size = parts.iter().map(|(values, power)| largest(values, *power)).fold(0.0, crate::math::max);
+        it
+    }
+
+    /// Φ_qᵀλ.
+    fn reaction<R: Vector>(&self, multipliers: &R) -> DVector<f64> {
+        let held = DVector::from_iterator(self.rows.len(), self.rows.iter().map(|row| multipliers[*row]));
+        self.jacobian.transpose() * held
+    }
+
+    fn distance<M: Constraints>(&self, reference: &OutcomeOf<M>, solved: &SolvedOf<M>) -> (f64, f64) {
+        let (a, b) = (reference.accelerations.as_slice(), solved.accelerations.as_slice());
+        let apart = self.reaction(&reference.multipliers) - self.reaction(&solved.multipliers);
+        let accelerations = (0..self.n).map(|i| ((a[i] - b[i]) / self.scale[i]).abs()).fold(0.0, crate::math::max);
+        let reactions = (0..self.n).map(|i| (apart[i] * self.scale[i]).abs()).fold(0.0, crate::math::max);
+        if self.size > 0.0 { (accelerations / self.size, reactions / self.size) } else { (accelerations, reactions) }
+    }
+
+    fn result<M: Constraints>(&self, a: &DVector<f64>, lambda: &DVector<f64>) -> SolvedOf<M> {
+        let mut solved = Solved { accelerations: M::Vector::zeros(), multipliers: M::Rows::zeros() };
+        solved.accelerations.as_mut_slice().copy_from_slice(a.as_slice());
+        self.rows.iter().zip(lambda.iter()).for_each(|(row, lambda)| solved.multipliers[*row] = *lambda);
+        solved
+    }
+
+    /// Rows at unit length in scaled coordinates: Φ̂ = W Φ S, and W.
+    fn balanced(&self) -> (DMatrix<f64>, Vec<f64>) {
+        let mut jacobian = self.jacobian.clone();
+        for (mut column, s) in jacobian.column_iter_mut().zip(&self.scale) {
+            column *= *s;
+        }
+        let weights: Vec<f64> = jacobian.row_iter().map(|row| 1.0 / row.norm()).collect();
+        for (mut row, weight) in jacobian.row_iter_mut().zip(&weights) {
+            row *= *weight;
+        }
+        (jacobian, weights)
+    }
+
+    fn balanced_mass(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.n, self.n, |i, j| self.scale[i] * self.mass[(i, j)] * self.scale[j])
+    }
+
+    /// [M −Φ_qᵀ; Φ_q 0] (a, λ) = (Q, γ).
+    fn augmented<M: Constraints>(&self) -> Result<SolvedOf<M>, String> {
+        let (n, m) = (self.n, self.rows.len());
+        let (jacobian, weights) = self.balanced();
+        let mut matrix = DMatrix::zeros(n + m, n + m);
+        matrix.view_mut((0, 0), (n, n)).copy_from(&self.balanced_mass());
+        matrix.view_mut((0, n), (n, m)).copy_from(&-jacobian.transpose());
+        matrix.view_mut((n, 0), (m, n)).copy_from(&jacobian);
+        let right = DVector::from_fn(n + m, |i, _| match i.checked_sub(n) {
+            None => self.scale[i] * self.force[i],
+            Some(i) => weights[i] * self.gamma[i],
+        });
+        let lu = matrix.full_piv_lu();
+        let pivots = lu.u().diagonal().abs();
+        if pivots.min() <= 1e-12 * pivots.max() {
+            return Err("does not apply: the augmented matrix is singular here".to_string());
+        }
+        let x = lu.solve(&right).ok_or("does not apply: the augmented matrix is singular here")?;
+        let a = DVector::from_fn(n, |i, _| self.scale[i] * x[i]);
+        let lambda = DVector::from_fn(m, |i, _| weights[i] * x[n + i]);
+        Ok(self.result::<M>(&a, &lambda))
+    }
+
+    /// Φ_q M⁻¹ Φ_qᵀ λ = γ − Φ_q M⁻¹ Q, a = M⁻¹ (Q + Φ_qᵀ λ).
+    fn range_space<M: Constraints>(&self) -> Result<SolvedOf<M>, String> {
+        let (jacobian, weights) = self.balanced();
+        let mass = self.balanced_mass().cholesky().ok_or("does not apply: the mass matrix is singular here")?;
+        let inertia = mass.l_dirty().diagonal().abs();
+        if inertia.min() <= 1e-6 * inertia.max() {
+            return Err("does not apply: the mass matrix is singular here".to_string());
+        }
+        let force = DVector::from_fn(self.n, |i, _| self.scale[i] * self.force[i]);
+        let by_rows = mass.solve(&jacobian.transpose());
+        let schur = (&jacobian * &by_rows).cholesky();
+        let singular = "does not apply: rows repeat each other here";
+        let schur = schur.ok_or(singular)?;
+        let pivots = schur.l_dirty().diagonal().abs();
+        if !self.rows.is_empty() && pivots.min() <= 1e-6 * pivots.max() {
+            return Err(singular.to_string());
+        }
+        let free = mass.solve(&force);
+        let gamma = DVector::from_fn(self.rows.len(), |i, _| weights[i] * self.gamma[i]);
+        let lambda = schur.solve(&(gamma - &jacobian * &free));
+        let a = free + by_rows * &lambda;
+        let a = DVector::from_fn(self.n, |i, _| self.scale[i] * a[i]);
+        let lambda = DVector::from_fn(self.rows.len(), |i, _| weights[i] * lambda[i]);
+        Ok(self.result::<M>(&a, &lambda))
+    }
+
+    /// a_D = Φ_D⁻¹ (γ − Φ_I a_I), the rest from M projected onto what leads; λ on the chosen rows from the dependent equations.
+    fn partitioned<M: Constraints>(&self, embedding: &Embedding<M>) -> Result<SolvedOf<M>, String> {
+        let dependent: Vec<usize> = embedding.dependent_velocities().collect();
+        let independent: Vec<usize> = (0..self.n).filter(|i| !dependent.contains(i)).collect();
+        let chosen: Vec<usize> = embedding.chosen_rows().collect();
+        let places: Vec<usize> = chosen.iter().filter_map(|row| self.rows.iter().position(|x| x == row)).collect();
+        let (jacobian, weights) = self.balanced();
+        let block = DMatrix::from_fn(places.len(), dependent.len(), |i, j| jacobian[(places[i], dependent[j])]);
+        let others = DMatrix::from_fn(places.len(), independent.len(), |i, j| jacobian[(places[i], independent[j])]);
+        let gamma = DVector::from_fn(places.len(), |i, _| weights[places[i]] * self.gamma[places[i]]);
+        let singular = "does not apply: the block of the dependent coordinates is singular here";
+        let lu = block.clone().full_piv_lu();
+        let (known, by_leading) = (lu.solve(&gamma).ok_or(singular)?, -lu.solve(&others).ok_or(singular)?);
+        // â = c + B â_I.
+        let mut basis = DMatrix::zeros(self.n, independent.len());
+        let mut offset = DVector::zeros(self.n);
+        for (i, row) in dependent.iter().enumerate() {
+            basis.row_mut(*row).copy_from(&by_leading.row(i));
+            offset[*row] = known[i];
+        }
+        independent.iter().enumerate().for_each(|(j, row)| basis[(*row, j)] = 1.0);
+        let mass = self.balanced_mass();
+        let force = DVector::from_fn(self.n, |i, _| self.scale[i] * self.force[i]);
+        let reduced = basis.transpose() * &mass * &basis;
+        let right = basis.transpose() * (&force - &mass * &offset);
+        let leading =
+            reduced.cholesky().ok_or("does not apply: no inertia on the motions that are left")?.solve(&right);
+        let a = offset + basis * leading;
+        let reaction = &mass * &a - force;
+        let wanted = DVector::from_fn(dependent.len(), |i, _| reaction[dependent[i]]);
+        let on_rows = block.transpose().full_piv_lu().solve(&wanted).ok_or(singular)?;
+        let mut lambda = DVector::zeros(self.rows.len());
+        places.iter().zip(on_rows.iter()).for_each(|(place, x)| lambda[*place] = weights[*place] * x);
+        let a = DVector::from_fn(self.n, |i, _| self.scale[i] * a[i]);
+        Ok(self.result::<M>(&a, &lambda))
+    }
+}
