@@ -1,5 +1,6 @@
 //! Tests of everything up to the engine, on token strings: outside of a macro `proc_macro2` keeps the source, so that spans can be read.
 
+mod constraints;
 mod errors;
 mod expansion;
 mod fuzzed;

@@ -65,6 +65,34 @@ pub(super) const ARRAYS: (&str, &str) = (
     }",
 );
 
+/// Constraints of all kinds, with all that asks about them.
+pub(super) const CONSTRAINED: (&str, &str) = (
+    "#[coordinates(x: m, y: m, turn: rad)]
+    #[units(m: kg, l: m)]
+    pub struct Cart { m: f64, l: f64, friction: f64 }",
+    "impl Cart {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2) + (self.l * q.turn.dt()).powi(2))
+        }
+        #[nonholonomic(switched, integrable)]
+        fn roll(&self, q: &Coordinates<Self>) -> [Expr; 1] { [q.x.dt() - self.l * q.turn.dt()] }
+        #[force]
+        fn rubbing(&self, q: &Coordinates<Self>) -> Force {
+            Force::along(q.x - self.l * q.turn, -self.friction * q.reaction(Self::floor).y * q.slip(Self::roll))
+        }
+        #[holonomic]
+        #[redundant]
+        fn floor(&self, q: &Coordinates<Self>) -> Vec2 { vec2(q.y, 2.0 * q.y) }
+        #[output]
+        fn grip(&self, q: &Coordinates<Self>) -> Expr { q.reaction(Self::roll)[0] }
+        #[event]
+        fn slack(&self, q: &Coordinates<Self>) -> Expr { q.reaction(Cart::floor).x }
+        #[drawing]
+        fn drawing(&self, q: &Coordinates<Self>) -> Drawing { arrow(q.reaction(Self::floor)) }
+    }",
+);
+
 #[test]
 fn double_pendulum_of_the_design_compiles() {
     let compiled = model(DOUBLE_PENDULUM.0, DOUBLE_PENDULUM.1).compiled;

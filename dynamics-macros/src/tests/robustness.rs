@@ -3,14 +3,60 @@
 use proc_macro2::{Delimiter, Group, Ident, Literal, Punct, Spacing, Span, TokenStream, TokenTree};
 use proptest::prelude::*;
 
-use super::models::{ARRAYS, DOUBLE_PENDULUM};
+use super::models::{ARRAYS, CONSTRAINED, DOUBLE_PENDULUM};
 use crate::compile::compile;
 
 /// Words of the language and some strangers, to be thrown in.
 const WORDS: &[&str] = &[
-    "self", "q", "x", "theta1", "m1", "let", "mut", "for", "in", "if", "else", "match", "return", "break", "fn",
-    "while", "loop", "as", "f64", "usize", "Expr", "Vec2", "Vec3", "Mat3", "vec2", "dt", "sin", "powi", "at", "Self",
-    "kinetic", "force", "impl", "struct", "const", "_", "move", "unsafe", "async", "dyn", "where", "ref",
+    "self",
+    "q",
+    "x",
+    "theta1",
+    "m1",
+    "let",
+    "mut",
+    "for",
+    "in",
+    "if",
+    "else",
+    "match",
+    "return",
+    "break",
+    "fn",
+    "while",
+    "loop",
+    "as",
+    "f64",
+    "usize",
+    "Expr",
+    "Vec2",
+    "Vec3",
+    "Mat3",
+    "vec2",
+    "dt",
+    "sin",
+    "powi",
+    "at",
+    "Self",
+    "kinetic",
+    "force",
+    "holonomic",
+    "nonholonomic",
+    "redundant",
+    "switched",
+    "integrable",
+    "reaction",
+    "slip",
+    "impl",
+    "struct",
+    "const",
+    "_",
+    "move",
+    "unsafe",
+    "async",
+    "dyn",
+    "where",
+    "ref",
 ];
 const SIGNS: &str = "+-*/%^&|!<>=.,;:#?@$";
 
@@ -96,11 +142,11 @@ proptest! {
 
     #[test]
     fn changed_models_are_compiled_or_refused(
-        which in 0..2usize,
+        which in 0..3usize,
         changes in proptest::collection::vec(change(), 1..4),
         in_struct in any::<bool>(),
     ) {
-        let (declaration, implementation) = [DOUBLE_PENDULUM, ARRAYS][which];
+        let (declaration, implementation) = [DOUBLE_PENDULUM, ARRAYS, CONSTRAINED][which];
         let (mut declaration, mut implementation) = (parse(declaration), parse(implementation));
         for (at, change) in changes {
             let target = if in_struct { &mut declaration } else { &mut implementation };

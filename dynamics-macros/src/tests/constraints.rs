@@ -1,0 +1,104 @@
+//! Constraints: their rows, their reactions with units, and mistakes about them.
+
+use dynamics_symbolic::graph::{Node, Symbol};
+use dynamics_symbolic::mechanics::ConstraintKind;
+
+use super::models::CONSTRAINED;
+use super::{model, try_model};
+
+const DECLARATION: &str = "#[coordinates(x: m, y: m)] #[units(m: kg)] struct M { m: f64, l: f64 }";
+
+/// A model with more functions.
+fn with(functions: &str) -> Result<crate::compile::CompiledModel, Vec<(String, String)>> {
+    let implementation = format!(
+        "impl M {{
+            #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {{
+                0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+            }}
+            {functions}
+        }}"
+    );
+    try_model(DECLARATION, &implementation)
+}
+
+/// Places of the errors.
+fn places(functions: &str) -> Vec<String> {
+    with(functions).err().unwrap_or_default().into_iter().map(|(place, _)| place).collect()
+}
+
+const ROD: &str =
+    "#[holonomic] fn rod(&self, q: &Coordinates<Self>) -> Expr { q.x.powi(2) + q.y.powi(2) - self.l.powi(2) }";
+
+/// A model with a rod and an output.
+fn output(body: &str) -> String {
+    format!("{ROD} #[output] fn result(&self, q: &Coordinates<Self>) -> Expr {{ {body} }}")
+}
+
+#[test]
+fn holonomic_rows_come_first_whatever_the_order_of_declaration() {
+    let compiled = model(CONSTRAINED.0, CONSTRAINED.1).compiled;
+    let listed: Vec<_> = compiled.model.constraints.iter().map(|c| (&*c.name, c.switched, c.redundant)).collect();
+    assert_eq!(listed, [("floor", false, true), ("roll", true, false)]);
+    assert_eq!(compiled.model.constraints[1].kind, ConstraintKind::Nonholonomic { integrable: true });
+    assert_eq!(compiled.model.row_name(1), "floor.y");
+    let grip = compiled.model.outputs[0].components[0].1;
+    assert!(matches!(compiled.model.graph.node(grip), Node::Symbol(Symbol::Multiplier(2))));
+}
+
+#[test]
+fn a_reaction_times_its_constraint_is_work() {
+    let compiled = model(CONSTRAINED.0, CONSTRAINED.1).compiled;
+    let units: Vec<&str> = compiled.model.constraints.iter().map(|c| c.unit.as_str()).collect();
+    assert_eq!(units, ["m", "m/s"]);
+    // A rolling contact's reaction is a force: power over velocity.
+    assert_eq!(compiled.model.outputs[0].unit, "N");
+    let unit_of = |body: &str| with(&output(body)).map(|m| m.compiled.model.outputs[0].unit.clone());
+    assert_eq!(unit_of("q.reaction(Self::rod) * q.x"), Ok("N".into()));
+    let errors = with(&output("q.reaction(Self::rod) + q.x")).map(|_| ()).unwrap_err();
+    assert_eq!(errors.len(), 1);
+    assert!(errors[0].1.contains("`+` combines"), "{errors:?}");
+}
+
+#[test]
+fn mistakes_are_reported_at_their_own_tokens() {
+    for (functions, at) in [
+        (output("q.reaction(Self::rood)"), "rood"),
+        (output("q.reaction(Self::kinetic)"), "kinetic"),
+        (output("q.reaction(rod)"), "rod"),
+        (output("q.reaction(self.rod(q))"), "self.rod(q)"),
+        (output("q.reaction()"), "reaction"),
+        (output("q.slip(Self::rod)"), "rod"),
+        (output("q.reaction(Self::rod).dt()"), "dt"),
+        (
+            format!("{ROD} #[potential] fn v(&self, q: &Coordinates<Self>) -> Expr {{ q.reaction(Self::rod) }}"),
+            "reaction",
+        ),
+        (ROD.replace("holonomic", "holonomic(fixed)"), "fixed"),
+        (ROD.replace("holonomic", "holonomic(integrable)"), "integrable"),
+        (ROD.replace("holonomic", "holonomic(switched, redundant)"), "redundant"),
+        (ROD.replace("#[holonomic]", "#[holonomic] #[redundant(meant)]"), "redundant(meant)"),
+        (ROD.replace("#[holonomic]", "#[redundant]"), "redundant"),
+        (ROD.replace("-> Expr", "-> Force"), "fn rod(&self, q: &Coordinates<Self>) -> Force"),
+        (
+            ROD.replace("-> Expr", "-> [Expr; 0]").replace("q.x.powi(2) + q.y.powi(2) - self.l.powi(2)", "[]"),
+            "-> [Expr; 0]",
+        ),
+    ] {
+        let found = places(&functions);
+        assert!(found.iter().any(|place| place == at) && found.len() <= 2, "{functions}: {found:?}");
+    }
+}
+
+#[test]
+fn what_follows_from_a_lost_constraint_is_silent() {
+    let lost = output("q.reaction(Self::rod) + q.slip(Self::rod)").replace("q.x.powi(2)", "q.z.powi(2)");
+    assert_eq!(places(&lost), ["z"]);
+}
+
+#[test]
+fn a_helper_may_ask_where_its_callers_may() {
+    let helper = "fn tension(&self, q: &Coordinates<Self>) -> Expr { q.reaction(Self::rod) * self.l }";
+    assert!(with(&format!("{helper} {}", output("self.tension(q)"))).is_ok());
+    let spring = "#[potential] fn v(&self, q: &Coordinates<Self>) -> Expr { self.tension(q) * q.x }";
+    assert_eq!(places(&format!("{helper} {ROD} {spring}")), ["reaction"]);
+}
