@@ -1,6 +1,7 @@
 //! Models whose functions have thousands of operations, written with arrays and loops: blocks and parts of functions do not change what
 //! is computed. A model of 25,000 operations is refused; `ui/too_large.rs` holds its message.
 
+use dynamics::constrain::solve_once;
 use dynamics::prelude::*;
 
 /// What the tests need of every chain below.
@@ -160,5 +161,96 @@ fn a_jacobian_of_thousands_of_operations() {
             assert!((q - by_q[i]).abs() <= 1e-7 * (1.0 + by_q.norm()), "∂q̈{i}/∂q{j}: {q}, differences {}", by_q[i]);
             assert!((u - by_u[i]).abs() <= 1e-9 * (1.0 + by_u.norm()), "∂q̈{i}/∂q̇{j}: {u}, differences {}", by_u[i]);
         }
+    }
+}
+
+/// A chain whose free end is held; outputs of thousands of operations that read accelerations and reactions.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: [rad; 18])]
+#[units(mass: kg, length: m, span: m, g: m / s^2)]
+struct HeldChain {
+    mass: [f64; 18],
+    length: [f64; 18],
+    span: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl HeldChain {
+    fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        let mut place = Vec2::ZERO;
+        for k in 0..=i {
+            place += self.length[k] * vec2(q.theta[k].sin(), -q.theta[k].cos());
+        }
+        place
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..18 {
+            sum += 0.5 * self.mass[i] * self.place(q, i).dt().norm_squared();
+        }
+        sum
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..18 {
+            sum += self.mass[i] * self.g * self.place(q, i).y;
+        }
+        sum
+    }
+    #[holonomic(switched)]
+    fn end(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.place(q, 17) - vec2(self.span, 0.0)
+    }
+    #[output]
+    fn mixed(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..18 {
+            for j in 0..18 {
+                let angle = q.theta[i] - 1.1 * q.theta[j];
+                let turned = (angle.sin() + 2.0) / (angle * angle + 3.0).sqrt();
+                sum +=
+                    turned * q.theta[i].dt().dt() + q.theta[j].dt().powi(2) * angle * turned.powi(3) * self.slipping(q);
+            }
+        }
+        sum * q.reaction(Self::end).y + q.reaction(Self::end).x * q.theta[0].dt().powi(2)
+    }
+    fn slipping(&self, q: &Coordinates<Self>) -> Expr {
+        1.0 + q.slip(Self::end)
+    }
+}
+
+#[test]
+fn a_constrained_model_of_thousands_of_operations() {
+    assert!((4_000..20_000).contains(&operations(HeldChain::LISTING, "outputs")), "cut into several functions");
+    let chain = Chain18::uneven();
+    let model = HeldChain { mass: chain.mass, length: chain.length, span: 9.0, g: GRAVITY };
+    let mut state = state::<HeldChain, 18>();
+    for released in [false, true] {
+        if released {
+            state.modes_mut().release(0, -1.0);
+        }
+        let solved = solve_once(&model, &model.constants().unwrap(), &state).expect("a regular state");
+        let (a, lambda) = (solved.accelerations, solved.multipliers);
+        let jacobian = model.jacobian(&state);
+        let (left, force) = (model.mass_matrix(&state) * a, model.generalized_force(&state));
+        let missed = (left - force - jacobian.transpose() * lambda).norm();
+        assert!(missed <= 1e-12 * (left.norm() + force.norm()), "M q̈ = Q + Φ_qᵀλ is missed by {missed}");
+        if released {
+            assert_eq!(lambda.norm(), 0.0);
+            assert!((a - chain.accelerations(&self::state::<Chain18, 18>()).unwrap()).norm() <= 1e-9 * a.norm());
+        } else {
+            let missed = (jacobian * a - model.gamma(&state)).norm();
+            assert!(missed <= 1e-11 * a.norm(), "Φ_q q̈ = γ is missed by {missed}");
+        }
+        let mut output = [f64::NAN];
+        model.outputs(&state, &mut output).unwrap();
+        let expected = model.mixed(&HeldChain::coordinates_with(&state, &a, lambda.as_slice())).value();
+        assert!(
+            (output[0] - expected).abs() <= 1e-11 * (1.0 + a.norm() * (1.0 + lambda.norm())),
+            "{output:?} {expected}"
+        );
     }
 }

@@ -497,10 +497,10 @@ impl Block {
     }
     #[force]
     fn rubbing(&self, q: &Coordinates<Self>) -> Force {
-        Force::along(q.x, -self.friction * q.reaction(Self::floor).abs() * q.slip(Self::stick))
+        Force::along(q.x, -self.friction * q.reaction(Self::floor) * q.slip(Self::stick))
     }
     #[event]
     fn breakaway(&self, q: &Coordinates<Self>) -> Expr {
-        self.friction * q.reaction(Self::floor).abs() - q.reaction(Self::stick).abs()
+        self.friction * q.reaction(Self::floor) - q.reaction(Self::stick).abs()
     }
 }
