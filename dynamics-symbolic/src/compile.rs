@@ -4,8 +4,10 @@ use std::collections::BTreeSet;
 
 use crate::algebra::Guard;
 use crate::check::{self, Finding};
-use crate::graph::{Graph, Node, NodeId};
-use crate::mechanics::{ConstraintEquations, Equations, Model, Named, Solution, Underivable, Withheld, derive};
+use crate::graph::{Bindings, Graph, Node, NodeId};
+use crate::mechanics::{
+    ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld, derive_on,
+};
 use crate::schedule::{Program, Staging, schedule};
 use crate::text;
 
@@ -59,7 +61,8 @@ pub struct ConstraintPrograms {
     pub terms: Program,
     /// Q (N) and ∂Q/∂λ (N×R by rows), reading multipliers, where forces contain reactions.
     pub friction: Option<Program>,
-    /// δ (N), μ (R), then for every guard its pivot and scale, reading multipliers as right-hand sides; where the solution is unrolled.
+    /// δ (N), μ (R), then for every guard its pivot and scale, reading multipliers as right-hand sides; where the solution is
+    /// unrolled and this program not too large to be emitted.
     pub correction: Option<Program>,
     /// ∂(Φ_qᵀλ)/∂q (N×N by rows), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), reading multipliers; unless it is too large to be emitted.
     pub derivatives: Result<Program, Excess>,
@@ -129,7 +132,9 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !constraints.findings.is_empty() {
         return Err(constraints.findings);
     }
-    let mut equations = derive(&mut model).map_err(|e| findings(&mut model, &e))?;
+    let states: Vec<&dyn Bindings> = constraints.samples.iter().map(|s| s as &dyn Bindings).collect();
+    let manifold = Manifold { states: &states, redundant: constraints.redundant() };
+    let mut equations = derive_on(&mut model, &manifold).map_err(|e| findings(&mut model, &e))?;
     equations.conserved = check::conserved(&mut model, &equations);
     equations.powers.iter_mut().for_each(|p| p.unit = check::power_unit(&model));
     let found = check::derived(&mut model, &equations, &constraints);
@@ -140,7 +145,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !found.is_empty() {
         return Err(found);
     }
-    let programs = programs(&model.graph, &equations);
+    let programs = fitting_programs(&model.graph, &mut equations);
     let excesses: Vec<Finding> = programs.required().filter_map(excess).map(Excess::into_finding).collect();
     if !excesses.is_empty() {
         return Err(excesses);
@@ -191,6 +196,15 @@ fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
     let functions: BTreeSet<u32> = functions.collect();
     let declared = functions.iter().filter_map(|f| model.functions.get(*f as usize));
     declared.map(|f| Finding::TooManyDerivatives { name: f.name.clone(), origin: f.origin }).collect()
+}
+
+/// All programs; a solution that is too large to be emitted is left to the general solver.
+fn fitting_programs(g: &Graph, e: &mut Equations) -> Programs {
+    let all = programs(g, e);
+    let Some((c, excess)) = e.constraints.as_mut().zip(excess(&all.accelerations)) else { return all };
+    c.solution = Solution::General(General::TooLarge(excess.operations));
+    e.jacobians = Err(Withheld::General);
+    programs(g, e)
 }
 
 /// One program per function that the runtime's traits ask for.
@@ -258,7 +272,9 @@ fn constraints(g: &Graph, e: &Equations, c: &ConstraintEquations) -> ConstraintP
             Solution::General(_) => None,
             Solution::Unrolled(u) => {
                 let (corrections, multipliers) = &u.correction;
-                Some(inline("correction", &[corrections.as_slice(), multipliers, &guards(&u.guards)].concat()))
+                let all = [corrections.as_slice(), multipliers, &guards(&u.guards)].concat();
+                // Where it is too large the general solver serves as well.
+                Some(inline("correction", &all)).filter(|program| excess(program).is_none())
             }
         },
         derivatives: match &c.derivatives {

@@ -6,7 +6,7 @@ use common::{Builder, chain};
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::compile::{LIMIT, NoJacobians, compile};
 use dynamics_symbolic::graph::{FunctionId, Number, Origin, Symbol};
-use dynamics_symbolic::mechanics::{EnergyRole, Function};
+use dynamics_symbolic::mechanics::{EnergyRole, Function, General, Solution};
 
 #[test]
 fn accelerations_beyond_the_limit_are_refused() {
@@ -18,6 +18,22 @@ fn accelerations_beyond_the_limit_are_refused() {
     let (function, operations, limit) = found.expect("the size is what is wrong");
     assert_eq!((function, limit), ("accelerations", LIMIT));
     assert!(operations > LIMIT);
+}
+
+/// The same chain with its cart held: what is left to the general solver at run time is small enough.
+#[test]
+fn solutions_beyond_the_limit_are_left_to_the_general_solver() {
+    let mut b = Builder { model: chain(36) };
+    let x = b.g().symbol(Symbol::Coordinate(0));
+    b.holonomic("held", &[x]);
+    let c = compile(b.model).expect("M, Q, Φ_q and γ are small enough");
+    let derived = c.equations.constraints.as_ref().expect("there is one");
+    let Solution::General(General::TooLarge(operations)) = derived.solution else { panic!("{:?}", derived.solution) };
+    assert!(operations > LIMIT);
+    assert!(matches!(c.programs.jacobians, Err(NoJacobians::General)));
+    assert!(c.report.contains(&operations.to_string()), "{}", c.report);
+    let programs = c.programs.constraints.as_ref().expect("there is one");
+    assert!(programs.terms.cost.total() < LIMIT / 2 && programs.correction.is_none());
 }
 
 #[test]

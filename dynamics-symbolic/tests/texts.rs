@@ -4,18 +4,38 @@ mod common;
 
 use std::collections::BTreeMap;
 
+use common::mechanisms::{andrews, cartesian_chain, slider_crank};
 use common::reader::{Names, evaluate};
 use common::{Builder, Values, arm, chain, double_pendulum, relative_chain, zoo};
 use dynamics_symbolic::compile::{Compiled, compile};
 use dynamics_symbolic::graph::{Bindings, NodeId, Origin, Symbol, Unary};
-use dynamics_symbolic::mechanics::{EnergyRole, Event, Model};
+use dynamics_symbolic::mechanics::{ConstraintEquations, EnergyRole, Event, Guarded, Model, Solution};
 
 fn compiled(model: Model) -> Compiled {
     compile(model).unwrap_or_else(|found| panic!("{found:?}"))
 }
 
-fn models() -> [Model; 8] {
-    [double_pendulum(), chain(1), chain(3), chain(10), relative_chain(3), relative_chain(6), arm(2), zoo()]
+fn models() -> [Model; 12] {
+    let held = [rod_pendulum(), slider_crank().closed(), andrews().closed(), cartesian_chain(4).closed()];
+    let free = [double_pendulum(), chain(1), chain(3), chain(10), relative_chain(3), relative_chain(6), arm(2), zoo()];
+    let mut all = free.into_iter().chain(held);
+    core::array::from_fn(|_| all.next().expect("twelve"))
+}
+
+/// A bob at (x, y) on a rod.
+fn rod_pendulum() -> Model {
+    let mut b = Builder::new("RodPendulum");
+    let place = [b.coordinate("x"), b.coordinate("y")];
+    let [m, l, g] = ["m", "l", "g"].map(|n| b.parameter(n));
+    let kinetic = b.kinetic(m, &place);
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    let h = b.mul(m, place[1]);
+    let gravity = b.mul(g, h);
+    b.energy("gravity", EnergyRole::Potential, gravity);
+    let (square, l2) = (b.norm_squared(&place), b.mul(l, l));
+    let rod = b.sub(square, l2);
+    b.holonomic("rod", &[rod]);
+    b.model
 }
 
 /// Values at some random-looking point.
@@ -34,7 +54,7 @@ fn values(model: &Model) -> Values {
         a: list(n),
         w: list(model.inputs.len()),
         p: list(model.parameters.len()),
-        lambda: list(9),
+        lambda: list(12),
     }
 }
 
@@ -44,6 +64,9 @@ fn names(model: &Model, v: &Values) -> Names {
         names.insert(c.name.clone(), v.q[i]);
         names.insert(format!("{}'", c.name), v.u[i]);
         names.insert(format!("{}''", c.name), v.a[i]);
+    }
+    for row in 0..model.constraints.iter().map(|c| c.components.len()).sum::<usize>() {
+        names.insert(format!("lambda[{}]", model.row_name(row as u32)), v.lambda[row]);
     }
     names.extend(model.inputs.iter().map(|i| i.name.clone()).zip(v.w.iter().copied()));
     names.extend(model.parameters.iter().map(|p| p.name.clone()).zip(v.p.iter().copied()));
@@ -56,7 +79,7 @@ fn labels(c: &Compiled) -> BTreeMap<String, NodeId> {
     let jacobians = e.jacobians.as_ref().expect("small enough");
     let mut out = BTreeMap::new();
     for (i, a) in q.iter().enumerate() {
-        out.insert(format!("{a}''"), e.accelerations[i]);
+        out.extend(e.accelerations.get(i).map(|x| (format!("{a}''"), *x)));
         out.insert(format!("Q[{a}]"), e.generalized_force[i]);
         out.insert(format!("p[{a}]"), e.momenta[i]);
         for (j, b) in q.iter().enumerate() {
@@ -71,6 +94,7 @@ fn labels(c: &Compiled) -> BTreeMap<String, NodeId> {
             out.insert(format!("d {a}'' / d {}", w.name), jacobians.by_inputs[i][j]);
         }
     }
+    out.extend(e.constraints.iter().flat_map(|c| constraint_labels(&q, c)));
     out.extend(e.pivots.iter().map(|p| (format!("pivot[{}]", q[p.coordinate]), p.pivot)));
     out.insert("E".into(), e.energy_function);
     if let Some((t, v)) = e.energies {
@@ -80,6 +104,53 @@ fn labels(c: &Compiled) -> BTreeMap<String, NodeId> {
     let named = e.conserved.iter().chain(&e.outputs).chain(&e.events);
     out.extend(named.map(|n| (n.name.clone(), n.node)));
     out
+}
+
+/// The same for what the constraints add.
+fn constraint_labels(q: &[String], c: &ConstraintEquations) -> Vec<(String, NodeId)> {
+    let mut out = Vec::new();
+    for (r, row) in c.rows.iter().enumerate() {
+        let name = &row.name;
+        out.extend(c.residual.get(r).map(|x| (name.clone(), *x)));
+        out.push((format!("{name}'"), c.velocity_residual[r]));
+        out.push((format!("offset[{name}]"), c.velocity_offset[r]));
+        out.push((format!("gamma[{name}]"), c.gamma[r]));
+        out.extend(q.iter().zip(&c.jacobian[r]).map(|(x, node)| (format!("J[{name}, {x}]"), *node)));
+    }
+    let derivatives = c.derivatives.as_ref().expect("small enough");
+    let mut by = |of: &[String], x: &str, rows: &[Vec<NodeId>]| {
+        for (name, row) in of.iter().zip(rows) {
+            out.extend(q.iter().zip(row).map(|(b, node)| (format!("d {name} / d {b}{x}"), *node)));
+        }
+    };
+    let reactions: Vec<String> = q.iter().map(|n| format!("reaction[{n}]")).collect();
+    let gammas: Vec<String> = c.rows.iter().map(|row| format!("gamma[{}]", row.name)).collect();
+    by(&reactions, "", &derivatives.reaction_by_q);
+    by(&gammas, "", &derivatives.gamma_by_q);
+    by(&gammas, "'", &derivatives.gamma_by_u);
+    let Solution::Unrolled(u) = &c.solution else { panic!("{:?}", c.solution) };
+    for (i, name) in q.iter().enumerate() {
+        out.extend([(format!("{name}''"), u.accelerations[i]), (format!("delta[{name}]"), u.correction.0[i])]);
+    }
+    for (r, row) in c.rows.iter().enumerate() {
+        let name = &row.name;
+        out.extend([(format!("lambda[{name}]"), u.multipliers[r]), (format!("mu[{name}]"), u.correction.1[r])]);
+    }
+    out
+}
+
+/// What `pivot[..]` or `scale[..]` may stand for: a loop may have several guards of one name.
+fn guards(c: &Compiled, label: &str) -> Vec<NodeId> {
+    let Some(Solution::Unrolled(u)) = c.equations.constraints.as_ref().map(|c| &c.solution) else { return Vec::new() };
+    let name = |of: Guarded| match of {
+        Guarded::Coordinate(i) => c.model.coordinates[i].name.clone(),
+        Guarded::Row(r) => c.model.row_name(r as u32),
+    };
+    let both = u.guards.iter().flat_map(|guard| {
+        let name = name(guard.of);
+        [(format!("pivot[{name}]"), guard.pivot), (format!("scale[{name}]"), guard.scale)]
+    });
+    both.filter(|(own, _)| own == label).map(|(_, node)| node).collect()
 }
 
 fn close(a: f64, b: f64) -> bool {
@@ -93,8 +164,6 @@ fn listings_compute_what_they_say() {
         let c = compiled(model);
         let v = values(&c.model);
         let labels = labels(&c);
-        let nodes: Vec<NodeId> = labels.values().copied().collect();
-        let expected = c.model.graph.evaluate(&nodes, &v);
         let mut known = names(&c.model, &v);
         let mut checked = 0;
         for line in c.listing.lines() {
@@ -109,9 +178,11 @@ fn listings_compute_what_they_say() {
             if line.starts_with("    ") {
                 known.insert(left.to_owned(), value);
             } else {
-                let node = labels.get(left).unwrap_or_else(|| panic!("what is {left:?}?"));
-                let expected = expected[node.index()];
-                assert!(close(value, expected), "{}: {line}: {value} and {expected}", c.model.name);
+                let mut nodes = guards(&c, left);
+                nodes.extend(labels.get(left));
+                let values = c.model.graph.evaluate(&nodes, &v);
+                let expected: Vec<f64> = nodes.iter().map(|node| values[node.index()]).collect();
+                assert!(expected.iter().any(|x| close(value, *x)), "{}: {line}: {expected:?}", c.model.name);
                 checked += 1;
             }
         }
@@ -132,23 +203,39 @@ fn equations_say_what_is_derived() {
         let mut known = names(&c.model, &v);
         let text = c.equations_text.replace("\n    ", " ");
         let statements: Vec<(&str, &str)> = text.lines().filter_map(|l| l.split_once(" = ")).collect();
+        let (constraints, statements): (Vec<_>, Vec<_>) = statements.iter().partition(|(l, _)| l.contains(": "));
         // Definitions follow their uses.
         let defined = |left: &str| left.starts_with('w') && left[1..].bytes().all(|b| b.is_ascii_digit());
         for (left, right) in statements.iter().filter(|(left, _)| defined(left)) {
             let value = evaluate(right, &known);
             known.insert((*left).to_owned(), value);
         }
+        for (row, (left, right)) in constraints.iter().enumerate() {
+            let (name, formula) = left.split_once(": ").expect("they were chosen so");
+            assert_eq!((name, *right), (c.model.row_name(row as u32).as_str(), "0"));
+            let value = evaluate(formula, &known);
+            assert!(close(value, expected[labels[name].index()]), "{}: {left}", c.model.name);
+        }
+        assert_eq!(constraints.len(), e.constraints.as_ref().map_or(0, |c| c.rows.len()));
+        let reaction = |i: usize| -> f64 {
+            let rows = e.constraints.iter().flat_map(|c| &c.jacobian).zip(&v.lambda);
+            rows.map(|(row, lambda)| expected[row[i].index()] * lambda).sum()
+        };
         let mut row = 0;
         for (left, right) in statements.iter().filter(|(left, _)| !defined(left)) {
             if *left == "M q''" {
                 continue;
             }
             let right = evaluate(right, &known);
+            if let Some(i) = c.model.coordinates.iter().position(|q| *left == format!("R[{}]", q.name)) {
+                assert!(close(right, reaction(i)), "{}: {left}", c.model.name);
+                continue;
+            }
             if let Some(node) = labels.get(*left).filter(|_| !left.ends_with('\'')) {
                 assert!(close(right, expected[node.index()]), "{}: {left}", c.model.name);
                 continue;
             }
-            let force = expected[e.generalized_force[row].index()];
+            let force = expected[e.generalized_force[row].index()] + reaction(row);
             let inertia: f64 = (0..v.a.len()).map(|j| expected[e.mass_matrix[row][j].index()] * v.a[j]).sum();
             let left = evaluate(left, &known);
             assert!(
@@ -180,6 +267,29 @@ T = m2 l1 l2 cos(theta1 - theta2) theta1' theta2' + 0.5 (m1 + m2) l1^2 theta1'^2
 V = -(m1 + m2) l1 g cos(theta1) - m2 l2 g cos(theta2)
 ";
     assert_eq!(compiled(double_pendulum()).equations_text, expected);
+}
+
+#[test]
+fn a_pendulum_on_a_rod_reads_like_a_textbook() {
+    let expected = "\
+RodPendulum: equations of motion
+
+m x'' = 2 x lambda[rod]
+m y'' = 2 y lambda[rod] - m g
+
+constraints
+
+rod: x^2 - l^2 + y^2 = 0
+
+energies
+
+T = 0.5 m x'^2 + 0.5 m y'^2
+V = m g y
+";
+    let c = compiled(rod_pendulum());
+    assert_eq!(c.equations_text, expected);
+    assert!(c.latex.contains("2 x \\, \\lambda_{\\mathrm{rod}}"), "{}", c.latex);
+    assert!(c.latex.contains("&= 0 \\qquad (\\mathrm{rod})"), "{}", c.latex);
 }
 
 #[test]

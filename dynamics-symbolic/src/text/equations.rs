@@ -2,8 +2,8 @@
 
 use std::rc::Rc;
 
-use crate::graph::{NodeId, Symbol};
-use crate::mechanics::{Equations, Model};
+use crate::graph::{Graph, NodeId, Number, Symbol};
+use crate::mechanics::{ConstraintEquations, Equations, Model};
 
 use super::expand::{Expanded, TERMS};
 use super::formula::{Formula, Formulas, Key, product, sum};
@@ -39,25 +39,60 @@ enum Side {
     Element(&'static str, Vec<usize>),
 }
 
+/// What the page shows, in the order of its nodes.
+struct Contents {
+    /// Below and on the diagonal of M.
+    lower: Vec<(usize, usize)>,
+    /// M, Q, Φ_qᵀλ where there are constraints, then T and V, then the rows of the constraints.
+    nodes: Vec<NodeId>,
+    /// Where Φ_qᵀλ, the energies and the constraints begin.
+    reaction: usize,
+    energies: usize,
+    constraints: usize,
+}
+
+impl Contents {
+    fn new(g: &mut Graph, e: &Equations) -> Self {
+        let n = e.mass_matrix.len();
+        let lower: Vec<(usize, usize)> = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
+        let mut nodes: Vec<NodeId> = lower.iter().map(|(i, j)| e.mass_matrix[*i][*j]).collect();
+        nodes.extend(&e.generalized_force);
+        let reaction = nodes.len();
+        if let Some(c) = &e.constraints {
+            nodes.extend(reactions(g, c, n));
+        }
+        let energies = nodes.len();
+        nodes.extend(e.energies.iter().flat_map(|(t, v)| [t, v]));
+        let constraints = nodes.len();
+        nodes.extend(e.constraints.iter().flat_map(|c| &c.rows).map(|row| row.node));
+        Self { lower, nodes, reaction, energies, constraints }
+    }
+
+    fn mass(&self, i: usize, j: usize) -> usize {
+        let (i, j) = (i.max(j), i.min(j));
+        i * (i + 1) / 2 + j
+    }
+}
+
 struct Page {
     formulas: Formulas,
     rows: bool,
     motion: Vec<Statement>,
+    /// The names of the constraints with the rows that are zero.
+    constraints: Vec<(String, Statement)>,
     energies: Vec<Statement>,
 }
 
 impl Page {
     fn new(model: &mut Model, e: &Equations) -> Self {
         let n = e.mass_matrix.len();
-        let lower: Vec<(usize, usize)> = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
-        let mut nodes: Vec<NodeId> = lower.iter().map(|(i, j)| e.mass_matrix[*i][*j]).collect();
-        nodes.extend(&e.generalized_force);
-        let motion = nodes.len();
-        nodes.extend(e.energies.iter().flat_map(|(t, v)| [t, v]));
-        let mut expanded = expand(model, &nodes);
+        let contents = Contents::new(&mut model.graph, e);
+        let Contents { lower, nodes, .. } = &contents;
+        let mut expanded = expand(model, nodes);
         let terms = |all: &[Option<Expanded>]| all.iter().map(|x| x.as_ref().map(Expanded::len)).sum::<Option<usize>>();
-        let short = expanded[..motion].iter().flatten().all(|x| x.len() <= ELEMENT);
-        let rows = short && terms(&expanded[..motion]).is_some_and(|terms| terms <= ROWS);
+        let motion = &expanded[..contents.energies];
+        let short = motion.iter().flatten().all(|x| x.len() <= ELEMENT);
+        let rows = short && terms(motion).is_some_and(|terms| terms <= ROWS);
         if !rows {
             // What is long is shorter as a formula with definitions.
             expanded.iter_mut().for_each(|x| *x = x.take().filter(|x| x.len() <= ELEMENT));
@@ -69,25 +104,34 @@ impl Page {
             Some(x) => x.formula(&model.graph, &formulas),
             None => formulas.formula(nodes[k]),
         };
-        let mass = |i: usize, j: usize| {
-            let (i, j) = (i.max(j), i.min(j));
-            formula(i * (i + 1) / 2 + j)
-        };
+        let mass = |i: usize, j: usize| formula(contents.mass(i, j));
         let force = |i: usize| formula(lower.len() + i);
-        let motion_statements = if rows {
-            (0..n).map(|i| row(model, e, i, &mass, force(i))).collect()
+        let reaction = |i: usize| formula(contents.reaction + i);
+        let constrained = e.constraints.is_some();
+        let motion = if rows {
+            let right = |i| match constrained {
+                true => {
+                    Rc::new(sum([(false, force(i)), (false, reaction(i))].into_iter().filter(|(_, f)| !is_zero(f))))
+                }
+                false => force(i),
+            };
+            (0..n).map(|i| row(model, e, i, &mass, right(i))).collect()
         } else {
             let elements = lower.iter().filter(|(i, j)| !model.graph.is_zero(e.mass_matrix[*i][*j]));
             let m = elements.map(|(i, j)| Statement { left: Side::Element("M", vec![*i, *j]), right: mass(*i, *j) });
             let q = (0..n).map(|i| Statement { left: Side::Element("Q", vec![i]), right: force(i) });
-            m.chain(q).collect()
+            let carried = (0..n).filter(|i| constrained && !model.graph.is_zero(nodes[contents.reaction + i]));
+            let r = carried.map(|i| Statement { left: Side::Element("R", vec![i]), right: reaction(i) });
+            m.chain(q).chain(r).collect()
         };
-        let names = ["T", "V"].into_iter().enumerate();
-        let energies = names
-            .take(nodes.len() - motion)
-            .map(|(k, name)| Statement { left: Side::Element(name, Vec::new()), right: formula(motion + k) });
+        let names = ["T", "V"].into_iter().zip(contents.energies..contents.constraints);
+        let energies = names.map(|(name, k)| Statement { left: Side::Element(name, Vec::new()), right: formula(k) });
         let energies = energies.collect();
-        Self { rows, motion: motion_statements, energies, formulas }
+        let zero = Rc::new(Formula::Number(Number::ZERO));
+        let restricts = |k: usize| Statement { left: Side::Formula(formula(k)), right: zero.clone() };
+        let named = e.constraints.iter().flat_map(|c| &c.rows).zip(contents.constraints..);
+        let constraints = named.map(|(row, k)| (row.name.clone(), restricts(k))).collect();
+        Self { rows, motion, constraints, energies, formulas }
     }
 
     fn side(&self, target: &dyn Target, model: &Model, side: &Side, index: &dyn Fn(&[usize]) -> String) -> Text {
@@ -105,8 +149,10 @@ impl Page {
             format!("[{}]", names.join(", "))
         };
         let mut out = Limited::new(format!("{}: equations of motion\n", model.name));
-        if !self.rows {
+        if !self.rows && self.constraints.is_empty() {
             out.line("\nM q'' = Q with M symmetric; elements that are not listed are zero\n");
+        } else if !self.rows {
+            out.line("\nM q'' = Q + R with M symmetric and reactions R; elements that are not listed are zero\n");
         }
         out.line("\n");
         let write = |out: &mut Limited, s: &Statement| {
@@ -115,6 +161,14 @@ impl Page {
             out.line(&wrap(&target.assign(&left, &right)));
         };
         self.motion.iter().for_each(|s| write(&mut out, s));
+        if !self.constraints.is_empty() {
+            out.line("\nconstraints\n\n");
+        }
+        for (name, s) in &self.constraints {
+            let left = self.side(&target, model, &s.left, &index);
+            let right = self.formulas.write(&target, model, &s.right);
+            out.line(&wrap(&format!("{name}: {}", target.assign(&left, &right))));
+        }
         if self.formulas.definitions() > 0 {
             out.line("\nwith\n\n");
         }
@@ -136,12 +190,18 @@ impl Page {
             format!("_{{{}}}", numbers.join(","))
         };
         let mut out = Limited::new(String::new());
-        let mut lines: Vec<String> = Vec::new();
-        let mut write = |s: &Statement| {
+        let written = |s: &Statement| {
             let left = self.side(&target, model, &s.left, &index);
-            lines.extend(broken(&self.formulas, &target, model, &s.left, left, &s.right));
+            broken(&self.formulas, &target, model, &s.left, left, &s.right)
         };
-        self.motion.iter().chain(&self.energies).for_each(&mut write);
+        let mut lines: Vec<String> = self.motion.iter().flat_map(written).collect();
+        for (name, s) in &self.constraints {
+            lines.extend(written(s));
+            if let Some(last) = lines.last_mut() {
+                last.push_str(&format!(" \\qquad ({})", super::latex::name(name, "")));
+            }
+        }
+        lines.extend(self.energies.iter().flat_map(written));
         for i in 0..self.formulas.definitions() {
             let (name, value) = self.formulas.definition(&target, model, i);
             lines.push(target.assign(&name, &value));
@@ -172,7 +232,24 @@ fn expand(model: &mut Model, nodes: &[NodeId]) -> Vec<Option<Expanded>> {
     all
 }
 
-/// Σⱼ Mᵢⱼ q̈ⱼ = Qᵢ.
+/// Φ_qᵀλ, column by column.
+fn reactions(g: &mut Graph, c: &ConstraintEquations, n: usize) -> Vec<NodeId> {
+    let mut reactions = vec![g.zero(); n];
+    for (r, row) in c.jacobian.iter().enumerate() {
+        let lambda = g.symbol(Symbol::Multiplier(r as u32));
+        for (sum, entry) in reactions.iter_mut().zip(row) {
+            let term = g.mul(*entry, lambda);
+            *sum = g.add(*sum, term);
+        }
+    }
+    reactions
+}
+
+fn is_zero(formula: &Formula) -> bool {
+    matches!(formula, Formula::Number(n) if n.value() == 0.0)
+}
+
+/// Σⱼ Mᵢⱼ q̈ⱼ = right-hand side.
 fn row(
     model: &Model,
     e: &Equations,

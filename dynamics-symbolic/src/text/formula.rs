@@ -31,7 +31,7 @@ pub(super) struct Factor {
     pub(super) exponent: i32,
 }
 
-/// Order of factors: parameters, then functions of the state, then rates, then accelerations; symbols before others, in the order of declaration.
+/// Order of factors: parameters, then functions of the state, then rates, then accelerations and multipliers; symbols before others, in the order of declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Key(u8, Option<Symbol>, u64);
 
@@ -46,7 +46,7 @@ impl Key {
 
     pub(super) fn of(g: &Graph, id: NodeId) -> Self {
         let d = g.dependence(id);
-        let class = if d.on(Dependence::ACCELERATIONS) {
+        let class = if d.on(Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS)) {
             3
         } else if d.on(Dependence::RATES) {
             2

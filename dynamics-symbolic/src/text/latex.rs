@@ -22,7 +22,7 @@ impl Target for Latex {
             Symbol::Acceleration(i) => q(i, "\\ddot"),
             Symbol::Input(i) => name(&model.inputs[i as usize].name, ""),
             Symbol::Parameter(i) => name(&model.parameters[i as usize].name, ""),
-            Symbol::Multiplier(i) => format!("\\lambda_{{{i}}}"),
+            Symbol::Multiplier(i) => format!("\\lambda_{{{}}}", name(&model.row_name(i), "")),
             Symbol::Mode(i) => name(&model.mode_name(i), ""),
         })
     }

@@ -3,7 +3,7 @@
 use super::Builder;
 use dynamics_symbolic::graph::Origin;
 use dynamics_symbolic::graph::{NodeId, Unary};
-use dynamics_symbolic::mechanics::{EnergyRole, Force, ForceTerm};
+use dynamics_symbolic::mechanics::{EnergyRole, Force, ForceTerm, Model};
 
 /// A mechanism without the constraints that are yet to be put on it.
 pub struct Mechanism {
@@ -14,6 +14,15 @@ pub struct Mechanism {
     pub parameters: Vec<f64>,
     /// A place on the manifold (to a few digits), as a start for Newton's method.
     pub place: Vec<f64>,
+}
+
+impl Mechanism {
+    /// The model with its constraint, named `closure`.
+    pub fn closed(self) -> Model {
+        let Self { mut builder, residual, .. } = self;
+        builder.holonomic("closure", &residual);
+        builder.model
+    }
 }
 
 type V2 = [NodeId; 2];

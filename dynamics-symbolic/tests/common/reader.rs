@@ -129,8 +129,14 @@ impl Reader<'_> {
         let rest = self.rest();
         let word = rest.find(|c: char| !c.is_alphanumeric() && c != '_' && c != '.').unwrap_or(rest.len());
         let mut bracket = 0;
+        // `lambda[closure[1]]`: brackets may be nested.
         while rest[word + bracket..].starts_with('[') {
-            bracket += rest[word + bracket..].find(']').expect("a bracket") + 1;
+            let mut depth = 0;
+            let closes = |c: char| {
+                depth += i32::from(c == '[') - i32::from(c == ']');
+                depth == 0
+            };
+            bracket += rest[word + bracket..].find(closes).expect("a bracket") + 1;
         }
         let primes = rest[word + bracket..].chars().take_while(|c| *c == '\'').count();
         let end = word + bracket + primes;
