@@ -63,6 +63,8 @@ pub mod prelude {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::kinematics::{KinematicMotion, Kinematics, KinematicsError};
     pub use dynamics_runtime::math::F64Ext as _;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;

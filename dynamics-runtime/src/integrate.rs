@@ -173,13 +173,16 @@ pub enum Method {
     DormandPrince5,
     /// Dormand and Prince's method of order 8(5,3).
     Dop853,
+    /// No integration: positions solved from constraints that leave no freedom ([`crate::kinematics`]).
+    PositionAnalysis,
 }
 
 impl Method {
-    /// Order of the step.
+    /// Order of the step; of the interpolant where positions are solved instead of integrated.
     #[must_use]
     pub const fn order(self) -> u32 {
         match self {
+            Self::PositionAnalysis => 5,
             Self::Rk4 => 4,
             Self::DormandPrince5 => 5,
             Self::Dop853 => 8,
@@ -189,13 +192,14 @@ impl Method {
     /// Whether the method estimates its error, and so can choose its step.
     #[must_use]
     pub const fn is_adaptive(self) -> bool {
-        !matches!(self, Self::Rk4)
+        !matches!(self, Self::Rk4 | Self::PositionAnalysis)
     }
 }
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
+            Self::PositionAnalysis => "Newton–Raphson on positions",
             Self::Rk4 => "RK4 (order 4)",
             Self::DormandPrince5 => "Dormand–Prince 5(4)",
             Self::Dop853 => "DOP853 (order 8)",

@@ -15,6 +15,8 @@ pub mod force;
 #[doc(hidden)]
 pub mod generated;
 pub mod integrate;
+#[cfg(feature = "alloc")]
+pub mod kinematics;
 pub mod math;
 pub mod matrix;
 pub mod model;

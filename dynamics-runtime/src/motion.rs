@@ -14,6 +14,7 @@ mod formulation;
 mod guard;
 mod leave;
 mod plant;
+mod positions;
 mod progress;
 pub(crate) mod query;
 pub(crate) mod record;

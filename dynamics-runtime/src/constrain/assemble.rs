@@ -19,6 +19,8 @@ use crate::error::StateError;
 use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Vector};
 use room::Room;
 pub(super) use room::memory;
+#[cfg(feature = "alloc")]
+pub(crate) use room::weigh;
 
 /// Largest violation with which a state counts as consistent, |Φ| / ‖Φ_q‖ against 1 + |q|∞: what is left when coordinates are given with
 /// seven digits. Projection removes it before a simulation begins.
@@ -70,6 +72,22 @@ pub fn assemble<M: Constraints>(
         check_gradients(model, &state)?;
         velocities::solve(model, &mut state, &given_u[..n], &mut room)
     })?;
+    Ok(state)
+}
+
+/// Solves the positions that are not given, and leaves velocities as they are.
+#[cfg(feature = "alloc")]
+pub(crate) fn positions_of<M: Constraints>(
+    model: &M,
+    mut state: M::State,
+    given: &[bool],
+) -> Result<M::State, StateError> {
+    StateError::check::<M>(&state)?;
+    crate::constrain::with_workspace::<M, _>(|memory| {
+        let mut room = Room::new(memory, M::COORDINATES.len(), M::ROWS.len());
+        positions::solve(model, &mut state, given, &mut room)
+    })?;
+    check_gradients(model, &state)?;
     Ok(state)
 }
 
@@ -164,9 +182,46 @@ fn check_gradients<M: Constraints>(model: &M, state: &M::State) -> Result<(), St
         |jacobian: &M::Jacobian, row: usize| -> f64 { (0..n).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum() };
     for row in active_rows::<M>(state.modes(), true) {
         let (here, there) = (square(&here, row), square(&there, row));
-        if here <= VANISHING * VANISHING * there || here == 0.0 {
+        if (here <= VANISHING * VANISHING * there || here == 0.0) && holds_nothing(model, state, row) {
             return Err(StateError::VanishingGradient { row: M::ROWS[row].name });
         }
     }
     Ok(())
+}
+
+/// Whether the gradient of a row vanishes all along the constraints, and not only at this position, as it does for a component of a loop
+/// whose links are in line: a singular position, which is another matter.
+pub(crate) fn holds_nothing<M: Constraints>(model: &M, state: &M::State, row: usize) -> bool {
+    let n = M::COORDINATES.len();
+    // More coordinates than any generated model has; beyond, what is suspected counts as true.
+    const NONE: [bool; 4096] = [false; 4096];
+    let Some(none) = NONE.get(..n) else { return true };
+    let beside = beside::<M>(state);
+    let mut along = beside;
+    let placed = crate::constrain::with_workspace::<M, _>(|memory| {
+        let mut room = Room::new(memory, n, M::ROWS.len());
+        positions::solve(model, &mut along, none, &mut room)
+    });
+    let norm = |state: &M::State| {
+        let jacobian = model.jacobian(state);
+        crate::math::sqrt((0..n).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum())
+    };
+    placed.is_ok() && norm(&along) <= VANISHING * norm(&beside)
+}
+
+/// A state a little off, and a little later, where a drive has moved on: every coordinate by a different amount, so that no symmetry of the model hides the change.
+fn beside<M: Constraints>(state: &M::State) -> M::State {
+    let n = M::COORDINATES.len();
+    let mut beside = at_time(state, state.t() + NEARBY * (1.0 + state.t().abs()));
+    for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+        *q += NEARBY * (1.0 + q.abs()) * (1.0 + 0.37 * i as f64 / n as f64);
+    }
+    beside
+}
+
+/// The state at another time.
+pub(crate) fn at_time<S: ModelState>(state: &S, t: f64) -> S {
+    let mut out = S::new(t, *state.q(), *state.u(), *state.inputs());
+    *out.modes_mut() = state.modes();
+    out
 }

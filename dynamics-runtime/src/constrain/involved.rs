@@ -1,12 +1,15 @@
-//! A few names in an error, without allocation.
+//! Who takes part, in an error, without allocation.
 
 use core::fmt;
 
-/// The names of the coordinates or constraint rows that take part in something, the most involved first; the first six are kept.
-#[derive(Clone, Copy, Default, PartialEq, Eq)]
+use crate::model::Quantity;
+
+/// The coordinates or constraint rows that take part in something, the most involved first; the first six are kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Involved {
-    names: [&'static str; Self::KEPT],
-    count: usize,
+    of: &'static [Quantity],
+    kept: [u16; Self::KEPT],
+    count: u16,
 }
 
 impl Involved {
@@ -15,35 +18,42 @@ impl Involved {
     /// Shares below this part of the largest are left out: rounding noise, or of no help.
     const LEAST: f64 = 1e-3;
 
-    /// Of those with the largest shares, by absolute value.
-    pub(crate) fn ranked(shares: impl Iterator<Item = (&'static str, f64)> + Clone) -> Self {
-        let mut out = Self::default();
+    /// Of quantities, given by index, those with the largest shares by absolute value.
+    pub(crate) fn ranked(of: &'static [Quantity], shares: impl Iterator<Item = (usize, f64)> + Clone) -> Self {
+        let mut out = Self { of, kept: [0; Self::KEPT], count: 0 };
         let largest = shares.clone().fold(0.0, |most: f64, (_, share)| most.max(share.abs()));
-        let involved = || shares.clone().enumerate().filter(|(_, (_, share))| share.abs() > Self::LEAST * largest);
-        out.count = involved().count();
-        // Selection by falling share, earlier names first where equal: there are few.
-        let mut last = (f64::INFINITY, 0);
-        for slot in out.names.iter_mut().take(out.count) {
-            let after =
-                |&(i, (_, share)): &(usize, (&str, f64))| share.abs() < last.0 || (share.abs() == last.0 && i > last.1);
-            let next = involved().filter(after).reduce(|a, b| if b.1.1.abs() > a.1.1.abs() { b } else { a });
-            let Some((i, (name, share))) = next else { break };
-            *slot = name;
-            last = (share.abs(), i);
+        let involved = || {
+            let sized = shares.clone().map(|(i, share)| (i, share.abs()));
+            sized.filter(move |(_, share)| *share > Self::LEAST * largest)
+        };
+        out.count = u16::try_from(involved().count()).unwrap_or(u16::MAX);
+        // Selection by falling share, earlier ones first where equal: there are few.
+        let mut last = (usize::MAX, f64::INFINITY);
+        for slot in &mut out.kept {
+            let after = |&(i, share): &(usize, f64)| share < last.1 || (share == last.1 && i > last.0);
+            let Some(next) = involved().filter(after).reduce(|a, b| if b.1 > a.1 { b } else { a }) else { break };
+            *slot = u16::try_from(next.0).unwrap_or(u16::MAX);
+            last = next;
         }
         out
     }
 
     /// The names that are kept.
+    pub fn names(&self) -> impl ExactSizeIterator<Item = &'static str> + use<> {
+        let Self { of, kept, count } = *self;
+        kept.into_iter().take(usize::from(count)).map(move |i| of.get(usize::from(i)).map_or("", |one| one.name))
+    }
+
+    /// Whether one of this name is kept.
     #[must_use]
-    pub fn as_slice(&self) -> &[&'static str] {
-        &self.names[..self.count.min(Self::KEPT)]
+    pub fn contains(&self, name: &str) -> bool {
+        self.names().any(|kept| kept == name)
     }
 
     /// How many take part.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.count
+        usize::from(self.count)
     }
 
     /// Whether none takes part.
@@ -55,11 +65,11 @@ impl Involved {
 
 impl fmt::Display for Involved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, name) in self.as_slice().iter().enumerate() {
+        for (i, name) in self.names().enumerate() {
             let separator = if i == 0 { "" } else { ", " };
             write!(f, "{separator}`{name}`")?;
         }
-        match self.count.saturating_sub(Self::KEPT) {
+        match self.count().saturating_sub(Self::KEPT) {
             0 => Ok(()),
             more => write!(f, " and {more} more"),
         }
@@ -75,16 +85,22 @@ impl fmt::Debug for Involved {
 #[cfg(test)]
 mod tests {
     use super::Involved;
+    use crate::model::Quantity;
+
+    const fn named(name: &'static str) -> Quantity {
+        Quantity { name, unit: "" }
+    }
+    const OF: [Quantity; 8] =
+        [named("a"), named("b"), named("c"), named("d"), named("e"), named("f"), named("g"), named("h")];
 
     #[test]
     fn the_most_involved_come_first() {
-        let shares = [("a", 0.1), ("b", -2.0), ("c", 1e-9), ("d", 0.1)];
-        let names = Involved::ranked(shares.into_iter());
-        assert_eq!((names.as_slice(), names.count()), (&["b", "a", "d"][..], 3));
-        assert_eq!(names.to_string(), "`b`, `a`, `d`");
-        let many = Involved::ranked(["a", "b", "c", "d", "e", "f", "g", "h"].into_iter().map(|name| (name, 1.0)));
+        let involved = Involved::ranked(&OF, [0.1, -2.0, 1e-9, 0.1].into_iter().enumerate());
+        assert!(involved.names().eq(["b", "a", "d"]) && involved.count() == 3);
+        assert_eq!(involved.to_string(), "`b`, `a`, `d`");
+        let many = Involved::ranked(&OF, (0..8).map(|i| (i, 1.0)));
         assert_eq!(many.to_string(), "`a`, `b`, `c`, `d`, `e`, `f` and 2 more");
-        assert!(Involved::ranked([("a", 0.0)].into_iter()).is_empty());
-        assert!(Involved::ranked([("a", f64::NAN)].into_iter()).is_empty());
+        assert!(Involved::ranked(&OF, [(0, 0.0)].into_iter()).is_empty());
+        assert!(Involved::ranked(&OF, [(0, f64::NAN)].into_iter()).is_empty());
     }
 }

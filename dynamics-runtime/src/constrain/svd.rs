@@ -42,12 +42,12 @@ impl<'a> Svd<'a> {
     }
 
     /// σⱼ uⱼ.
-    pub(crate) fn column(&self, j: usize) -> &[f64] {
+    pub(crate) fn column(&self, j: usize) -> &'a [f64] {
         &self.a[j * self.m..][..self.m]
     }
 
     /// vⱼ.
-    pub(crate) fn right(&self, j: usize) -> &[f64] {
+    pub(crate) fn right(&self, j: usize) -> &'a [f64] {
         let n = self.sigma.len();
         &self.v[j * n..][..n]
     }

@@ -179,6 +179,8 @@ pub enum OptionError {
     },
     /// A method without error estimate needs `.fixed_step(..)`.
     NeedsFixedStep,
+    /// [`Method::PositionAnalysis`](super::Method::PositionAnalysis) was asked for: it integrates nothing.
+    NotAnIntegrator,
     /// `.fixed_step(..)` leaves nothing for another step option to say.
     FixedStepExcludes {
         /// The other option.
@@ -240,6 +242,12 @@ impl fmt::Display for OptionError {
                 write!(
                     f,
                     "gain {name} = {value} of Baumgarte's stabilization is not possible; give a finite number, 0 or more"
+                )
+            }
+            Self::NotAnIntegrator => {
+                write!(
+                    f,
+                    "position analysis integrates nothing; open it with `.kinematics(guess)` instead of `.simulate(start)`"
                 )
             }
             Self::NeedsFixedStep => {

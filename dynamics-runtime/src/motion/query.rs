@@ -298,7 +298,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let tolerances = &self.trajectory.tolerances;
         let again = match self.method() {
             _ if !self.is_repeatable() => None,
-            Method::Rk4 => None,
+            Method::Rk4 | Method::PositionAnalysis => None,
             Method::DormandPrince5 => {
                 again::<M, DormandPrince5<_>>(plant, &step, tolerances).ok().map(Interpolant::DormandPrince5)
             }

@@ -337,6 +337,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let begun = std::time::Instant::now();
         #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
         let (mut counts, result) = match method {
+            Method::PositionAnalysis => unreachable!("`choose_method` refuses it"),
             Method::Rk4 => run::<M, Rk4<M::Vector>>(&mut plan, sink),
             Method::DormandPrince5 => run::<M, DormandPrince5<M::Vector>>(&mut plan, sink),
             Method::Dop853 => run::<M, Dop853<M::Vector>>(&mut plan, sink),
@@ -444,6 +445,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     fn choose_method(&self, tolerances: &Tolerances) -> Result<(Method, String), OptionError> {
         let loosest = tolerances.absolute.max(tolerances.relative);
         Ok(match (self.method, self.fixed) {
+            (Some(Method::PositionAnalysis), _) => return Err(OptionError::NotAnIntegrator),
             (Some(method), None) if !method.is_adaptive() => return Err(OptionError::NeedsFixedStep),
             (Some(method), Some(h)) => (method, format!("as asked for, with a fixed step of {h}")),
             (Some(method), None) => (method, format!("as asked for, at tolerance {loosest:e}")),
@@ -473,14 +475,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             Output::Every(interval) => {
                 number("every", *interval, *interval > 0.0 && interval.is_finite(), "an interval above 0")?;
                 let span = (end - start).abs();
-                // A millionth of an interval of slack: 10 / 0.1 must give the last of its 101 times.
-                let count = (span / interval + 1e-6) as u64;
+                let count = intervals(span, *interval);
                 number("every", *interval, count <= 100_000_000, "an interval that gives fewer than 10⁸ times")?;
-                let at = |k: u64| {
-                    let t = start + direction * (k as f64 * interval);
-                    if (end - t) * direction < 0.0 { end } else { t }
-                };
-                Ok(Some((0..=count).map(at).collect()))
+                Ok(Some(every(start, end, *interval)))
             }
         }
     }
@@ -527,6 +524,21 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         }
         Ok(rules)
     }
+}
+
+/// Number of intervals in a span, with a millionth of one as slack: 10 / 0.1 must give the last of its 101 times.
+fn intervals(span: f64, interval: f64) -> u64 {
+    (span / interval + 1e-6) as u64
+}
+
+/// Times at equal intervals from the start, the end included where an interval ends there.
+pub(super) fn every(start: f64, end: f64, interval: f64) -> Vec<f64> {
+    let direction = if end < start { -1.0 } else { 1.0 };
+    let at = |k: u64| {
+        let t = start + direction * (k as f64 * interval);
+        if (end - t) * direction < 0.0 { end } else { t }
+    };
+    (0..=intervals((end - start).abs(), interval)).map(at).collect()
 }
 
 /// What the options say once they are checked.

@@ -132,6 +132,7 @@ impl<M: Simulate> Motion<'_, M> {
         }
         let done = self.is_repeatable()
             && match self.method() {
+                Method::PositionAnalysis => self.meter_positions(index, work),
                 Method::Rk4 => self.meter::<Rk4<M::Vector>>(index, work),
                 Method::DormandPrince5 => self.meter::<DormandPrince5<M::Vector>>(index, work),
                 Method::Dop853 => self.meter::<Dop853<M::Vector>>(index, work),

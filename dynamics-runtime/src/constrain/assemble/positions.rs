@@ -205,8 +205,8 @@ impl<M: Constraints> Search<'_, '_, M> {
                 }
                 self.room.keep_right(column);
                 let direction = &self.room.spare[0][..free];
-                let coordinates = room::free(self.given).map(|j| M::COORDINATES[j].name);
-                let coordinates = Involved::ranked(coordinates.zip(direction.iter().copied()));
+                let shares = room::free(self.given).zip(direction.iter().copied());
+                let coordinates = Involved::ranked(M::COORDINATES, shares);
                 let mut beside = moved(state, self.given, self.room.weights, sign * scale, direction);
                 self.descend(&mut beside, 30)?;
                 if self.load(&beside).is_ok_and(|closer| closer < 0.5 * length) {
@@ -233,8 +233,8 @@ impl<M: Constraints> Search<'_, '_, M> {
         };
         let enters = |j: usize| rows().map(|(k, row)| entry(k, row, j).abs()).fold(0.0, f64::max);
         let given = || (0..n).filter(|j| self.given[*j]);
-        let pulled = Involved::ranked(given().map(|j| (M::COORDINATES[j].name, pull(j))));
-        if pulled.is_empty() { Involved::ranked(given().map(|j| (M::COORDINATES[j].name, enters(j)))) } else { pulled }
+        let pulled = Involved::ranked(M::COORDINATES, given().map(|j| (j, pull(j))));
+        if pulled.is_empty() { Involved::ranked(M::COORDINATES, given().map(|j| (j, enters(j)))) } else { pulled }
     }
 }
 

@@ -74,16 +74,11 @@ impl<'w> Room<'w> {
         model.terms(state, &mut Terms { mass, force, jacobian, gamma });
     }
 
-    /// Sets the weights from the mass matrix: those of coordinates without inertia to the smallest of the others.
+    /// Sets the weights from the mass matrix.
     pub(super) fn weigh(&mut self) {
         let n = self.weights.len();
-        let inertia = |i: usize| Some(self.mass[i * n + i]).filter(|m| *m > 0.0 && m.is_finite()).map(math::sqrt);
-        let largest = (0..n).filter_map(inertia).fold(0.0, f64::max);
-        let least = (0..n).filter_map(inertia).fold(largest, f64::min).max(LEAST_WEIGHT * largest);
-        for i in 0..n {
-            let fallback = if least > 0.0 { least } else { 1.0 };
-            self.weights[i] = inertia(i).unwrap_or(fallback).max(fallback);
-        }
+        self.weights.iter_mut().enumerate().for_each(|(i, weight)| *weight = self.mass[i * n + i]);
+        weigh(self.weights);
     }
 
     /// Scales the active rows of Φ_q and decomposes them in the columns that are free; [`Room::evaluate`] comes before.
@@ -175,6 +170,15 @@ impl<'w> Room<'w> {
     pub(super) fn length(&self, k: usize) -> f64 {
         norm(&self.steps[k][..self.shape.1])
     }
+}
+
+/// Replaces inertias Mᵢᵢ by the weights of the coordinates, √Mᵢᵢ; those of coordinates without inertia are the smallest of the others.
+pub(crate) fn weigh(inertias: &mut [f64]) {
+    let weight = |m: f64| Some(m).filter(|m| *m > 0.0 && m.is_finite()).map(math::sqrt);
+    let largest = inertias.iter().copied().filter_map(weight).fold(0.0, f64::max);
+    let least = inertias.iter().copied().filter_map(weight).fold(largest, f64::min).max(LEAST_WEIGHT * largest);
+    let least = if least > 0.0 { least } else { 1.0 };
+    inertias.iter_mut().for_each(|m| *m = weight(*m).unwrap_or(least).max(least));
 }
 
 /// Indices of the columns that are free.

@@ -87,5 +87,5 @@ fn culprits<M: Constraints>(state: &M::State, given: &[bool], room: &Room<'_>) -
         let pull = terms.sum::<f64>() / room.weights[j];
         if pull.abs() > noise { pull } else { 0.0 }
     };
-    Involved::ranked((0..n).filter(|j| given[*j]).map(|j| (M::COORDINATES[j].name, pull(j))))
+    Involved::ranked(M::COORDINATES, (0..n).filter(|j| given[*j]).map(|j| (j, pull(j))))
 }

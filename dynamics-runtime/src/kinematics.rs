@@ -1,0 +1,447 @@
+//! Kinematically driven mechanisms: constraints leave no freedom, and the motion follows from them alone.
+//!
+//! `model.kinematics(guess)` ([`Kinematics`]) opens an [`Analysis`]; options follow, [`Analysis::run`] runs it. At every time positions solve Φ(q, t) = 0,
+//! velocities Φ_q q̇ = −Φ_t, accelerations Φ_q q̈ = γ, and the multipliers Φ_qᵀλ = M q̈ − Q: of the driving constraint λ is the force or torque that the
+//! drive has to give, of the others the reactions. The result is a [`KinematicMotion`], which is a [`Motion`] (charts, tables, animations,
+//! `reaction_at("drive", t)`) with a summary of its own. States between the steps are solved too.
+//!
+//! Singular positions end the analysis with an error that says where, of what kind, and who takes part:
+//!
+//! * **lock-up**: a limit point, beyond which there is no position (a crank drives a rocker beyond its reach);
+//! * **bifurcation**: branches of the assembly meet (change point of a parallelogram). [`Analysis::through_bifurcations`] passes those that are isolated
+//!   on the branch whose velocities are continuous.
+
+mod error;
+mod frame;
+mod locate;
+mod summary;
+mod trace;
+
+use alloc::boxed::Box;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::ops::Deref;
+
+use error::KinematicsErrorKind as Kind;
+pub use error::{KinematicsError, KinematicsErrorKind};
+use frame::{Frame, Measure};
+use locate::{SUSPECT, Singular};
+pub use summary::{KinematicSummary, Passage};
+use trace::{Effort, Point, Tracer};
+
+use crate::constrain::{self, Involved};
+use crate::math;
+use crate::model::{Constraints, Model, ModelState, Vector};
+use crate::motion::{Motion, OptionError, Simulate};
+
+/// A step of the path is at most this part of the whole interval.
+const LONGEST: f64 = 0.05;
+/// Singular values below this part of the largest count as zero where the freedom of the start is counted.
+const RANK: f64 = 1e-9;
+const DEFAULT_MAX_STEPS: u64 = 1_000_000;
+
+/// Models whose motion may follow from their constraints alone: every model that can be simulated.
+pub trait Kinematics: Simulate + Constraints {
+    /// Opens a kinematic analysis. All coordinates of `guess` are guesses; those of the positions that fulfil the constraints near it are
+    /// taken. Its time is where the motion begins; its velocities are not looked at.
+    fn kinematics(&self, guess: Self::State) -> Analysis<'_, Self> {
+        Analysis::new(self, guess)
+    }
+}
+
+impl<M: Simulate + Constraints> Kinematics for M {}
+
+/// A kinematic analysis with its options, before it runs.
+#[must_use = "an analysis does nothing until `.run()`"]
+pub struct Analysis<'m, M: Simulate + Constraints> {
+    model: &'m M,
+    guess: M::State,
+    end: Option<f64>,
+    every: Option<f64>,
+    longest: Option<f64>,
+    most_steps: u64,
+    pass: bool,
+}
+
+/// The path of a mechanism as far as it was followed.
+pub(crate) struct Reached<M: Model> {
+    states: Vec<(M::State, M::Vector)>,
+    summary: KinematicSummary,
+    every: Option<f64>,
+}
+
+impl<M: Model> Clone for Reached<M> {
+    fn clone(&self) -> Self {
+        Self { states: self.states.clone(), summary: self.summary.clone(), every: self.every }
+    }
+}
+
+/// The motion of a driven mechanism.
+///
+/// It is a [`Motion`] by dereference; [`KinematicMotion::summary`] says what the analysis took and how near it came to singular positions.
+pub struct KinematicMotion<'m, M: Simulate + Constraints> {
+    motion: Motion<'m, M>,
+    summary: KinematicSummary,
+}
+
+impl<M: Simulate + Constraints> KinematicMotion<'_, M> {
+    /// Steps, corrections, the worst condition and where it was met, bifurcations that were passed.
+    #[must_use]
+    pub fn summary(&self) -> &KinematicSummary {
+        &self.summary
+    }
+}
+
+impl<'m, M: Simulate + Constraints> Deref for KinematicMotion<'m, M> {
+    type Target = Motion<'m, M>;
+    fn deref(&self) -> &Self::Target {
+        &self.motion
+    }
+}
+
+impl<M: Simulate + Constraints> core::fmt::Debug for KinematicMotion<'_, M> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("KinematicMotion").field("motion", &self.motion).field("summary", &self.summary).finish()
+    }
+}
+
+impl<M: Simulate + Constraints> KinematicsError<M> {
+    /// The motion up to where the analysis stopped; `None` where nothing moved.
+    #[must_use]
+    pub fn motion<'m>(&self, model: &'m M) -> Option<KinematicMotion<'m, M>> {
+        (**self.reached.as_ref()?).clone().into_motion(model)
+    }
+}
+
+impl<M: Simulate + Constraints> Reached<M> {
+    fn into_motion(self, model: &M) -> Option<KinematicMotion<'_, M>> {
+        let motion = Motion::of_positions(model, self.states, self.every, self.summary.counts())?;
+        Some(KinematicMotion { motion, summary: self.summary })
+    }
+}
+
+impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
+    fn new(model: &'m M, guess: M::State) -> Self {
+        Self { model, guess, end: None, every: None, longest: None, most_steps: DEFAULT_MAX_STEPS, pass: false }
+    }
+
+    /// End time; may lie before the start.
+    pub fn until(mut self, t: f64) -> Self {
+        self.end = Some(t);
+        self
+    }
+
+    /// Gives states at equal intervals from the start, as [`Motion::states`]; the steps of the path are chosen by themselves.
+    pub fn every(mut self, interval: f64) -> Self {
+        self.every = Some(interval);
+        self
+    }
+
+    /// Divides the interval into so many equal parts, as [`Analysis::every`] does; `.until(..)` comes before.
+    pub fn intervals(self, count: u32) -> Self {
+        let span = self.end.map_or(f64::NAN, |end| (end - self.guess.t()).abs());
+        self.every(span / f64::from(count))
+    }
+
+    /// Longest step of the path; a twentieth of the interval where it is not given. A drive that moves out and back within one step is not
+    /// seen.
+    pub fn max_step(mut self, h: f64) -> Self {
+        self.longest = Some(h);
+        self
+    }
+
+    /// Most steps, refused ones included. Default 1,000,000.
+    pub fn max_steps(mut self, steps: u64) -> Self {
+        self.most_steps = steps;
+        self
+    }
+
+    /// Passes bifurcations at which the rank falls by one, on the branch on which velocities and accelerations are continuous; without it they
+    /// end the analysis. The summary lists them.
+    pub fn through_bifurcations(mut self) -> Self {
+        self.pass = true;
+        self
+    }
+
+    /// Follows the mechanism.
+    ///
+    /// # Errors
+    /// [`KinematicsErrorKind`]; what was computed up to there is in the error.
+    pub fn run(self) -> Result<KinematicMotion<'m, M>, KinematicsError<M>> {
+        let refused =
+            |kind: Kind| KinematicsError { kind, time: self.guess.t(), state: Box::new(self.guess), reached: None };
+        let (end, longest) = self.check().map_err(|error| refused(error.into()))?;
+        let constants = self.model.constants().map_err(|error| refused(Kind::SingularMassMatrix(error)))?;
+        let (tracer, start) = self.begin(&constants).map_err(refused)?;
+        let mut path = Path::new(tracer, start, end, longest, self.most_steps, self.pass);
+        let result = path.follow();
+        let reached = path.reached(self.every);
+        match result {
+            Ok(()) => {
+                let refused = refused(Kind::NoContinuation { row: "", residual: f64::NAN });
+                reached.into_motion(self.model).ok_or(refused)
+            }
+            Err(Stop { kind, state }) => {
+                Err(KinematicsError { kind, time: state.t(), state: Box::new(state), reached: Some(Box::new(reached)) })
+            }
+        }
+    }
+
+    fn check(&self) -> Result<(f64, f64), OptionError> {
+        let number = |option, value: f64, good: bool, admissible| {
+            if good { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
+        };
+        let start = self.guess.t();
+        let end = self.end.ok_or(OptionError::NoEnd)?;
+        number("until", end, end.is_finite() && end != start, "a time other than the start's")?;
+        let span = (end - start).abs();
+        let longest = self.longest.unwrap_or(LONGEST * span);
+        number("max_step", longest, longest > 4.0 * f64::EPSILON * start.abs().max(end.abs()), "a length above 0")?;
+        number("max_steps", self.most_steps as f64, self.most_steps > 0, "at least 1")?;
+        if let Some(every) = self.every {
+            number("every", every, every > 0.0 && span / every < 1e8, "an interval that gives fewer than 10⁸ times")?;
+        }
+        Ok((end, longest))
+    }
+
+    /// The first point: assembled, without freedom, regular.
+    fn begin<'c>(&self, constants: &'c M::Constants) -> Result<(Tracer<'c, M>, Point<M>), Kind>
+    where
+        'm: 'c,
+    {
+        let none = vec![false; M::Vector::LEN];
+        let all = vec![true; M::Vector::LEN];
+        let mut resting = self.guess;
+        *resting.u_mut() = M::Vector::zeros();
+        // Positions first: whether velocities exist is another question.
+        let rows: Vec<usize> = constrain::assemble::active_rows::<M>(resting.modes(), true).collect();
+        let placed = constrain::assemble::positions_of(self.model, resting, &none).map_err(Kind::Start)?;
+        let measure = Measure { rows, weights: frame::weights(self.model, &placed) };
+        let frame = self.frame(&measure, &placed)?;
+        let rank = frame.rank(RANK);
+        if rank < M::Vector::LEN {
+            return Err(self.not_driven(&measure, &placed, &frame));
+        }
+        let placed = constrain::assemble(self.model, placed, &all, &none).map_err(Kind::Start)?;
+        let mut tracer = Tracer::new(self.model, constants, measure);
+        let point = tracer.complete(placed)?;
+        Ok((tracer, point))
+    }
+
+    fn frame(&self, measure: &Measure, state: &M::State) -> Result<Frame, Kind> {
+        Frame::new(measure, self.model, state)
+            .map_err(|row| Kind::Start(crate::error::StateError::ConstraintNotFinite { row: M::ROWS[row].name }))
+    }
+
+    /// Freedom is freedom beside the start too; a singular position is none there.
+    fn not_driven(&self, measure: &Measure, state: &M::State, frame: &Frame) -> Kind {
+        let n = M::Vector::LEN;
+        let mut beside = *state;
+        for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+            *q += 1e-2 * (1.0 + q.abs()) * (0.5 + math::sin(1.0 + 2.4 * i as f64));
+        }
+        let generic = Frame::new(measure, self.model, &beside).map_or(0, |frame| frame.rank(RANK));
+        let freedom = frame.freedom(RANK);
+        let coordinates = Involved::ranked(M::COORDINATES, freedom.iter().copied().enumerate());
+        if generic < n {
+            return Kind::Freedom { degrees: n - frame.rank(RANK), coordinates };
+        }
+        let (_, left) = frame.weak_pair();
+        let rows = Involved::ranked(M::ROWS, measure.rows.iter().copied().zip(left.iter().copied()));
+        Kind::SingularStart { rows, coordinates }
+    }
+}
+
+/// Why and where a path ends early.
+struct Stop<S> {
+    kind: Kind,
+    state: S,
+}
+
+/// A path that is being followed.
+struct Path<'c, M: Constraints> {
+    tracer: Tracer<'c, M>,
+    end: f64,
+    longest: f64,
+    most_steps: u64,
+    pass: bool,
+    direction: f64,
+    states: Vec<(M::State, M::Vector)>,
+    /// The last points, for locating what they lead to.
+    recent: Vec<Point<M>>,
+    /// The largest of the smallest singular values met.
+    best: f64,
+    /// Below it the path is suspected to lead to a singular position.
+    suspect: f64,
+    worst: (f64, f64),
+    passages: Vec<Passage>,
+}
+
+/// So many points are kept for locating.
+const RECENT: usize = 6;
+
+impl<'c, M: Constraints> Path<'c, M> {
+    fn new(tracer: Tracer<'c, M>, start: Point<M>, end: f64, longest: f64, most_steps: u64, pass: bool) -> Self {
+        let direction = if end < start.state.t() { -1.0 } else { 1.0 };
+        let mut path = Self {
+            tracer,
+            end,
+            longest,
+            most_steps,
+            pass,
+            direction,
+            states: Vec::new(),
+            recent: Vec::new(),
+            best: 0.0,
+            suspect: 0.0,
+            worst: (0.0, start.state.t()),
+            passages: Vec::new(),
+        };
+        path.take(start);
+        path
+    }
+
+    fn last(&self) -> &Point<M> {
+        self.recent.last().expect("the start is there from the beginning")
+    }
+
+    fn take(&mut self, point: Point<M>) {
+        let (least, condition) = (point.frame.least(), point.frame.condition());
+        if condition > self.worst.0 {
+            self.worst = (condition, point.state.t());
+        }
+        if least > self.best {
+            self.best = least;
+        }
+        // Once σ is well above it again, the suspicion is over.
+        if self.suspect == 0.0 || least > 10.0 * self.suspect {
+            self.suspect = SUSPECT * self.best;
+        }
+        self.states.push((point.state, point.accelerations));
+        if self.recent.len() == RECENT {
+            self.recent.remove(0);
+        }
+        self.recent.push(point);
+    }
+
+    fn stop(&self, kind: Kind) -> Stop<M::State> {
+        Stop { kind, state: self.last().state }
+    }
+
+    fn follow(&mut self) -> Result<(), Stop<M::State>> {
+        let least = 16.0 * f64::EPSILON * self.end.abs().max(self.last().state.t().abs());
+        let mut h = self.longest * 0.02;
+        loop {
+            let now = self.last().state.t();
+            let left = (self.end - now).abs();
+            if left == 0.0 {
+                return Ok(());
+            }
+            if self.tracer.effort.steps + self.tracer.effort.rejected >= self.most_steps {
+                return Err(self.stop(Kind::TooManySteps { limit: self.most_steps }));
+            }
+            h = h.min(self.longest);
+            let t = if h > 0.99 * left { self.end } else { now + self.direction * h };
+            let from = self.recent.last().expect("the start is there from the beginning");
+            match self.tracer.step(from, t) {
+                Ok((point, contraction)) => {
+                    self.tracer.effort.steps += 1;
+                    h = (t - now).abs() * Tracer::<M>::growth(contraction);
+                    self.take(point);
+                    self.look_ahead()?;
+                }
+                Err(kind) => {
+                    self.tracer.effort.rejected += 1;
+                    h = 0.5 * (t - now).abs();
+                    if h <= least {
+                        return Err(self.give_up(kind));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Where a singular position is suspected: locates it, and passes it or stops.
+    fn look_ahead(&mut self) -> Result<(), Stop<M::State>> {
+        if self.last().frame.least() >= self.suspect {
+            return Ok(());
+        }
+        let Some(singular) = self.tracer.locate(&self.recent) else {
+            // Nearer, it may be clearer.
+            self.suspect *= 0.1;
+            return Ok(());
+        };
+        // Beyond the end it is of no concern.
+        if self.direction * (singular.state.t() - self.end) > 1e-12 * (1.0 + self.end.abs()) {
+            return Ok(());
+        }
+        self.meet(singular)
+    }
+
+    fn meet(&mut self, singular: Singular<M::State>) -> Result<(), Stop<M::State>> {
+        let Singular { state, locks_up, loss, rows, coordinates } = singular;
+        if locks_up {
+            return Err(Stop { kind: Kind::LockUp { rows, coordinates }, state });
+        }
+        let beyond = if self.pass && loss == 1 { self.beyond(&state) } else { None };
+        let Some(point) = beyond else {
+            return Err(Stop { kind: Kind::Bifurcation { loss, rows, coordinates }, state });
+        };
+        self.passages.push(Passage { time: state.t(), rows, coordinates });
+        self.recent.clear();
+        self.suspect = SUSPECT * point.frame.least();
+        self.tracer.effort.steps += 1;
+        self.take(point);
+        Ok(())
+    }
+
+    /// The point as far behind a bifurcation as the last one is before it, on the branch on which velocities are continuous.
+    fn beyond(&mut self, at: &M::State) -> Option<Point<M>> {
+        let from = self.last().clone();
+        let distance = at.t() - from.state.t();
+        let mirrored = at.t() + distance;
+        // The end may come first, as long as it is well away from the bifurcation.
+        let ends = self.direction * (self.end - mirrored) < 0.0;
+        let t = if ends { self.end } else { mirrored };
+        if ends && (t - at.t()).abs() < 0.1 * distance.abs() {
+            return None;
+        }
+        let mut state = Tracer::predict(&from, t);
+        let predicted = *state.u();
+        self.tracer.close(&mut state).ok()?;
+        let point = self.tracer.complete(state).ok()?;
+        let mut turned = *point.state.u();
+        trace::add(&mut turned, -1.0, &predicted);
+        let length = |v: &M::Vector| self.tracer.measure.length(v.as_slice());
+        (length(&turned) <= 0.01 * length(&predicted)).then_some(point)
+    }
+
+    /// The path cannot be continued: a singular position if the last points say so, else what the last step said.
+    fn give_up(&self, kind: Kind) -> Stop<M::State> {
+        match self.tracer.locate(&self.recent) {
+            Some(Singular { state, locks_up: true, rows, coordinates, .. }) => {
+                Stop { kind: Kind::LockUp { rows, coordinates }, state }
+            }
+            Some(Singular { state, loss, rows, coordinates, .. }) => {
+                Stop { kind: Kind::Bifurcation { loss, rows, coordinates }, state }
+            }
+            None => self.stop(kind),
+        }
+    }
+
+    fn reached(&mut self, every: Option<f64>) -> Reached<M> {
+        let Effort { steps, rejected, corrections } = self.tracer.effort;
+        let at = |state: &M::State| state.t();
+        let summary = KinematicSummary {
+            model: M::NAME,
+            interval: (at(&self.states[0].0), at(&self.states[self.states.len() - 1].0)),
+            steps,
+            rejected,
+            corrections,
+            worst_condition: self.worst.0,
+            worst_condition_time: self.worst.1,
+            passages: core::mem::take(&mut self.passages),
+        };
+        Reached { states: core::mem::take(&mut self.states), summary, every }
+    }
+}

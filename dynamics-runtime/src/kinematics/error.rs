@@ -1,0 +1,150 @@
+//! Why a mechanism cannot be followed.
+
+use alloc::boxed::Box;
+use core::fmt;
+
+use crate::constrain::Involved;
+use crate::error::{SingularMassMatrix, SolveError, StateError};
+use crate::model::{Constraints, Model, ModelState};
+use crate::motion::OptionError;
+
+/// A kinematic analysis that stopped before its end. What was computed up to there is still in hand: [`KinematicsError::motion`].
+pub struct KinematicsError<M: Model> {
+    /// What happened.
+    pub kind: KinematicsErrorKind,
+    /// When: the time that was located, or of the last position that was reached.
+    pub time: f64,
+    /// The position there; velocities are those of the last position that was reached.
+    pub state: Box<M::State>,
+    pub(super) reached: Option<Box<super::Reached<M>>>,
+}
+
+/// The kinds of failure.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum KinematicsErrorKind {
+    /// An option makes no sense.
+    Option(OptionError),
+    /// The guess cannot be assembled.
+    Start(StateError),
+    /// The mass matrix of the model's constants has no inverse.
+    SingularMassMatrix(SingularMassMatrix),
+    /// The holonomic constraints leave freedom: the motion follows from forces too.
+    Freedom {
+        /// How much.
+        degrees: usize,
+        /// The coordinates that can move.
+        coordinates: Involved,
+    },
+    /// The start is a singular position.
+    SingularStart {
+        /// The rows that depend on each other there.
+        rows: Involved,
+        /// The coordinates that are not determined there.
+        coordinates: Involved,
+    },
+    /// Lock-up: the drive cannot move the mechanism further. A limit point: Φ_q loses rank and Φ_t is not in its range.
+    LockUp {
+        /// The rows that hold against each other.
+        rows: Involved,
+        /// The coordinates whose velocities grow beyond all bounds.
+        coordinates: Involved,
+    },
+    /// The assembly bifurcates: Φ_q loses rank, and branches meet on which the drive can move on.
+    Bifurcation {
+        /// By how much the rank falls.
+        loss: usize,
+        /// The rows that depend on each other there.
+        rows: Involved,
+        /// The coordinates that are free to go either way.
+        coordinates: Involved,
+    },
+    /// The position does not continue, however short the step: the drive jumps, or the constraints end there.
+    NoContinuation {
+        /// The row that is missed most.
+        row: &'static str,
+        /// By how much.
+        residual: f64,
+    },
+    /// Velocities, accelerations or reactions do not exist.
+    Solve(SolveError),
+    /// More steps than `.max_steps(..)` permits.
+    TooManySteps {
+        /// The limit.
+        limit: u64,
+    },
+}
+
+impl From<OptionError> for KinematicsErrorKind {
+    fn from(error: OptionError) -> Self {
+        Self::Option(error)
+    }
+}
+
+impl From<SolveError> for KinematicsErrorKind {
+    fn from(error: SolveError) -> Self {
+        Self::Solve(error)
+    }
+}
+
+impl fmt::Display for KinematicsErrorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Option(error) => error.fmt(f),
+            Self::Start(error) => error.fmt(f),
+            Self::SingularMassMatrix(error) => error.fmt(f),
+            Self::Freedom { degrees, coordinates } => write!(
+                f,
+                "the constraints leave {degrees} degree{} of freedom, in {coordinates}; add driving constraints, or use `simulate`",
+                if *degrees == 1 { "" } else { "s" }
+            ),
+            Self::SingularStart { rows, coordinates } => write!(
+                f,
+                "the start is a singular position: rows {rows} depend on each other there and leave {coordinates} open; begin at another time"
+            ),
+            Self::LockUp { rows, coordinates } => write!(
+                f,
+                "the mechanism locks up: rows {rows} hold against each other, and the drive would have to move {coordinates} with infinite \
+                 velocity; end the motion before, or drive another coordinate"
+            ),
+            Self::Bifurcation { loss, rows, coordinates } => write!(
+                f,
+                "the assembly bifurcates: rows {rows} depend on each other here (the rank falls by {loss}), and {coordinates} can go either \
+                 way; add a constraint that decides, or pass it smoothly with `.through_bifurcations()`"
+            ),
+            Self::NoContinuation { row, residual } => write!(
+                f,
+                "the position does not continue: however short the step, `{row}` cannot be fulfilled (missed by {residual:e}); \
+                 the drive jumps here, or the constraint is not defined further on"
+            ),
+            Self::Solve(error) => error.fmt(f),
+            Self::TooManySteps { limit } => write!(f, "more than {limit} steps; raise `.max_steps(..)`"),
+        }
+    }
+}
+
+impl<M: Constraints> fmt::Display for KinematicsError<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.reached.is_none() {
+            return write!(f, "`{}` was not moved: {}", M::NAME, self.kind);
+        }
+        write!(f, "`{}` stopped at t = {}: {}", M::NAME, self.time, self.kind)?;
+        write!(f, "\n  position there:")?;
+        for (coordinate, q) in M::COORDINATES.iter().zip(crate::model::Vector::as_slice(self.state.q())) {
+            write!(f, "\n    {} = {q}", coordinate.name)?;
+        }
+        Ok(())
+    }
+}
+
+impl<M: Constraints> fmt::Debug for KinematicsError<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("KinematicsError")
+            .field("kind", &self.kind)
+            .field("time", &self.time)
+            .field("state", &self.state)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<M: Constraints> core::error::Error for KinematicsError<M> {}

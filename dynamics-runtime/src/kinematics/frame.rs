@@ -1,0 +1,213 @@
+//! The constraint Jacobian at a point of the path, decomposed, and whether one without full rank lies between two points.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use crate::constrain::assemble::active;
+use crate::constrain::svd::Svd;
+use crate::math;
+use crate::model::{Constraints, ModelState};
+
+/// What does not change along the path: the rows that hold and the units in which coordinates are measured.
+pub(super) struct Measure {
+    /// Holonomic rows that hold.
+    pub(super) rows: Vec<usize>,
+    /// w: scaled coordinates are y = w q, w = √Mᵢᵢ at the start.
+    pub(super) weights: Vec<f64>,
+}
+
+impl Measure {
+    /// ‖w x‖.
+    pub(super) fn length(&self, x: &[f64]) -> f64 {
+        math::sqrt(x.iter().zip(&self.weights).map(|(x, w)| (x * w) * (x * w)).sum())
+    }
+
+    /// ‖w (1 + |q|)‖: against it changes of the coordinates are small or large.
+    pub(super) fn scale(&self, q: &[f64]) -> f64 {
+        math::sqrt(q.iter().zip(&self.weights).map(|(q, w)| math::powi(w * (1.0 + q.abs()), 2)).sum())
+    }
+
+    /// Φ_q, rows divided by `scales`, columns by w; by columns.
+    pub(super) fn jacobian<M: Constraints>(&self, model: &M, state: &M::State, scales: &[f64]) -> Vec<f64> {
+        let jacobian = model.jacobian(state);
+        let columns = self.weights.iter().enumerate();
+        columns
+            .flat_map(|(j, w)| self.rows.iter().zip(scales).map(move |(row, s)| (*row, j, w * s)))
+            .map(|(row, j, scale)| jacobian[(row, j)] / scale)
+            .collect()
+    }
+
+    /// Scales of the rows: the largest norm of a row of the same constraint over all scaled columns, so that a component of a vector that loses its
+    /// gradient is seen to lose it. An error names a row that is not finite.
+    fn norms<M: Constraints>(&self, model: &M, state: &M::State) -> Result<Vec<f64>, usize> {
+        let jacobian = model.jacobian(state);
+        let square = |row: usize| -> f64 {
+            self.weights.iter().enumerate().map(|(j, w)| math::powi(jacobian[(row, j)] / w, 2)).sum()
+        };
+        if let Some(row) = self.rows.iter().find(|row| !square(**row).is_finite()) {
+            return Err(*row);
+        }
+        let mut norms = Vec::with_capacity(self.rows.len());
+        for constraint in active::<M>(state.modes(), true) {
+            let rows = constraint.first..constraint.first + constraint.rows;
+            let norm = math::sqrt(rows.clone().map(square).fold(0.0, f64::max));
+            norms.extend(rows.map(|_| if norm > 0.0 { norm } else { 1.0 }));
+        }
+        Ok(norms)
+    }
+}
+
+/// U Σ Vᵀ of the scaled Jacobian at a point.
+#[derive(Clone)]
+pub(super) struct Frame {
+    /// Norms of the rows.
+    pub(super) scales: Vec<f64>,
+    a: Vec<f64>,
+    v: Vec<f64>,
+    pub(super) sigma: Vec<f64>,
+}
+
+impl Frame {
+    pub(super) fn new<M: Constraints>(measure: &Measure, model: &M, state: &M::State) -> Result<Self, usize> {
+        let (m, n) = (measure.rows.len(), measure.weights.len());
+        let scales = measure.norms(model, state)?;
+        let mut a = measure.jacobian(model, state, &scales);
+        let (mut v, mut sigma) = (vec![0.0; n * n], vec![0.0; n]);
+        Svd::new(m, &mut a, &mut v, &mut sigma);
+        Ok(Self { scales, a, v, sigma })
+    }
+
+    fn svd(&self) -> Svd<'_> {
+        Svd { a: &self.a, v: &self.v, sigma: &self.sigma, m: self.scales.len() }
+    }
+
+    /// Index of the smallest singular value.
+    fn weakest(&self) -> usize {
+        let order = |i: &usize, j: &usize| self.sigma[*i].total_cmp(&self.sigma[*j]);
+        (0..self.sigma.len()).min_by(order).unwrap_or(0)
+    }
+
+    /// The smallest singular value.
+    pub(super) fn least(&self) -> f64 {
+        self.sigma.get(self.weakest()).copied().unwrap_or(0.0)
+    }
+
+    /// The largest singular value.
+    pub(super) fn largest(&self) -> f64 {
+        self.svd().largest()
+    }
+
+    /// Largest over smallest singular value.
+    pub(super) fn condition(&self) -> f64 {
+        self.svd().largest() / self.least()
+    }
+
+    /// Number of singular values above this part of the largest.
+    pub(super) fn rank(&self, cut: f64) -> usize {
+        let cut = cut * self.svd().largest();
+        self.sigma.iter().filter(|sigma| **sigma > cut).count()
+    }
+
+    /// Right singular vectors of the singular values that count as zero: their size in every scaled coordinate.
+    pub(super) fn freedom(&self, cut: f64) -> Vec<f64> {
+        let (n, cut) = (self.sigma.len(), cut * self.svd().largest());
+        let mut out = vec![0.0; n];
+        for j in (0..n).filter(|j| self.sigma[*j] <= cut) {
+            out.iter_mut().zip(self.svd().right(j)).for_each(|(out, v)| *out = math::hypot(*out, *v));
+        }
+        out
+    }
+
+    /// Unit vectors that the weakest direction connects: that of the coordinates, scaled, and that of the rows, scaled.
+    ///
+    /// Where the singular value is 0 that of the rows is taken from what the others leave.
+    pub(super) fn weak_pair(&self) -> (Vec<f64>, Vec<f64>) {
+        let weakest = self.weakest();
+        let right = self.svd().right(weakest).to_vec();
+        let column = self.svd().column(weakest);
+        let mut left = column.to_vec();
+        let m = left.len();
+        let unit = |left: &mut Vec<f64>| {
+            let length = math::sqrt(left.iter().map(|x| x * x).sum());
+            left.iter_mut().for_each(|x| *x /= length);
+            length
+        };
+        if self.sigma[weakest] > 1e-12 * self.svd().largest() {
+            unit(&mut left);
+            return (right, left);
+        }
+        // Rounding noise says nothing of the direction: the unit vector that the other columns leave most of, made orthogonal to them.
+        let mut best = (0.0, left);
+        for k in 0..m {
+            let mut candidate = vec![0.0; m];
+            candidate[k] = 1.0;
+            for _ in 0..2 {
+                for j in (0..self.sigma.len()).filter(|j| *j != weakest && self.sigma[*j] > 0.0) {
+                    let column = self.svd().column(j);
+                    let share: f64 = candidate.iter().zip(column).map(|(c, a)| c * a).sum();
+                    let share = share / (self.sigma[j] * self.sigma[j]);
+                    candidate.iter_mut().zip(column).for_each(|(c, a)| *c -= share * a);
+                }
+            }
+            let length = unit(&mut candidate);
+            if length > best.0 {
+                best = (length, candidate);
+            }
+        }
+        (right, best.1)
+    }
+
+    /// Whether all matrices on the straight line from here to the Jacobian J at another point have full rank, with a margin: the symmetric part
+    /// of Σ^-½ (UᵀJV) Σ^-½, which is the identity here, stays above ¼. Sufficient, not necessary; it holds for every step that is short
+    /// enough, and bounds by how much of itself any singular value falls in one step.
+    pub(super) fn leads_to(&self, jacobian: &[f64]) -> bool {
+        let (m, n) = (self.scales.len(), self.sigma.len());
+        let svd = self.svd();
+        let mut image = vec![0.0; m];
+        let mut d = vec![0.0; n * n];
+        for j in 0..n {
+            image.fill(0.0);
+            for (column, v) in jacobian.chunks_exact(m).zip(svd.right(j)) {
+                image.iter_mut().zip(column).for_each(|(out, a)| *out += v * a);
+            }
+            for i in 0..n {
+                let product: f64 = svd.column(i).iter().zip(&image).map(|(a, b)| a * b).sum();
+                d[i * n + j] = product / (self.sigma[i] * math::sqrt(self.sigma[i] * self.sigma[j]));
+            }
+        }
+        let entry = |i: usize, j: usize| 0.5 * (d[i * n + j] + d[j * n + i]) - if i == j { 0.25 } else { 0.0 };
+        is_positive_definite(n, entry)
+    }
+}
+
+/// By Cholesky.
+fn is_positive_definite(n: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
+    let mut l = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..=i {
+            let sum: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
+            let rest = entry(i, j) - sum;
+            if i != j {
+                l[i * n + j] = rest / l[j * n + j];
+            } else if rest > 0.0 {
+                l[i * n + i] = math::sqrt(rest);
+            } else {
+                // Not a number is no yes either.
+                return false;
+            }
+        }
+    }
+    l.iter().all(|x| x.is_finite())
+}
+
+/// The weights of a state: √Mᵢᵢ, for coordinates without inertia the smallest of the others.
+pub(super) fn weights<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
+    let mass = model.mass_matrix(state);
+    let mut weights: Vec<f64> = (0..state_len::<M>()).map(|i| mass[(i, i)]).collect();
+    crate::constrain::assemble::weigh(&mut weights);
+    weights
+}
+
+fn state_len<M: Constraints>() -> usize {
+    <<M::State as ModelState>::Vector as crate::model::Vector>::LEN
+}

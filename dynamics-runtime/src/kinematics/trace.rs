@@ -1,0 +1,163 @@
+//! Following the position of a driven mechanism through time.
+//!
+//! Predictor: Taylor's series from q, q̇, q̈, whose error is h³/6 q⃛. Corrector: Newton–Raphson on Φ(q, t) = 0. A step counts only where Newton
+//! contracts well from the prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the solution found is the only one nearby) and where no singular position
+//! can lie between (see [`super::frame::Frame::leads_to`]); so branches are not lost, and singular positions are approached in ever shorter
+//! steps instead of being stepped over. The step follows Θ ∼ h³. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
+//! §5.1; E. J. Haug, Computer Aided Kinematics and Dynamics, Allyn & Bacon 1989, §4.5.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::error::KinematicsErrorKind as Kind;
+use super::frame::{Frame, Measure};
+use crate::constrain;
+use crate::constrain::assemble::at_time;
+use crate::error::SolveError;
+use crate::math;
+use crate::model::{Constraints, Model, ModelState, Vector};
+
+/// Largest contraction of a step that counts.
+const ADMISSIBLE: f64 = 0.25;
+/// Contraction that steps aim at: Newton then needs three corrections.
+const AIM: f64 = 0.02;
+/// Largest first correction that counts, against the size of the coordinates.
+const NEAR: f64 = 0.1;
+/// Corrections below this part of the size of the coordinates are rounding, or about to be: the next one is their square.
+const SETTLED: f64 = 1e-11;
+/// Most Newton corrections in a step.
+const MOST_CORRECTIONS: u32 = 12;
+
+/// A point of the path.
+pub(super) struct Point<M: Model> {
+    pub(super) state: M::State,
+    pub(super) accelerations: M::Vector,
+    pub(super) frame: Frame,
+}
+
+// By hand, because a derive would ask the same of the model.
+impl<M: Model> Clone for Point<M> {
+    fn clone(&self) -> Self {
+        Self { state: self.state, accelerations: self.accelerations, frame: self.frame.clone() }
+    }
+}
+
+/// What it cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Effort {
+    pub(super) steps: u64,
+    pub(super) rejected: u64,
+    pub(super) corrections: u64,
+}
+
+pub(super) struct Tracer<'m, M: Constraints> {
+    pub(super) model: &'m M,
+    pub(super) constants: &'m M::Constants,
+    pub(super) measure: Measure,
+    pub(super) workspace: Vec<f64>,
+    pub(super) effort: Effort,
+}
+
+impl<'m, M: Constraints> Tracer<'m, M> {
+    pub(super) fn new(model: &'m M, constants: &'m M::Constants, measure: Measure) -> Self {
+        let workspace = vec![0.0; constrain::workspace_len(M::Vector::LEN, M::Rows::LEN)];
+        Self { model, constants, measure, workspace, effort: Effort::default() }
+    }
+
+    /// Velocities, accelerations and the Jacobian at a position that fulfils the constraints; `state` comes with predicted velocities.
+    pub(super) fn complete(&mut self, mut state: M::State) -> Result<Point<M>, Kind> {
+        let mut right = self.model.velocity_residual(&state);
+        negate(&mut right);
+        let change = constrain::correct(self.model, &state, &right, &mut self.workspace)?.accelerations;
+        add(state.u_mut(), 1.0, &change);
+        let solved = constrain::solve(self.model, self.constants, &state, &mut self.workspace)?;
+        let not_finite = |row: usize| Kind::Solve(SolveError::ConstraintNotFinite { row: M::ROWS[row].name });
+        let frame = Frame::new(&self.measure, self.model, &state).map_err(not_finite)?;
+        Ok(Point { state, accelerations: solved.accelerations, frame })
+    }
+
+    /// Taylor's prediction at another time.
+    pub(super) fn predict(from: &Point<M>, t: f64) -> M::State {
+        let mut state = from.state;
+        let h = t - from.state.t();
+        let (mut q, mut u) = (*state.q(), *state.u());
+        add(&mut q, h, &u);
+        add(&mut q, 0.5 * h * h, &from.accelerations);
+        add(&mut u, h, &from.accelerations);
+        *state.q_mut() = q;
+        *state.u_mut() = u;
+        at_time(&state, t)
+    }
+
+    /// Newton–Raphson on Φ = 0. Returns the largest contraction; an error where it does not converge to the solution nearby.
+    pub(super) fn close(&mut self, state: &mut M::State) -> Result<f64, Kind> {
+        let scale = self.measure.scale(state.q().as_slice());
+        let (mut last, mut contraction) = (f64::INFINITY, 0.0f64);
+        for k in 0..MOST_CORRECTIONS {
+            let right = self.right(state)?;
+            let step = constrain::correct(self.model, state, &right, &mut self.workspace)?.accelerations;
+            self.effort.corrections += 1;
+            let length = self.measure.length(step.as_slice()) / scale;
+            let theta = length / last;
+            let longest = if k == 0 { NEAR } else { ADMISSIBLE * last };
+            if length.is_nan() || length > longest {
+                // At the level of rounding corrections do not shrink any more.
+                return if last <= 1e-9 { Ok(contraction) } else { Err(self.missed(state)) };
+            }
+            add(state.q_mut(), 1.0, &step);
+            // What rounding leaves says nothing about curvature.
+            contraction = if k > 0 && last > 1e-6 { contraction.max(theta) } else { contraction };
+            if length <= SETTLED {
+                return Ok(contraction);
+            }
+            last = length;
+        }
+        Err(self.missed(state))
+    }
+
+    /// A step to another time: where it is refused a shorter one may succeed.
+    pub(super) fn step(&mut self, from: &Point<M>, t: f64) -> Result<(Point<M>, f64), Kind> {
+        let mut state = Self::predict(from, t);
+        let contraction = self.close(&mut state)?;
+        let jacobian = self.measure.jacobian(self.model, &state, &from.frame.scales);
+        if !from.frame.leads_to(&jacobian) {
+            return Err(self.missed(&state));
+        }
+        Ok((self.complete(state)?, contraction))
+    }
+
+    /// The factor by which the next step may be longer.
+    pub(super) fn growth(contraction: f64) -> f64 {
+        math::cbrt(AIM / contraction.max(1e-9)).clamp(0.5, 2.0)
+    }
+
+    fn right(&self, state: &M::State) -> Result<M::Rows, Kind> {
+        let mut right = M::Rows::zeros();
+        let values = self.model.residual(state);
+        for row in &self.measure.rows {
+            right[*row] = -values[*row];
+            if !values[*row].is_finite() {
+                return Err(Kind::Solve(SolveError::ConstraintNotFinite { row: M::ROWS[*row].name }));
+            }
+        }
+        Ok(right)
+    }
+
+    fn missed(&self, state: &M::State) -> Kind {
+        let values = self.model.residual(state);
+        let size = |row: &usize| values[*row].abs();
+        let worst = self.measure.rows.iter().copied().reduce(|a, b| if size(&b) > size(&a) { b } else { a });
+        let row = worst.unwrap_or(0);
+        Kind::NoContinuation { row: M::ROWS[row].name, residual: values[row] }
+    }
+}
+
+fn negate<V: Vector>(values: &mut V) {
+    values.as_mut_slice().iter_mut().for_each(|x| *x = -*x);
+}
+
+pub(super) fn add<V: Vector>(to: &mut V, factor: f64, more: &V) {
+    for i in 0..V::LEN {
+        to[i] += factor * more[i];
+    }
+}

@@ -1,0 +1,69 @@
+//! Motions that are solved from constraints instead of being integrated.
+
+use alloc::string::ToString;
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::formulation::Formulation;
+use super::query::Motion;
+use super::record::{Counts, Record, Trajectory};
+use super::simulate::{Simulate, every};
+use super::upkeep::Upkept;
+use crate::integrate::{Method, Tolerances};
+use crate::model::ModelState;
+
+/// Gauss–Legendre nodes in 0..1 and weights, order 10: Abramowitz & Stegun, table 25.4.
+const GAUSS: [(f64, f64); 5] = [
+    (0.046910077030668004, 0.11846344252809454),
+    (0.23076534494715845, 0.23931433524968324),
+    (0.5, 0.28444444444444444),
+    (0.7692346550528415, 0.23931433524968324),
+    (0.953089922969332, 0.11846344252809454),
+];
+
+impl<'m, M: Simulate> Motion<'m, M> {
+    /// From the states that were solved, in order and at least one, with their accelerations. `None` where the model has no constants.
+    pub(crate) fn of_positions(
+        model: &'m M,
+        states: Vec<(M::State, M::Vector)>,
+        interval: Option<f64>,
+        counts: Counts,
+    ) -> Option<Self> {
+        let constants = model.constants().ok()?;
+        let times: Vec<f64> = states.iter().map(|(state, _)| state.t()).collect();
+        let step = |i: usize| times.get(i + 1).map_or(0.0, |next| next - times[i]);
+        let record = |(i, (state, accelerations))| Record { state, accelerations, h: step(i) };
+        let reason = "because the constraints leave no freedom".to_string();
+        let (start, end) = (times[0], times[times.len() - 1]);
+        let trajectory = Trajectory {
+            method: Method::PositionAnalysis,
+            reason: reason.clone(),
+            // Of no effect: no error is estimated.
+            tolerances: Tolerances::both(f64::EPSILON),
+            records: states.into_iter().enumerate().map(record).collect(),
+            output_times: interval.map(|interval| every(start, end, interval)),
+            events: Vec::new(),
+            counts,
+            has_law: false,
+            formulation: Some((Formulation::Projected, reason)),
+            upkept: Upkept::default(),
+            consistent: true,
+        };
+        Some(Self::new(model, constants, None, trajectory))
+    }
+
+    /// Sums the works of the step that leaves a record by Gauss–Legendre quadrature: states between are solved, so that no stages are known.
+    pub(super) fn meter_positions(&self, index: usize, work: &mut [f64]) -> bool {
+        let Record { state, h, .. } = self.trajectory.records[index];
+        let mut powers = vec![0.0; work.len()];
+        let mut sampler = self.sampler();
+        // Steps of a radian are common: on halves of them, what is left is below 10⁻¹¹ of the work.
+        for half in [0.0, 0.5] {
+            for (node, weight) in GAUSS {
+                self.model().powers(&sampler.at(state.t() + (half + 0.5 * node) * h), &mut powers);
+                work.iter_mut().zip(&powers).for_each(|(work, power)| *work += 0.5 * h * weight * power);
+            }
+        }
+        true
+    }
+}
