@@ -11,7 +11,7 @@ pub(crate) trait Windows: Constraints {
     /// The model with published parameters.
     fn published() -> Self;
     /// Centres and angles of all rods.
-    fn state_of(&self, rods: &[[f64; 3]], rates: &[[f64; 3]]) -> Result<Self::State, StateError>;
+    fn state_of(&self, rods: &[[f64; 3]], rates: &[[f64; 3]]) -> Self::State;
 }
 
 /// 2N + 1 uniform rods of unit length: N + 1 that stand on the ground, and N between their tops. Each has the coordinates of its centre and its
@@ -82,11 +82,11 @@ macro_rules! windows {
             fn published() -> Self {
                 Self { mass: 1.0, length: 1.0, g: 9.81 }
             }
-            fn state_of(&self, rods: &[[f64; 3]], rates: &[[f64; 3]]) -> Result<State<Self>, StateError> {
+            fn state_of(&self, rods: &[[f64; 3]], rates: &[[f64; 3]]) -> State<Self> {
                 let part = |k: usize| std::array::from_fn(|i| rods[i][k]);
                 let rate = |k: usize| std::array::from_fn(|i| rates[i][k]);
                 let builder = self.state().x(part(0)).y(part(1)).angle(part(2));
-                builder.x_rate(rate(0)).y_rate(rate(1)).angle_rate(rate(2)).build()
+                builder.x_rate(rate(0)).y_rate(rate(1)).angle_rate(rate(2)).build().expect("rods that meet")
             }
         }
     };
@@ -103,7 +103,7 @@ pub(crate) fn parallel<M: Windows>(model: &M, theta: f64, rate: f64) -> M::State
     let moving = (0..=windows).map(|_| [-0.5 * s * rate, 0.5 * c * rate, rate]);
     let carried = (0..windows).map(|_| [-s * rate, c * rate, 0.0]);
     let rates: Vec<_> = moving.chain(carried).collect();
-    model.state_of(&rods, &rates).expect("a state on the branch")
+    model.state_of(&rods, &rates)
 }
 
 /// θ̈ of the reference: ((N + 1)/3 + N) θ̈ = −((N + 1)/2 + N) g cos θ.
