@@ -340,3 +340,57 @@ fn unique_reactions_are_told_from_others() {
     constrain(&mut b, "rest", HOLONOMIC, &supports[1..]).redundant = true;
     assert_eq!(sound(&b.model).joint, [0usize; 0]);
 }
+
+/// exp(10 x) − 1 is steep away from its zero and sound there; (x − y)³ is not.
+#[test]
+fn steep_rows_are_told_from_those_without_a_gradient() {
+    let (mut b, q) = particles(&["x", "y"]);
+    let (tenfold, one) = (b.linear(&[10, 0], &q, 0), b.ratio(1, 1));
+    let power = b.g().unary(Unary::Exp, tenfold);
+    let steep = b.sub(power, one);
+    constrain(&mut b, "steep", HOLONOMIC, &[steep]);
+    sound(&b.model);
+    let d = b.sub(q[0], q[1]);
+    let square = b.mul(d, d);
+    let cube = b.mul(square, d);
+    constrain(&mut b, "cube", HOLONOMIC, &[cube]);
+    assert_eq!(faults(&b.model), [Fault::GradientVanishes { name: "cube".into(), origin: Origin(1001) }]);
+}
+
+/// Three parallel cranks of equal length on one coupler: redundant while they stay parallel, rigid where one is folded over. Without nominal
+/// values the lengths differ and nothing repeats.
+#[test]
+fn branches_on_which_rows_repeat_others_are_reported_and_may_be_marked() {
+    let mut b = Builder::new("Parallel");
+    let q: Vec<NodeId> = (0..4).map(|i| b.coordinate(&format!("angle[{i}]"))).collect();
+    for c in &mut b.model.coordinates {
+        c.unit = "rad".into();
+    }
+    let l = b.parameters("l", 3);
+    let mut rows = Vec::new();
+    let end = |b: &mut Builder, i: usize| {
+        let (s, c) = (b.sin(q[i]), b.cos(q[i]));
+        [b.mul(l[i], c), b.mul(l[i], s)]
+    };
+    let (s, c) = (b.sin(q[3]), b.cos(q[3]));
+    let first = end(&mut b, 0);
+    for (i, at) in [(1, 1), (2, 2)] {
+        let own = end(&mut b, i);
+        let along = b.ratio(at, 1);
+        for (k, direction) in [c, s].into_iter().enumerate() {
+            // First end + at·coupler − (own end + at·base).
+            let arm = b.mul(along, direction);
+            let sum = b.add(first[k], arm);
+            let gap = b.sub(sum, own[k]);
+            rows.push(if k == 0 { b.sub(gap, along) } else { gap });
+        }
+    }
+    constrain(&mut b, "closure", HOLONOMIC, &rows);
+    let general = sound(&b.model);
+    assert_eq!((general.rank, general.looked_at == LookedAt::Nominal), (4, false));
+    (0..3).for_each(|i| b.nominal(i, 0.7));
+    let analysis = analyse(&b.model);
+    assert_eq!((analysis.least_rank, analysis.looked_at), (3, LookedAt::Nominal));
+    b.model.constraints[0].redundant = true;
+    assert_eq!(sound(&b.model).least_rank, 3);
+}

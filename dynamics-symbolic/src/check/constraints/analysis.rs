@@ -27,6 +27,8 @@ pub struct Analysis {
     pub rows: usize,
     /// Rank of Φ_q joined by A with all constraints on: where they hold, if states were found in which they do, otherwise in general.
     pub rank: usize,
+    /// The smallest rank met where the constraints hold: below `rank` where rows repeat others on some branches of the manifold only.
+    pub least_rank: usize,
     /// Rank of Φ_q alone.
     pub holonomic_rank: usize,
     /// Rows whose multipliers are not unique: those in the span of the others.
@@ -208,7 +210,9 @@ impl Set<'_> {
             let (name, origin) = self.named(*r);
             self.faults.push(ConstraintFinding::GradientVanishes { name, origin });
         }
-        if let Some((row, distance)) = manifold.nowhere.filter(|_| look.order.len() <= CERTAIN && !own.is_empty()) {
+        // A stop that is out of reach may be meant; what always holds has to be able to.
+        let always = own.len() == look.order.len() && look.order.len() <= CERTAIN;
+        if let Some((row, distance)) = manifold.nowhere.filter(|_| always) {
             let (name, origin) = self.named(row);
             self.faults.push(ConstraintFinding::Unsatisfiable { name, distance, origin });
         }
@@ -279,7 +283,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
     let holonomic = |r: &usize| *r < rows.holonomic;
     let mut superfluous: Vec<usize> = look.general.iter().map(|d| d.row).collect();
     let mut not_unique = entangled(&look.general);
-    let mut rank = look.rank;
+    let (mut rank, mut least_rank) = (look.rank, look.rank);
     let mut looked_at = match &look.manifold {
         None if look.order.len() > manifold::LIMIT => LookedAt::TooMany,
         Some(m) if m.samples.is_empty() && m.nominal => LookedAt::Nowhere,
@@ -287,7 +291,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
     };
     if let (Some(ranks), Some(manifold)) = (&look.ranks, &look.manifold) {
         looked_at = if manifold.nominal { LookedAt::Nominal } else { LookedAt::Random };
-        rank = ranks.rank.1.min(rank);
+        (least_rank, rank) = (ranks.rank.0.min(rank), ranks.rank.1.min(rank));
         superfluous.extend(ranks.dependent.iter().map(|d| d.row));
         not_unique.extend(&ranks.entangled);
     }
@@ -301,6 +305,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         findings: Vec::new(),
         rows: rows.len(),
         rank,
+        least_rank,
         holonomic_rank: rows.holonomic - lost,
         not_unique,
         joint: Vec::new(),

@@ -14,11 +14,13 @@ use super::sample::{Sample, random};
 
 /// Random starts, and states on the manifold that are enough.
 const STARTS: u64 = 16;
-const ENOUGH: usize = 4;
+const ENOUGH: usize = 5;
 /// Most rows that are projected: a step takes R³ operations.
 pub(super) const LIMIT: usize = 60;
-/// A gradient is gone where it is this much shorter than at the starts.
-const VANISHED: f64 = 1e-4;
+/// A gradient is gone where it is this much shorter than one step of this size away, relative to the coordinates' own: that of Φ² is of the size
+/// of Φ, 1e-6 at a state that Newton's method found.
+const VANISHED: f64 = 1e-2;
+const AWAY: f64 = 0.03;
 
 /// The manifold of some rows.
 #[derive(Clone, Debug, Default)]
@@ -66,18 +68,17 @@ impl Manifold {
         let nominal = !reads.any_function() && needed.iter().all(|i| given(*i));
         let size = typical_length(model, &needed);
         let mut found = Self { nominal, ..Self::default() };
-        let mut longest = vec![0.0f64; rows.len()];
         let mut closest: Option<(usize, f64)> = None;
         let mut evidence = 0;
         for start in 0..STARTS {
             let scale = coordinate_scales(model, size * [1.0, 0.4, 2.5][start as usize % 3]);
             let state = start_state(model, &scale, start, if nominal { 0 } else { start });
-            slopes(rows, &state, chosen)
-                .into_iter()
-                .zip(chosen)
-                .for_each(|(row, r)| longest[*r] = longest[*r].max(norm(&row)));
             match Projection::new(rows, chosen, scale).from(state, start) {
-                End::There(sample) => found.samples.push(sample),
+                // Where a slope is not finite nothing can be said.
+                End::There(sample) if slopes(rows, &sample, chosen).iter().flatten().all(|x| x.is_finite()) => {
+                    found.samples.push(sample);
+                }
+                End::There(_) => {}
                 End::Stuck(Some(residual)) => {
                     evidence += 1;
                     let worst = residual.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
@@ -93,10 +94,8 @@ impl Manifold {
         if found.samples.is_empty() && nominal && evidence >= STARTS / 2 {
             found.nowhere = closest;
         }
-        let gone = |r: &usize| {
-            !found.samples.is_empty()
-                && found.samples.iter().all(|s| norm(&slopes(rows, s, &[*r])[0]) < VANISHED * longest[*r])
-        };
+        let scale = coordinate_scales(model, size);
+        let gone = |r: &usize| !found.samples.is_empty() && found.samples.iter().all(|s| vanishes(rows, s, &scale, *r));
         found.vanishing = chosen.iter().copied().filter(gone).collect();
         found
     }
@@ -177,6 +176,19 @@ fn join(row: usize, all: &[At]) -> Dependence {
     });
     let constant = constant.collect();
     Dependence { row, others, constant, consistent: own().all(|d| d.consistent) }
+}
+
+/// Whether the gradient of a row is far shorter at a state than at states around it.
+fn vanishes(rows: &Rows, sample: &Sample, scale: &[f64], r: usize) -> bool {
+    let here = norm(&slopes(rows, sample, &[r])[0]);
+    let around = (0..3).map(|k| {
+        let mut away = sample.clone();
+        for (j, (q, s)) in away.q.iter_mut().zip(scale).enumerate() {
+            *q += AWAY * s * (2.0 * random(0x3000 + k, j as u64) - 1.0);
+        }
+        norm(&slopes(rows, &away, &[r])[0])
+    });
+    here < VANISHED * around.fold(0.0, f64::max)
 }
 
 /// Rank of some rows at a state.

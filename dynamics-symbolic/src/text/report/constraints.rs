@@ -84,6 +84,13 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
         analysis.rank
     );
     entry(out, "degrees of freedom", &text);
+    if analysis.least_rank < analysis.rank {
+        let text = format!(
+            "on some branches of the assembly the rank is {}: there rows repeat others, and the multipliers are not unique",
+            analysis.least_rank
+        );
+        entry(out, "", &text);
+    }
     if let Some(n) = analysis.integrable.filter(|n| *n > 0) {
         entry(out, "", &format!("{n} of the nonholonomic rows can be integrated"));
     }
@@ -101,6 +108,7 @@ fn found_loops(out: &mut String, model: &Model, derived: &ConstraintEquations, a
         },
         Solution::General(_) => structural(model, derived, analysis),
     };
+    let found = whole_vectors(model, found);
     if found.is_empty() {
         return;
     }
@@ -112,6 +120,30 @@ fn found_loops(out: &mut String, model: &Model, derived: &ConstraintEquations, a
     let texts: Vec<String> = found.iter().take(LISTED).map(one).collect();
     let more = if found.len() > LISTED { format!("; and {} more", found.len() - LISTED) } else { String::new() };
     entry(out, "loops", &format!("{}: {}{more}", found.len(), texts.join("; ")));
+}
+
+/// Components of one vector close one loop, also where they can be solved one after the other.
+fn whole_vectors(model: &Model, blocks: Vec<Loop>) -> Vec<Loop> {
+    let vector = |r: &usize| {
+        let (c, suffix, _) = model.row(*r)?;
+        let stem = suffix.strip_suffix(['x', 'y', 'z'])?.strip_suffix('.')?;
+        Some((c.name.clone(), stem.to_owned()))
+    };
+    let mut found: Vec<Loop> = Vec::new();
+    for block in blocks {
+        let own: Vec<_> = block.rows.iter().filter_map(vector).collect();
+        let same = |l: &Loop| l.rows.iter().filter_map(vector).any(|v| own.contains(&v));
+        match found.iter_mut().find(|l| same(l)) {
+            Some(known) => {
+                known.rows.extend(block.rows);
+                known.coordinates.extend(block.coordinates);
+                known.rows.sort_unstable();
+                known.coordinates.sort_unstable();
+            }
+            None => found.push(block),
+        }
+    }
+    found
 }
 
 fn structural(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> Vec<Loop> {

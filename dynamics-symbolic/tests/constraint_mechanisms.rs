@@ -1,0 +1,73 @@
+//! What the checks say of whole mechanisms: freedom, loops, samples that are where the constraints hold, and no mistakes found where there are none.
+
+mod common;
+
+use common::constrained::{HOLONOMIC, constrain};
+use common::mechanisms::{Mechanism, andrews, cartesian_chain, four_bar, n_four_bar, slider_crank};
+use dynamics_symbolic::check::constraints::{Analysis, LookedAt, analyse};
+use dynamics_symbolic::compile::compile;
+use dynamics_symbolic::mechanics::Model;
+
+/// The mechanism with its constraints, with nominal values or without.
+fn model(mut mechanism: Mechanism, nominal: bool) -> Model {
+    constrain(&mut mechanism.builder, "closure", HOLONOMIC, &mechanism.residual);
+    if nominal {
+        for (i, value) in mechanism.parameters.iter().enumerate() {
+            mechanism.builder.nominal(i as u32, *value);
+        }
+    }
+    for c in &mut mechanism.builder.model.coordinates {
+        let length =
+            c.name.starts_with('x') || c.name.starts_with('y') || c.name.ends_with(".x") || c.name.ends_with(".y");
+        c.unit = if length { "m".into() } else { "rad".into() };
+    }
+    mechanism.builder.model
+}
+
+fn sound(model: &Model) -> Analysis {
+    let analysis = analyse(model);
+    assert_eq!(analysis.findings, [], "{}", model.name);
+    analysis
+}
+
+#[test]
+fn mechanisms_are_sound_and_their_samples_satisfy_them() {
+    let all: [fn() -> Mechanism; 5] = [andrews, slider_crank, four_bar, || cartesian_chain(5), || n_four_bar(2)];
+    for mechanism in all {
+        for nominal in [true, false] {
+            let model = model(mechanism(), nominal);
+            let analysis = sound(&model);
+            assert_eq!((analysis.rank, analysis.redundant()), (analysis.rows, false), "{}", model.name);
+            assert!(!nominal || analysis.looked_at == LookedAt::Nominal, "{} {:?}", model.name, analysis.looked_at);
+            let nodes: Vec<_> = model.constraints[0].components.iter().map(|(_, node)| *node).collect();
+            for sample in &analysis.samples {
+                let values = model.graph.evaluate(&nodes, sample);
+                let worst = nodes.iter().fold(0.0f64, |m, n| m.max(values[n.index()].abs()));
+                assert!(worst < 1e-10, "{}: {worst:e}", model.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn large_models_are_looked_at_in_general_only() {
+    let analysis = sound(&model(n_four_bar(40), true));
+    assert_eq!((analysis.rows, analysis.rank, analysis.looked_at), (242, 242, LookedAt::TooMany));
+}
+
+#[test]
+fn the_report_counts_freedom_and_loops() {
+    let report = |mechanism: Mechanism| {
+        let compiled = compile(model(mechanism, true)).unwrap_or_else(|found| panic!("{found:?}"));
+        compiled.report
+    };
+    for (text, line) in [
+        (report(four_bar()), "degrees of freedom  1; 3 coordinates, 2 rows of rank 2 where the constraints hold"),
+        (report(four_bar()), "loops               1: closure for coupler, rocker"),
+        (report(slider_crank()), "constraints         closure: 2 rows, holonomic, fixed"),
+        (report(andrews()), "loops               3: "),
+        (report(andrews()), "reactions           all unique"),
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+}
