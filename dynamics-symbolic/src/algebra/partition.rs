@@ -51,12 +51,11 @@ pub(super) fn partitions(g: &Graph, jacobian: &Sparse, coordinates: usize) -> Ch
     Choice::Partitions(found.into_iter().map(|(_, partition)| partition).collect())
 }
 
+/// The structural cost of a set of independent coordinates with its partition; `None` where the others are not determined by it.
+type Priced<'a> = dyn Fn(&[usize]) -> Option<(usize, Partition)> + 'a;
+
 /// Exchanges one independent coordinate for a dependent one as long as that is cheaper.
-fn descend(
-    first: Vec<usize>,
-    coordinates: usize,
-    priced: &dyn Fn(&[usize]) -> Option<(usize, Partition)>,
-) -> Vec<(usize, Partition)> {
+fn descend(first: Vec<usize>, coordinates: usize, priced: &Priced) -> Vec<(usize, Partition)> {
     let mut seen = BTreeSet::from([first.clone()]);
     let Some(mut best) = priced(&first) else { return Vec::new() };
     let mut found = vec![best.clone()];

@@ -42,7 +42,7 @@ pub struct Solver(Way);
 #[derive(Clone, Debug)]
 enum Way {
     MinimumDegree(MinimumDegree),
-    Blocks(NullSpace),
+    Blocks(Box<NullSpace>),
 }
 
 impl Solver {
@@ -64,7 +64,7 @@ impl Solver {
         let dependent: Vec<usize> = (0..mass.rows.len()).filter(|c| !independent.contains(c)).collect();
         let blocks = blocks(&jacobian.pattern(), &dependent)?;
         let partition = Partition { independent: independent.to_vec(), blocks };
-        NullSpace::new(g, &mass, &jacobian, &partition).map(|reduced| Self(Way::Blocks(reduced)))
+        NullSpace::new(g, &mass, &jacobian, &partition).map(|reduced| Self(Way::Blocks(Box::new(reduced))))
     }
 
     /// q̈ (N) and λ (R) with M q̈ − Φ_qᵀλ = `force`, Φ_q q̈ = `gamma`.
@@ -131,7 +131,7 @@ pub fn unroll(
     let jacobian = Sparse::new(g, system.jacobian, n);
     let Choice::Partitions(candidates) = partitions(g, &jacobian, n) else { return Err(Stuck::Redundant) };
     let way = |g: &mut Graph, choice: Option<&Partition>| match choice {
-        Some(partition) => NullSpace::new(g, &mass, &jacobian, partition).map(Way::Blocks),
+        Some(partition) => NullSpace::new(g, &mass, &jacobian, partition).map(|reduced| Way::Blocks(Box::new(reduced))),
         None => MinimumDegree::new(g, system.mass, system.jacobian).map(Way::MinimumDegree),
     };
     let cost = |choice: Option<&Partition>| {
