@@ -5,6 +5,8 @@
 
 #[path = "evaluation/by_hand.rs"]
 mod by_hand;
+#[path = "evaluation/loops.rs"]
+mod loops;
 #[path = "evaluation/models.rs"]
 mod models;
 
@@ -45,6 +47,22 @@ where
         .map(|k| {
             let q: [f64; N] = std::array::from_fn(|i| value(k, i, N, false));
             let u: [f64; N] = std::array::from_fn(|i| value(k, i, N, true));
+            S::new(0.0, q.into(), u.into(), S::Inputs::default())
+        })
+        .collect()
+}
+
+/// States near one where the mechanism is put together. Loops need not be closed to evaluate accelerations.
+fn states_near<S: ModelState, const N: usize>(place: &[f64; N], by: f64) -> Vec<S>
+where
+    S::Vector: From<[f64; N]>,
+    S::Inputs: Default,
+{
+    let noise = |k: usize, i: usize, frequency: f64| (frequency * (k * N + i + 1) as f64).sin();
+    (0..STATES)
+        .map(|k| {
+            let q: [f64; N] = std::array::from_fn(|i| place[i] + by * noise(k, i, 12.9898));
+            let u: [f64; N] = std::array::from_fn(|i| 0.2 - 0.05 * i as f64 + by * noise(k, i, 78.233));
             S::new(0.0, q.into(), u.into(), S::Inputs::default())
         })
         .collect()
@@ -157,6 +175,26 @@ fn main() {
             derived!(model, 11),
             by_hand("by hand, dense LDLᵀ", by_hand::chain_dense::<10, 11>),
             by_hand("by hand, rod tensions", by_hand::chain_tensions::<10, 11>),
+        ],
+    );
+    let model = &loops::andrews();
+    compare(
+        "Andrews",
+        &states_near::<State<loops::Andrews>, 7>(&loops::ANDREWS_START, 0.05),
+        &[
+            derived!(model, 7),
+            by_hand("by hand, whole matrix, LU", loops::andrews_whole),
+            by_hand("by hand, loop by loop", loops::andrews_loops),
+        ],
+    );
+    let model = &loops::slider_crank();
+    compare(
+        "slider-crank",
+        &states_near::<State<loops::SliderCrank>, 3>(&loops::SLIDER_START, 0.3),
+        &[
+            derived!(model, 3),
+            by_hand("by hand, whole matrix, LU", loops::slider_whole),
+            by_hand("by hand, loop by loop", loops::slider_loops),
         ],
     );
 }

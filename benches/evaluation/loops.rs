@@ -1,0 +1,458 @@
+//! Mechanisms with closed loops: the models, and what is written by hand for them, parameters folded into the code.
+//!
+//! By hand twice: as the textbooks have it, M, Q, Φ_q and γ entered into the whole matrix, which is factored with pivoting; and as one would do
+//! it for speed, loop by loop, with one coordinate left.
+
+use dynamics::prelude::*;
+use nalgebra::{SMatrix, SVector};
+
+/// Andrews' squeezing mechanism; names as in the Test Set for IVP Solvers.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(beta, theta, gamma, phi, delta, omega, epsilon)]
+pub(crate) struct Andrews {
+    pub(crate) m: [f64; 7],
+    pub(crate) i: [f64; 7],
+    pub(crate) a: [f64; 2],
+    pub(crate) b: [f64; 2],
+    pub(crate) c: [f64; 2],
+    pub(crate) d: f64,
+    pub(crate) da: f64,
+    pub(crate) e: f64,
+    pub(crate) ea: f64,
+    pub(crate) rr: f64,
+    pub(crate) ra: f64,
+    pub(crate) ss: f64,
+    pub(crate) sa: f64,
+    pub(crate) sb: f64,
+    pub(crate) sc: f64,
+    pub(crate) sd: f64,
+    pub(crate) ta: f64,
+    pub(crate) tb: f64,
+    pub(crate) u: f64,
+    pub(crate) ua: f64,
+    pub(crate) ub: f64,
+    pub(crate) zf: f64,
+    pub(crate) zt: f64,
+    pub(crate) fa: f64,
+    pub(crate) c0: f64,
+    pub(crate) l0: f64,
+    pub(crate) moment: f64,
+}
+
+#[dynamics]
+impl Andrews {
+    fn f(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.rr * vec2(q.beta.cos(), q.beta.sin())
+    }
+    fn along2(&self, q: &Coordinates<Self>) -> Vec2 {
+        let angle = q.beta + q.theta;
+        vec2(angle.cos(), angle.sin())
+    }
+    fn along4(&self, q: &Coordinates<Self>) -> Vec2 {
+        let angle = q.phi + q.delta;
+        vec2(angle.sin(), -angle.cos())
+    }
+    fn along6(&self, q: &Coordinates<Self>) -> Vec2 {
+        let angle = q.omega + q.epsilon;
+        vec2(angle.cos(), angle.sin())
+    }
+    fn g(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(self.a[0], self.a[1]) + self.zt * vec2(q.delta.cos(), q.delta.sin())
+    }
+    fn h(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(self.a[0], self.a[1]) + self.u * vec2(q.epsilon.sin(), -q.epsilon.cos())
+    }
+    fn on3(&self, q: &Coordinates<Self>, along: f64, across: f64) -> Vec2 {
+        let (s, c) = q.gamma.sin_cos();
+        vec2(self.b[0], self.b[1]) + along * vec2(s, -c) + across * vec2(c, s)
+    }
+    fn centres(&self, q: &Coordinates<Self>) -> [Vec2; 7] {
+        let (sd, cd) = q.delta.sin_cos();
+        let (se, ce) = q.epsilon.sin_cos();
+        let a = vec2(self.a[0], self.a[1]);
+        [
+            self.ra * vec2(q.beta.cos(), q.beta.sin()),
+            self.f(q) - self.da * self.along2(q),
+            self.on3(q, self.sa, self.sb),
+            self.g(q) + (self.e - self.ea) * self.along4(q),
+            a + self.ta * vec2(cd, sd) + self.tb * vec2(-sd, cd),
+            self.h(q) + (self.zf - self.fa) * self.along6(q),
+            a + self.ua * vec2(se, -ce) - self.ub * vec2(ce, se),
+        ]
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let centres = self.centres(q);
+        let angles = [q.beta, q.beta + q.theta, q.gamma, q.phi + q.delta, q.delta, q.omega + q.epsilon, q.epsilon];
+        let mut sum = Expr::ZERO;
+        for k in 0..7 {
+            sum += 0.5 * self.m[k] * centres[k].dt().norm_squared() + 0.5 * self.i[k] * angles[k].dt().powi(2);
+        }
+        sum
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        let length = (self.on3(q, self.sc, self.sd) - vec2(self.c[0], self.c[1])).norm();
+        0.5 * self.c0 * (length - self.l0).powi(2)
+    }
+    #[force]
+    fn motor(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.beta, self.moment)
+    }
+    #[holonomic]
+    fn closure(&self, q: &Coordinates<Self>) -> [Vec2; 3] {
+        let e = self.f(q) - self.d * self.along2(q);
+        [
+            e - self.on3(q, self.ss, 0.0),
+            e - (self.g(q) + self.e * self.along4(q)),
+            e - (self.h(q) + self.zf * self.along6(q)),
+        ]
+    }
+}
+
+/// A slider-crank with a rod of given mass and inertia: crank, rod, slider.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta, phi, x)]
+pub(crate) struct SliderCrank {
+    pub(crate) m: [f64; 3],
+    pub(crate) l: [f64; 2],
+    pub(crate) i: [f64; 2],
+    pub(crate) g: f64,
+}
+
+#[dynamics]
+impl SliderCrank {
+    fn on_crank(&self, q: &Coordinates<Self>, r: f64) -> Vec2 {
+        r * vec2(q.theta.cos(), q.theta.sin())
+    }
+    fn on_rod(&self, q: &Coordinates<Self>, r: f64) -> Vec2 {
+        self.on_crank(q, self.l[0]) + r * vec2(q.phi.cos(), q.phi.sin())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let rod = self.on_rod(q, 0.5 * self.l[1]);
+        0.5 * self.i[0] * q.theta.dt().powi(2)
+            + 0.5 * self.m[1] * rod.dt().norm_squared()
+            + 0.5 * self.i[1] * q.phi.dt().powi(2)
+            + 0.5 * self.m[2] * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        let crank = self.on_crank(q, 0.5 * self.l[0]);
+        let rod = self.on_rod(q, 0.5 * self.l[1]);
+        self.g * (self.m[0] * crank.y + self.m[1] * rod.y)
+    }
+    #[holonomic]
+    fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.on_rod(q, self.l[1]) - vec2(q.x, 0.0)
+    }
+}
+
+const M: [f64; 7] = [0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498];
+const I: [f64; 7] = [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5];
+const B: [f64; 2] = [-0.03635, 0.03273];
+const C: [f64; 2] = [0.014, 0.072];
+const D: f64 = 28e-3;
+const DA: f64 = 115e-4;
+const E: f64 = 2e-2;
+const EA: f64 = 1421e-5;
+const RR: f64 = 7e-3;
+const RA: f64 = 92e-5;
+const SS: f64 = 35e-3;
+const SA: f64 = 1874e-5;
+const SB: f64 = 1043e-5;
+const SC: f64 = 18e-3;
+const SD: f64 = 2e-2;
+const TA: f64 = 2308e-5;
+const TB: f64 = 916e-5;
+const U: f64 = 4e-2;
+const UA: f64 = 1228e-5;
+const UB: f64 = 449e-5;
+const ZF: f64 = 2e-2;
+const ZT: f64 = 4e-2;
+const FA: f64 = 1421e-5;
+const C0: f64 = 4530.0;
+const L0: f64 = 7785e-5;
+const MOMENT: f64 = 33e-3;
+
+/// The mechanism with the published parameters.
+pub(crate) fn andrews() -> Andrews {
+    Andrews {
+        m: M,
+        i: I,
+        a: [-0.06934, -0.00227],
+        b: B,
+        c: C,
+        d: D,
+        da: DA,
+        e: E,
+        ea: EA,
+        rr: RR,
+        ra: RA,
+        ss: SS,
+        sa: SA,
+        sb: SB,
+        sc: SC,
+        sd: SD,
+        ta: TA,
+        tb: TB,
+        u: U,
+        ua: UA,
+        ub: UB,
+        zf: ZF,
+        zt: ZT,
+        fa: FA,
+        c0: C0,
+        l0: L0,
+        moment: MOMENT,
+    }
+}
+
+/// Where it starts.
+pub(crate) const ANDREWS_START: [f64; 7] = [
+    -0.061_713_890_014_276_45,
+    0.0,
+    0.455_279_819_163_070_4,
+    0.222_668_390_165_885_9,
+    0.487_364_979_543_842_55,
+    -0.222_668_390_165_885_9,
+    1.230_547_444_549_821_2,
+];
+
+/// M (only where it is not zero), Q, sines and cosines, as published.
+struct Published {
+    /// M by rows: (β, β), (Θ, β), (Θ, Θ), (γ, γ), then the pairs (Φ, δ) and (Ω, ε) likewise.
+    m: [f64; 10],
+    q: [f64; 7],
+    /// Sine and cosine of β, β + Θ, γ, δ, Φ + δ, ε, Ω + ε.
+    angles: [(f64, f64); 7],
+}
+
+#[inline(always)]
+fn published(q: &[f64; 7], u: &[f64; 7]) -> Published {
+    let (beta, theta, gamma, phi, delta, omega, epsilon) = (
+        q[0].sin_cos(),
+        q[1].sin_cos(),
+        q[2].sin_cos(),
+        q[3].sin_cos(),
+        q[4].sin_cos(),
+        q[5].sin_cos(),
+        q[6].sin_cos(),
+    );
+    // sin and cos of sums by products: seven pairs in all.
+    let both = |a: (f64, f64), b: (f64, f64)| (a.0 * b.1 + a.1 * b.0, a.1 * b.1 - a.0 * b.0);
+    const LEVER2: f64 = M[1] * DA * RR;
+    const LEVER4: f64 = M[3] * ZT * (E - EA);
+    const LEVER6: f64 = M[5] * U * (ZF - FA);
+    let m22 = M[1] * DA * DA + I[1];
+    let m44 = M[3] * (E - EA) * (E - EA) + I[3];
+    let m66 = M[5] * (ZF - FA) * (ZF - FA) + I[5];
+    let (c2, s4, s6) = (LEVER2 * theta.1, LEVER4 * phi.0, LEVER6 * omega.0);
+    let m = [
+        M[0] * RA * RA + I[0] + M[1] * RR * RR + m22 - 2.0 * c2,
+        m22 - c2,
+        m22,
+        M[2] * (SA * SA + SB * SB) + I[2],
+        m44,
+        m44 + s4,
+        m44 + M[3] * ZT * ZT + M[4] * (TA * TA + TB * TB) + I[4] + 2.0 * s4,
+        m66,
+        m66 - s6,
+        m66 + M[5] * U * U + M[6] * (UA * UA + UB * UB) + I[6] - 2.0 * s6,
+    ];
+    let (across, along) = (SD * gamma.1 + SC * gamma.0, SD * gamma.0 - SC * gamma.1);
+    let (x, y) = (B[0] + across - C[0], B[1] + along - C[1]);
+    let length = (x * x + y * y).sqrt();
+    let pull = -C0 * (length - L0) / length;
+    let force = [
+        MOMENT - LEVER2 * u[1] * (u[1] + 2.0 * u[0]) * theta.0,
+        LEVER2 * u[0] * u[0] * theta.0,
+        pull * (y * across - x * along),
+        LEVER4 * u[4] * u[4] * phi.1,
+        -LEVER4 * u[3] * (u[3] + 2.0 * u[4]) * phi.1,
+        -LEVER6 * u[6] * u[6] * omega.1,
+        LEVER6 * u[5] * (u[5] + 2.0 * u[6]) * omega.1,
+    ];
+    let angles = [beta, both(beta, theta), gamma, delta, both(phi, delta), epsilon, both(omega, epsilon)];
+    Published { m, q: force, angles }
+}
+
+/// d/dq of the point E as four bodies have it, and its centripetal acceleration: (by the first coordinate, by the second, v̇ at q̈ = 0).
+type Point = [[f64; 2]; 3];
+
+/// E on bodies 2, 3, 4, 6 from the sines and cosines.
+#[inline(always)]
+fn points(angles: &[(f64, f64); 7], u: &[f64; 7]) -> [Point; 4] {
+    let [beta, second, gamma, delta, fourth, epsilon, sixth] = *angles;
+    let (w2, w4, w6) = (u[0] + u[1], u[3] + u[4], u[5] + u[6]);
+    let (w2, w4, w6) = (w2 * w2, w4 * w4, w6 * w6);
+    let (b, g, d, e) = (u[0] * u[0], u[2] * u[2], u[4] * u[4], u[6] * u[6]);
+    let t = [D * second.0, -D * second.1];
+    let p = [E * fourth.1, E * fourth.0];
+    let o = [-ZF * sixth.0, ZF * sixth.1];
+    [
+        [
+            [t[0] - RR * beta.0, t[1] + RR * beta.1],
+            t,
+            [D * second.1 * w2 - RR * beta.1 * b, D * second.0 * w2 - RR * beta.0 * b],
+        ],
+        [[SS * gamma.1, SS * gamma.0], [0.0; 2], [-SS * gamma.0 * g, SS * gamma.1 * g]],
+        [
+            p,
+            [p[0] - ZT * delta.0, p[1] + ZT * delta.1],
+            [-E * fourth.0 * w4 - ZT * delta.1 * d, E * fourth.1 * w4 - ZT * delta.0 * d],
+        ],
+        [
+            o,
+            [o[0] + U * epsilon.1, o[1] + U * epsilon.0],
+            [-ZF * sixth.1 * w6 - U * epsilon.0 * e, -ZF * sixth.0 * w6 + U * epsilon.1 * e],
+        ],
+    ]
+}
+
+/// The whole 13 × 13 matrix, factored with pivoting.
+#[inline(always)]
+pub(crate) fn andrews_whole(q: &[f64; 7], u: &[f64; 7]) -> [f64; 7] {
+    let Published { m, q: force, angles } = published(q, u);
+    let [two, three, four, six] = points(&angles, u);
+    let mut a = SMatrix::<f64, 13, 13>::zeros();
+    let mut b = SVector::<f64, 13>::zeros();
+    for (first, k) in [(0, 0), (3, 4), (5, 7)] {
+        a[(first, first)] = m[k];
+        a[(first + 1, first)] = m[k + 1];
+        a[(first, first + 1)] = m[k + 1];
+        a[(first + 1, first + 1)] = m[k + 2];
+    }
+    a[(2, 2)] = m[3];
+    for (i, f) in force.iter().enumerate() {
+        b[i] = *f;
+    }
+    for (k, (other, first, second)) in [(three, 2, 2), (four, 3, 4), (six, 5, 6)].into_iter().enumerate() {
+        for axis in 0..2 {
+            let row = 7 + 2 * k + axis;
+            let mut entries =
+                [(0, two[0][axis]), (1, two[1][axis]), (first, -other[0][axis]), (second, -other[1][axis])];
+            if first == second {
+                entries[3] = entries[2];
+            }
+            for (column, entry) in entries {
+                a[(row, column)] = entry;
+                a[(column, row)] = -entry;
+            }
+            b[row] = other[2][axis] - two[2][axis];
+        }
+    }
+    let x = a.lu().solve(&b).unwrap_or(SVector::repeat(f64::NAN));
+    core::array::from_fn(|i| x[i])
+}
+
+/// Loop by loop: β leads, E and body 3 follow, then bodies 4 and 5, then 6 and 7.
+#[inline(always)]
+pub(crate) fn andrews_loops(q: &[f64; 7], u: &[f64; 7]) -> [f64; 7] {
+    let Published { m, q: force, angles } = published(q, u);
+    let [two, three, four, six] = points(&angles, u);
+    // x with [a b] x = r.
+    let solve = |a: [f64; 2], b: [f64; 2], inverse: f64, r: [f64; 2]| {
+        [(r[0] * b[1] - r[1] * b[0]) * inverse, (a[0] * r[1] - a[1] * r[0]) * inverse]
+    };
+    let inverse = |a: [f64; 2], b: [f64; 2]| 1.0 / (a[0] * b[1] - a[1] * b[0]);
+    let by = |a: [f64; 2], k: f64, b: [f64; 2]| [a[0] + k * b[0], a[1] + k * b[1]];
+    // Θ and γ by β, and at β̈ = 0.
+    let minus = [-three[0][0], -three[0][1]];
+    let det = inverse(two[1], minus);
+    let r1 = solve(two[1], minus, det, [-two[0][0], -two[0][1]]);
+    let s1 = solve(two[1], minus, det, [three[2][0] - two[2][0], three[2][1] - two[2][1]]);
+    // The acceleration of E by β, and at β̈ = 0.
+    let e = by(two[0], r1[0], two[1]);
+    let drift = by(two[2], s1[0], two[1]);
+    let follow = |p: &Point| {
+        let det = inverse(p[0], p[1]);
+        let rest = [drift[0] - p[2][0], drift[1] - p[2][1]];
+        (solve(p[0], p[1], det, e), solve(p[0], p[1], det, rest))
+    };
+    let ((r2, s2), (r3, s3)) = (follow(&four), follow(&six));
+    let r = [1.0, r1[0], r1[1], r2[0], r2[1], r3[0], r3[1]];
+    let s = [0.0, s1[0], s1[1], s2[0], s2[1], s3[0], s3[1]];
+    let times = |x: &[f64; 7]| {
+        [
+            m[0] * x[0] + m[1] * x[1],
+            m[1] * x[0] + m[2] * x[1],
+            m[3] * x[2],
+            m[4] * x[3] + m[5] * x[4],
+            m[5] * x[3] + m[6] * x[4],
+            m[7] * x[5] + m[8] * x[6],
+            m[8] * x[5] + m[9] * x[6],
+        ]
+    };
+    let (mr, ms) = (times(&r), times(&s));
+    let (mut inertia, mut driving) = (0.0, 0.0);
+    for i in 0..7 {
+        inertia += r[i] * mr[i];
+        driving += r[i] * (force[i] - ms[i]);
+    }
+    let a = driving / inertia;
+    core::array::from_fn(|i| r[i] * a + s[i])
+}
+
+const CRANK: [f64; 2] = [0.5, 1.2];
+const MASS: [f64; 3] = [1.0, 1.5, 2.0];
+const INERTIA: [f64; 2] = [MASS[0] * CRANK[0] * CRANK[0] / 3.0, MASS[1] * CRANK[1] * CRANK[1] / 12.0];
+const GRAVITY: f64 = 9.81;
+
+/// The slider-crank with the numbers that are folded into the functions below.
+pub(crate) fn slider_crank() -> SliderCrank {
+    SliderCrank { m: MASS, l: CRANK, i: INERTIA, g: GRAVITY }
+}
+
+/// Where it is put together.
+pub(crate) const SLIDER_START: [f64; 3] = [0.7, -0.271_814_676_3, 1.538_345_8];
+
+/// M of θ and φ, Q of θ and φ, Φ_q by θ and φ, γ.
+type Slider = ([f64; 3], [f64; 2], [[f64; 2]; 2], [f64; 2]);
+
+#[inline(always)]
+fn slider(q: &[f64; 3], u: &[f64; 3]) -> Slider {
+    const HALF: f64 = 0.5 * CRANK[1];
+    const LEVER: f64 = MASS[1] * CRANK[0] * HALF;
+    let ((s, c), (sp, cp)) = (q[0].sin_cos(), q[1].sin_cos());
+    let (cos, sin) = (c * cp + s * sp, s * cp - c * sp);
+    let (w, v) = (u[0] * u[0], u[1] * u[1]);
+    let m = [INERTIA[0] + MASS[1] * CRANK[0] * CRANK[0], LEVER * cos, INERTIA[1] + MASS[1] * HALF * HALF];
+    let force = [
+        -LEVER * sin * v - (0.5 * MASS[0] + MASS[1]) * CRANK[0] * GRAVITY * c,
+        LEVER * sin * w - MASS[1] * HALF * GRAVITY * cp,
+    ];
+    let by = [[-CRANK[0] * s, -CRANK[1] * sp], [CRANK[0] * c, CRANK[1] * cp]];
+    let gamma = [by[1][0] * w + by[1][1] * v, -by[0][0] * w - by[0][1] * v];
+    (m, force, by, gamma)
+}
+
+/// The whole 5 × 5 matrix, factored with pivoting.
+#[inline(always)]
+pub(crate) fn slider_whole(q: &[f64; 3], u: &[f64; 3]) -> [f64; 3] {
+    let (m, force, by, gamma) = slider(q, u);
+    #[rustfmt::skip]
+    let a = SMatrix::<f64, 5, 5>::new(
+        m[0], m[1], 0.0, -by[0][0], -by[1][0],
+        m[1], m[2], 0.0, -by[0][1], -by[1][1],
+        0.0, 0.0, MASS[2], 1.0, 0.0,
+        by[0][0], by[0][1], -1.0, 0.0, 0.0,
+        by[1][0], by[1][1], 0.0, 0.0, 0.0,
+    );
+    let b = SVector::<f64, 5>::new(force[0], force[1], 0.0, gamma[0], gamma[1]);
+    let x = a.lu().solve(&b).unwrap_or(SVector::repeat(f64::NAN));
+    [x[0], x[1], x[2]]
+}
+
+/// The crank leads, the rod follows, then the slider.
+#[inline(always)]
+pub(crate) fn slider_loops(q: &[f64; 3], u: &[f64; 3]) -> [f64; 3] {
+    let (m, force, by, gamma) = slider(q, u);
+    let inverse = 1.0 / by[1][1];
+    let (rod, drift) = (-by[1][0] * inverse, gamma[1] * inverse);
+    let (slide, along) = (by[0][0] + by[0][1] * rod, by[0][1] * drift - gamma[0]);
+    let inertia = m[0] + rod * (2.0 * m[1] + rod * m[2]) + MASS[2] * slide * slide;
+    let driving = force[0] - m[1] * drift + rod * (force[1] - m[2] * drift) - MASS[2] * slide * along;
+    let a = driving / inertia;
+    [a, rod * a + drift, slide * a + along]
+}
