@@ -211,8 +211,7 @@ fn guard(
 ) -> Guard {
     let (mut scale, mut varies) = (g.one(), false);
     for (j, column) in columns.iter().enumerate() {
-        let entries: Vec<NodeId> = core.iter().map(|row| row[j]).collect();
-        let mut norm = dot(g, &entries, &entries);
+        let mut norm = norm_of_column(g, core, j);
         if let Some(jacobian) = whole
             && (rows.len() == 1 || !g.is_constant(norm))
         {
@@ -236,4 +235,26 @@ fn guard(
     }
     let pivot = g.mul(determinant, determinant);
     Guard { of: Guarded::Row(rows[0]), pivot, scale, tolerance: DEPENDENT * DEPENDENT }
+}
+
+/// ‖column j‖², or, where that is a constant and this is not, ‖column j ± another column‖²: the determinant stays the same. The angle of a link
+/// relative to another moves both.
+fn norm_of_column(g: &mut Graph, core: &[Vec<NodeId>], j: usize) -> NodeId {
+    let own: Vec<NodeId> = core.iter().map(|row| row[j]).collect();
+    let norm = dot(g, &own, &own);
+    if g.is_constant(norm) {
+        return norm;
+    }
+    for (k, add) in (0..core.len()).filter(|k| *k != j).flat_map(|k| [(k, false), (k, true)]) {
+        let other: Vec<NodeId> = core.iter().map(|row| row[k]).collect();
+        let length = dot(g, &other, &other);
+        let combine = |g: &mut Graph, a, b| if add { g.add(a, b) } else { g.sub(a, b) };
+        let both: Vec<NodeId> = own.iter().zip(&other).map(|(a, b)| combine(g, *a, *b)).collect();
+        let shorter = dot(g, &both, &both);
+        // Only by a column that is itself left alone.
+        if g.is_constant(length) && g.is_constant(shorter) {
+            return shorter;
+        }
+    }
+    norm
 }

@@ -169,8 +169,22 @@ impl Term {
     }
 }
 
-/// Σ terms, the factor that most of them share taken out first.
+/// Σ terms: products of two sums where there are such, else the factor that most terms share taken out first.
 fn sum(g: &mut Graph, terms: Vec<Term>) -> NodeId {
+    let groups = bilinear(g, &terms);
+    if groups.len() < terms.len() && groups.iter().any(|(left, right)| left.len() > 1 && right.len() > 1) {
+        let zero = g.zero();
+        return groups.into_iter().fold(zero, |total, (left, right)| {
+            let (left, right) = (factored(g, left), factored(g, right));
+            let product = g.mul(left, right);
+            g.add(total, product)
+        });
+    }
+    factored(g, terms)
+}
+
+/// Σ terms, the factor that most of them share taken out first.
+fn factored(g: &mut Graph, terms: Vec<Term>) -> NodeId {
     let Some(factor) = shared(g, &terms) else {
         let zero = g.zero();
         return terms.iter().fold(zero, |sum, term| {
@@ -185,10 +199,56 @@ fn sum(g: &mut Graph, terms: Vec<Term>) -> NodeId {
             None => outside.push(term),
         }
     }
-    let inner = sum(g, inside);
+    let inner = factored(g, inside);
     let product = g.mul(factor, inner);
-    let rest = sum(g, outside);
+    let rest = factored(g, outside);
     g.add(rest, product)
+}
+
+/// Two sums whose product is a part of a sum.
+type Product = (Vec<Term>, Vec<Term>);
+
+/// The terms as products of a sum of symbols and parameters with a sum of functions: w² s − w² c − u² s + u² c = (w² − u²)(s − c). Products of
+/// single terms are left over where nothing of that kind is found.
+fn bilinear(g: &mut Graph, terms: &[Term]) -> Vec<Product> {
+    // By the symbols of each term: the functions that they stand before, with numbers.
+    let mut rows: BTreeMap<Vec<NodeId>, BTreeMap<Vec<NodeId>, NodeId>> = BTreeMap::new();
+    for term in terms {
+        let is_function = |id: &NodeId| !g.is_constant(*id) && !matches!(g.node(*id), Node::Symbol(_));
+        let (mut functions, mut symbols): (Vec<NodeId>, Vec<NodeId>) =
+            term.factors.iter().partition(|id| is_function(id));
+        functions.sort_unstable();
+        symbols.sort_unstable();
+        rows.entry(symbols).or_default().insert(functions, term.number);
+    }
+    let mut found: Vec<(Vec<Term>, BTreeMap<Vec<NodeId>, NodeId>)> = Vec::new();
+    for (factors, row) in rows {
+        let mut place = None;
+        for (at, (_, other)) in found.iter().enumerate() {
+            if let Some(ratio) = ratio(g, &row, other) {
+                place = Some((at, ratio));
+                break;
+            }
+        }
+        match place {
+            Some((at, number)) => found[at].0.push(Term { number, factors }),
+            None => found.push((vec![Term { number: g.one(), factors }], row)),
+        }
+    }
+    let right = |row: BTreeMap<Vec<NodeId>, NodeId>| {
+        row.into_iter().map(|(factors, number)| Term { number, factors }).collect::<Vec<_>>()
+    };
+    found.into_iter().map(|(left, row)| (left, right(row))).collect()
+}
+
+/// The number k with a = k·b.
+fn ratio(g: &mut Graph, a: &BTreeMap<Vec<NodeId>, NodeId>, b: &BTreeMap<Vec<NodeId>, NodeId>) -> Option<NodeId> {
+    let (first, number) = a.iter().next()?;
+    if !a.keys().eq(b.keys()) {
+        return None;
+    }
+    let k = g.div(*number, b[first])?;
+    a.iter().all(|(key, x)| g.mul(k, b[key]) == *x).then_some(k)
 }
 
 /// The factor of most terms, of two at least; functions before symbols, these before parameters, as a sum of their products is more often
