@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::algebra::Guard;
+use crate::check::constraints::LookedAt;
 use crate::check::{self, Finding};
 use crate::graph::{Bindings, Graph, Node, NodeId};
 use crate::mechanics::{
@@ -132,7 +133,10 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !constraints.findings.is_empty() {
         return Err(constraints.findings);
     }
-    let states: Vec<&dyn Bindings> = constraints.samples.iter().map(|s| s as &dyn Bindings).collect();
+    // Random parameters say nothing of where this mechanism moves: there the cheapest elimination is the best guess.
+    let known = constraints.looked_at == LookedAt::Nominal;
+    let samples = constraints.samples.iter().filter(|_| known);
+    let states: Vec<&dyn Bindings> = samples.map(|s| s as &dyn Bindings).collect();
     let manifold = Manifold { states: &states, redundant: constraints.redundant() };
     let mut equations = derive_on(&mut model, &manifold).map_err(|e| findings(&mut model, &e))?;
     equations.conserved = check::conserved(&mut model, &equations);

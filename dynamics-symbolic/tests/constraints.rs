@@ -48,7 +48,11 @@ fn solved(c: &Compiled, v: &Values) -> (Vec<f64>, Vec<f64>) {
     let Solution::Unrolled(u) = &constraints(c).solution else { panic!("not unrolled") };
     for guard in &u.guards {
         let [pivot, scale] = [guard.pivot, guard.scale].map(|x| at(c, &[x], v)[0]);
-        assert!(pivot.abs() > guard.tolerance * scale.abs(), "{guard:?}: {pivot:e} against {scale:e}");
+        assert!(
+            pivot.abs() > guard.tolerance * scale.abs(),
+            "{}: {guard:?}: {pivot:e} against {scale:e}",
+            c.model.name
+        );
     }
     (at(c, &u.accelerations, v), at(c, &u.multipliers, v))
 }
