@@ -226,6 +226,32 @@ proptest! {
         (0..5).for_each(|i| near((jacobian * found.accelerations)[i], right[i], size, "Φ_q δ = r"));
     }
 
+    /// ∂q̈/∂q and ∂q̈/∂q̇ of the constrained motion, off the manifold too, against central differences of sixth order.
+    #[test]
+    fn linearisations_agree_with_differences(values in proptest::collection::vec(-1.5..1.5f64, 17)) {
+        let (model, state) = (linkage(), state(&values));
+        let Ok(jacobian) = model.state_jacobian(&state) else { return Err(TestCaseError::reject("singular")) };
+        let a = model.accelerations(&state).unwrap();
+        // Where elimination is near a singularity, differences say little.
+        prop_assume!(a.norm() < 1e2 && jacobian.by_q.norm() < 1e3);
+        near((jacobian.accelerations - a).norm(), 0.0, a.norm(), "q̈");
+        let h = 1e-3;
+        for j in 0..8 {
+            for along_u in [false, true] {
+                let at = |k: f64| {
+                    let mut s = state;
+                    if along_u { s.u[j] += k * h } else { s.q[j] += k * h }
+                    model.accelerations(&s).unwrap()
+                };
+                let d = |k: f64| at(k) - at(-k);
+                let expected = (d(1.0) * 45.0 - d(2.0) * 9.0 + d(3.0)) / (60.0 * h);
+                let found = if along_u { jacobian.by_u.column(j) } else { jacobian.by_q.column(j) };
+                let size = 1.0 + jacobian.by_q.norm() + jacobian.by_u.norm();
+                prop_assert!((found - expected).norm() <= 1e-6 * size * size, "{along_u} {j}: {found} {expected}");
+            }
+        }
+    }
+
     /// What the general solver reads at once is what the single functions give.
     #[test]
     fn terms_are_the_same(values in proptest::collection::vec(-1.5..1.5f64, 17)) {
@@ -394,6 +420,52 @@ fn forces_that_depend_on_reactions_come_with_their_derivative() {
     let (mut mass, mut jacobian, mut gamma) = ([0.0; 4], [0.0; 4], [0.0; 2]);
     model.terms(&state, &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma });
     near(force[0], weight * model.slope.sin(), 1.0, "without reactions");
+}
+
+/// A bead on a wire that lets go.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+pub struct Bead {
+    pub m: f64,
+    pub g: f64,
+}
+
+#[dynamics]
+impl Bead {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y
+    }
+    #[holonomic(switched)]
+    fn wire(&self, q: &Coordinates<Self>) -> Expr {
+        q.y - q.x.powi(2)
+    }
+}
+
+#[test]
+fn derivatives_that_do_not_exist_are_errors() {
+    let bead = Bead { m: 1.0, g: 9.81 };
+    let on_wire = bead.state().x(0.5).y(0.25).build().unwrap();
+    assert!(bead.state_jacobian(&on_wire).is_ok());
+    let mut free = on_wire;
+    free.release("wire").unwrap();
+    assert_eq!(bead.accelerations(&free).unwrap().as_slice(), [0.0, -9.81]);
+    let error = bead.state_jacobian(&free).unwrap_err();
+    assert_eq!(error, SolveError::Released { constraint: "wire" });
+    assert!(bead.solve_unrolled(&bead.constants().unwrap(), &free).is_none());
+    let massless = Bead { m: 0.0, ..bead };
+    assert!(massless.accelerations(&on_wire).is_err() && massless.state_jacobian(&on_wire).is_err());
+
+    let pendulum = Pendulum { m: 2.0, l: 1.5, g: 9.81 };
+    let origin = PendulumState::new(0.0, Vector::zeros(), Vector::zeros(), Vector::zeros());
+    let error = pendulum.state_jacobian(&origin).unwrap_err();
+    assert!(matches!(error, SolveError::DependentRow { row: "rod", .. }), "{error}");
+    assert!(pendulum.solve_unrolled(&pendulum.constants().unwrap(), &origin).is_none());
+    assert!(pendulum.accelerations(&origin).is_err(), "the rod has no direction");
 }
 
 #[test]
