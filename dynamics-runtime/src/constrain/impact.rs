@@ -1,14 +1,19 @@
 //! Impacts: the jump of velocities when constraints take hold at once.
 //!
-//! M (q̇⁺ − q̇⁻) = Φ_qᵀ Λ with Φ̇⁺ = −e Φ̇⁻ on the rows that hit (Newton's hypothesis) and Φ̇⁺ = 0 on the rows that hold: impulses Λ at all of
-//! them, computed together. Positions do not change. Where several contacts hit at once, each may push and none may pull: contacts that
-//! would have to pull are let go, as are those that part already. Glocker, Set-Valued Force Laws (2001), §5; Pfeiffer & Glocker, Multibody Dynamics
-//! with Unilateral Contacts (1996), §8.
+//! Poisson's hypothesis, in two phases at fixed positions. *Compression*: M Δq̇ = Φ_qᵀ Λ brings Φ̇ to zero on the rows that hit and keeps it zero on the
+//! rows that hold, all impulses computed together. *Restitution*: every hit gives back e times the impulse that it took. For a single hit this is
+//! Newton's Φ̇⁺ = −e Φ̇⁻. For several at once, where contacts may push and not pull, 0 ≤ Λ ⟂ Φ̇⁺ ≥ 0, it never makes energy as Newton's can; what
+//! closes again during restitution is compressed once more. The complementarity problems are solved by principal pivoting (Murty,
+//! Opsearch 11, 1974). Friction takes no part. Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), §8.
 
 use super::correct::correct_rows;
-use super::{holds, names};
+use super::memory::max_abs;
+use super::{Factored, SolvedOf, holds, names};
 use crate::error::SolveError;
-use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Vector};
+use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Solved, Vector};
+
+/// Most changes of sides; three contacts take at most eight.
+const ROUNDS: usize = 256;
 
 /// What an impact did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,35 +37,25 @@ pub fn impact<M: Constraints>(
     hits: &[(usize, f64)],
     workspace: &mut [f64],
 ) -> Result<Impact<M::Rows>, SolveError> {
-    let modes = state.modes();
-    let before = model.velocity_residual(state);
-    let mut set = Set::<M> { hits, modes, out: 0, before };
-    set.drop_parting();
-    // Every round lets one contact go, or takes one back at most once.
-    let mut taken_back = 0_u64;
-    for _ in 0..2 * hits.len().max(1) {
-        let right = set.right();
-        let solved = correct_rows(model, state, &right, |row| set.acts(row), workspace)?;
-        if let Some(pulling) = set.pulling(&solved.multipliers) {
-            set.out |= 1 << pulling;
-            continue;
+    let mut set = Set::<M> { hits, modes: state.modes(), out: 0, restoring: false, before: M::Rows::zeros() };
+    let (mut after, mut impulses) = set.compress(model, state, workspace)?;
+    if hits.iter().any(|(_, restitution)| *restitution != 0.0) {
+        set.restoring = true;
+        let mut returned = M::Rows::zeros();
+        for row in 0..M::Rows::LEN {
+            returned[row] = set.hit(row).map_or(0.0, |at| hits[at].1 * impulses[row]);
         }
-        let mut after = *state;
-        add(after.u_mut().as_mut_slice(), solved.accelerations.as_slice());
-        let velocities = model.velocity_residual(&after);
-        let closing = set.closing(&velocities).filter(|at| taken_back >> at & 1 == 0);
-        if let Some(closing) = closing {
-            set.out &= !(1 << closing);
-            taken_back |= 1 << closing;
-            continue;
-        }
-        set.check(model, &after, &right, &velocities)?;
-        let energy_lost = lost(model, state, &after, &solved.multipliers);
-        *state = after;
-        return Ok(Impact { impulses: solved.multipliers, energy_lost });
+        let kick = set.kick(model, &after, &returned, workspace)?;
+        add(after.u_mut().as_mut_slice(), kick.accelerations.as_slice());
+        add(impulses.as_mut_slice(), returned.as_slice());
+        add(impulses.as_mut_slice(), kick.multipliers.as_slice());
+        let (settled, more) = set.compress(model, &after, workspace)?;
+        after = settled;
+        add(impulses.as_mut_slice(), more.as_slice());
     }
-    let row = hits.first().map_or(0, |(at, _)| M::CONSTRAINTS[*at].first);
-    Err(SolveError::Friction { row: names::<M>().row(row), solutions: 0 })
+    let energy_lost = lost(model, state, &after, &impulses);
+    *state = after;
+    Ok(Impact { impulses, energy_lost })
 }
 
 /// Which contacts take part.
@@ -69,11 +64,69 @@ struct Set<'h, M: Constraints> {
     modes: Modes,
     /// Bits of the hits that are let go.
     out: u64,
-    /// Φ̇⁻.
+    /// Hits that are no contacts and rebound are free again.
+    restoring: bool,
+    /// Φ̇ before the phase.
     before: M::Rows,
 }
 
 impl<M: Constraints> Set<'_, M> {
+    /// Brings rows that act to Φ̇ = 0; velocities and impulses.
+    fn compress(
+        &mut self,
+        model: &M,
+        state: &M::State,
+        workspace: &mut [f64],
+    ) -> Result<(M::State, M::Rows), SolveError> {
+        self.before = model.velocity_residual(state);
+        self.out = 0;
+        for at in 0..self.hits.len().min(64) {
+            if self.side(at).is_some_and(|side| side * self.before[self.first_row(at)] >= 0.0) {
+                self.out |= 1 << at;
+            }
+        }
+        // Murty's rule: the first contact that pulls or closes changes sides. It ends, for contacts that do not repeat each other, and after a
+        // few rounds as a rule.
+        for _ in 0..ROUNDS {
+            let solved = correct_rows(model, state, &self.right(), |row| self.acts(row), workspace)?;
+            let mut after = *state;
+            add(after.u_mut().as_mut_slice(), solved.accelerations.as_slice());
+            let velocities = model.velocity_residual(&after);
+            if let Some(wrong) = self.first_wrong(&solved.multipliers, &velocities) {
+                self.out ^= 1 << wrong;
+                continue;
+            }
+            self.check(model, &after, &velocities)?;
+            return Ok((after, solved.multipliers));
+        }
+        let row = self.hits.first().map_or(0, |(at, _)| M::CONSTRAINTS[*at].first);
+        Err(SolveError::Friction { row: names::<M>().row(row), solutions: 0 })
+    }
+
+    /// What impulses at the hits do to the velocities while the rest goes on holding: Δq̇, and the impulses of the rest.
+    fn kick(
+        &self,
+        model: &M,
+        state: &M::State,
+        impulses: &M::Rows,
+        workspace: &mut [f64],
+    ) -> Result<SolvedOf<M>, SolveError> {
+        let held = |row: usize| self.hit(row).is_none_or(|at| self.stays(at)) && self.may_act(row);
+        let mut solved = Solved { accelerations: M::Vector::zeros(), multipliers: M::Rows::zeros() };
+        let Some(mut factored) = Factored::new(model, state, held, workspace)? else {
+            solved.accelerations.as_mut_slice().fill(f64::NAN);
+            return Ok(solved);
+        };
+        let jacobian = model.jacobian(state);
+        for (j, force) in factored.force.iter_mut().enumerate() {
+            *force = (0..M::Rows::LEN).map(|row| jacobian[(row, j)] * impulses[row]).sum();
+        }
+        factored.gamma.fill(0.0);
+        let (change, reaction) = (solved.accelerations.as_mut_slice(), solved.multipliers.as_mut_slice());
+        factored.system.solve(factored.force, factored.gamma, change, reaction);
+        Ok(solved)
+    }
+
     /// The side to which a contact pushes; `None` where the constraint is no contact.
     fn side(&self, at: usize) -> Option<f64> {
         let Constraint { kind, rows, switched, .. } = M::CONSTRAINTS[self.hits[at].0];
@@ -81,12 +134,18 @@ impl<M: Constraints> Set<'_, M> {
         (kind == ConstraintKind::Holonomic && rows == 1 && side != 0.0).then_some(side)
     }
 
+    /// A hit that is no contact and does not rebound: it holds from now on.
+    fn stays(&self, at: usize) -> bool {
+        self.side(at).is_none() && self.hits[at].1 == 0.0
+    }
+
     fn first_row(&self, at: usize) -> usize {
         M::CONSTRAINTS[self.hits[at].0].first
     }
 
     fn takes_part(&self, at: usize) -> bool {
-        at >= 64 || self.out >> at & 1 == 0
+        let free = self.restoring && self.side(at).is_none() && !self.stays(at);
+        !free && (at >= 64 || self.out >> at & 1 == 0)
     }
 
     /// The hit that a row belongs to.
@@ -98,54 +157,43 @@ impl<M: Constraints> Set<'_, M> {
         (0..self.hits.len()).find(of)
     }
 
-    fn acts(&self, row: usize) -> bool {
-        match self.hit(row) {
-            Some(at) => self.takes_part(at),
-            None => holds::<M>(self.modes, row),
-        }
+    /// It is hit, or holds.
+    fn may_act(&self, row: usize) -> bool {
+        self.hit(row).is_some() || holds::<M>(self.modes, row)
     }
 
-    /// −(1 + e) Φ̇⁻ on rows that hit, −Φ̇⁻ on rows that hold.
+    fn acts(&self, row: usize) -> bool {
+        self.may_act(row) && self.hit(row).is_none_or(|at| self.takes_part(at))
+    }
+
+    /// −Φ̇ on rows that act.
     fn right(&self) -> M::Rows {
         let mut right = M::Rows::zeros();
-        for (row, x) in right.as_mut_slice().iter_mut().enumerate().filter(|(row, _)| self.acts(*row)) {
-            let restitution = self.hit(row).map_or(0.0, |at| self.hits[at].1);
-            *x = -(1.0 + restitution) * self.before[row];
+        for row in (0..M::Rows::LEN).filter(|row| self.acts(*row)) {
+            right[row] = -self.before[row];
         }
         right
     }
 
-    /// Contacts that part already take no part.
-    fn drop_parting(&mut self) {
-        for at in 0..self.hits.len().min(64) {
-            if self.side(at).is_some_and(|side| side * self.before[self.first_row(at)] > 0.0) {
-                self.out |= 1 << at;
-            }
-        }
+    /// The first contact that takes part and pulls, or does not and closes.
+    fn first_wrong(&self, impulses: &M::Rows, velocities: &M::Rows) -> Option<usize> {
+        let size = max_abs(velocities.as_slice()) + max_abs(self.before.as_slice());
+        let wrong = |at: &usize| {
+            let (row, at) = (self.first_row(*at), *at);
+            self.side(at).is_some_and(|side| match self.takes_part(at) {
+                true => side * impulses[row] < 0.0,
+                false => side * velocities[row] < -1e-12 * size,
+            })
+        };
+        (0..self.hits.len().min(64)).find(wrong)
     }
 
-    /// The contact that pulls most.
-    fn pulling(&self, impulses: &M::Rows) -> Option<usize> {
-        let pull = |at: usize| self.side(at).map_or(0.0, |side| -side * impulses[self.first_row(at)]);
-        let pulls = (0..self.hits.len().min(64)).filter(|at| self.takes_part(*at)).map(|at| (at, pull(at)));
-        let most = pulls.fold((0, 0.0), |most, next| if next.1 > most.1 { next } else { most });
-        (most.1 > 0.0).then_some(most.0)
-    }
-
-    /// A contact that was let go and closes nevertheless.
-    fn closing(&self, velocities: &M::Rows) -> Option<usize> {
-        let size = super::memory::max_abs(velocities.as_slice()) + super::memory::max_abs(self.before.as_slice());
-        let closes =
-            |at: usize| self.side(at).is_some_and(|side| side * velocities[self.first_row(at)] < -1e-12 * size);
-        (0..self.hits.len().min(64)).filter(|at| !self.takes_part(*at)).find(|at| closes(*at))
-    }
-
-    /// What was wanted of each acting row was got.
-    fn check(&self, model: &M, after: &M::State, right: &M::Rows, velocities: &M::Rows) -> Result<(), SolveError> {
+    /// Rows that act have come to rest.
+    fn check(&self, model: &M, after: &M::State, velocities: &M::Rows) -> Result<(), SolveError> {
         let jacobian = model.jacobian(after);
-        let size = super::memory::max_abs(after.u().as_slice());
+        let size = max_abs(after.u().as_slice());
         for row in (0..M::Rows::LEN).filter(|row| self.acts(*row)) {
-            let residual = velocities[row] - (self.before[row] + right[row]);
+            let residual = velocities[row];
             let square: f64 = (0..M::Vector::LEN).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum();
             let distance = residual.abs() / crate::math::sqrt(square);
             if residual != 0.0 && (distance.is_nan() || distance > 1e-9 * (1.0 + size)) {

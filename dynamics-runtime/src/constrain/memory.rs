@@ -78,6 +78,11 @@ pub(crate) fn max_abs(x: &[f64]) -> f64 {
 /// Euclidean norm without overflow.
 #[inline]
 pub(crate) fn norm(x: &[f64]) -> f64 {
+    let square = dot(x, x);
+    // As a rule nothing over- or underflows.
+    if (1e-250..1e250).contains(&square) {
+        return crate::math::sqrt(square);
+    }
     let size = max_abs(x);
     if size == 0.0 || !size.is_finite() {
         return size;
