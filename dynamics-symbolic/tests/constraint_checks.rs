@@ -3,10 +3,11 @@
 mod common;
 
 use common::Builder;
+use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain};
 use dynamics_symbolic::check::constraints::ConstraintFinding as Fault;
 use dynamics_symbolic::check::{Finding, declared};
-use dynamics_symbolic::graph::{NodeId, Origin, Symbol};
-use dynamics_symbolic::mechanics::{Constraint, ConstraintKind, EnergyRole, Model};
+use dynamics_symbolic::graph::{Comparison, NodeId, Origin, Symbol};
+use dynamics_symbolic::mechanics::{EnergyRole, Event, Input, Model};
 
 /// A free particle in the plane, with its symbols x, y.
 fn particle() -> (Builder, NodeId, NodeId) {
@@ -16,19 +17,6 @@ fn particle() -> (Builder, NodeId, NodeId) {
     b.energy("kinetic", EnergyRole::Kinetic, t);
     (b, x, y)
 }
-
-/// Declares a constraint of one row or several; its origin is 1000 plus its place.
-fn constrain(b: &mut Builder, name: &str, kind: ConstraintKind, rows: &[NodeId]) {
-    let suffix = |i: usize| if rows.len() == 1 { String::new() } else { format!("[{i}]") };
-    let components = rows.iter().enumerate().map(|(i, node)| (suffix(i), *node)).collect();
-    let origin = Origin(1000 + b.model.constraints.len() as u32);
-    let name = name.to_owned();
-    let (unit, redundant, switched) = (String::new(), false, false);
-    b.model.constraints.push(Constraint { name, kind, components, unit, redundant, switched, origin });
-}
-
-const HOLONOMIC: ConstraintKind = ConstraintKind::Holonomic;
-const NONHOLONOMIC: ConstraintKind = ConstraintKind::Nonholonomic { integrable: false };
 
 /// The only finding, which is one about a constraint.
 fn fault(model: &Model) -> Fault {
@@ -113,14 +101,10 @@ fn what_follows_from_constraints_is_not_in_them() {
     for (symbol, expected) in symbols {
         for kind in [HOLONOMIC, NONHOLONOMIC] {
             let (mut b, x, y) = particle();
-            b.model.inputs.push(dynamics_symbolic::mechanics::Input {
-                name: name("w"),
-                unit: String::new(),
-                origin: Origin(7),
-            });
+            b.model.inputs.push(Input { name: name("w"), unit: String::new(), origin: Origin(7) });
             let w = b.g().symbol(Symbol::Input(0));
             b.model.read_elsewhere.push(name("w"));
-            b.model.events.push(dynamics_symbolic::mechanics::Event { name: name("e"), node: w, origin: Origin(8) });
+            b.model.events.push(Event { name: name("e"), node: w, origin: Origin(8) });
             let (u, s) = (b.dt(y), b.g().symbol(symbol));
             let moving = if kind == HOLONOMIC { x } else { u };
             let row = b.add(moving, s);
@@ -150,4 +134,21 @@ fn a_parameter_that_only_a_constraint_reads_is_used() {
     let row = b.sub(x, l);
     constrain(&mut b, "wall", HOLONOMIC, &[row]);
     assert_eq!(declared(&b.model), []);
+}
+
+/// A track with a kink: the slope is chosen by the place, the row is linear in the velocities on both sides. Chosen by a velocity it is not.
+#[test]
+fn choices_between_linear_rows_are_linear() {
+    let kinked = |by_velocity: bool| {
+        let (mut b, x, y) = particle();
+        let (u, v, zero, two) = (b.dt(x), b.dt(y), b.g().zero(), b.ratio(2, 1));
+        let steep = b.mul(two, u);
+        let decider = if by_velocity { u } else { x };
+        let chosen = b.g().select(Comparison::Less, decider, zero, u, steep);
+        let row = b.sub(v, chosen);
+        constrain(&mut b, "track", NONHOLONOMIC, &[row]);
+        b.model
+    };
+    assert_eq!(declared(&kinked(false)), []);
+    assert_eq!(fault(&kinked(true)), Fault::NotLinear { name: name("track"), origin: ORIGIN });
 }

@@ -6,7 +6,7 @@
 mod analysis;
 mod contents;
 mod effect;
-mod exact;
+pub(super) mod exact;
 mod finding;
 mod generic;
 mod inertia;

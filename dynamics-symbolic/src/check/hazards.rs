@@ -12,7 +12,7 @@ pub struct Switch {
     pub right: Option<NodeId>,
 }
 
-/// What M and Q contain.
+/// What M, Q, and the constraints contain.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Hazards {
     /// Changes of branch for which no event is declared.
@@ -30,7 +30,9 @@ impl Hazards {
         let g = &model.graph;
         let mut needed = vec![false; g.len()];
         let mass = equations.mass_matrix.iter().flatten();
-        mass.chain(&equations.generalized_force).for_each(|r| needed[r.index()] = true);
+        let held =
+            equations.constraints.iter().flat_map(|c| c.jacobian.iter().flatten().chain(&c.gamma).chain(&c.residual));
+        mass.chain(&equations.generalized_force).chain(held).for_each(|r| needed[r.index()] = true);
         let mut found = Self::default();
         for id in g.ids().rev() {
             if needed[id.index()] {

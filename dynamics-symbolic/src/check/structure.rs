@@ -41,6 +41,8 @@ pub struct Structure {
     pub mass: Dependence,
     /// What Q depends on.
     pub force: Dependence,
+    /// What the constraints depend on.
+    pub constraints: Dependence,
     /// Coordinates that can be solved apart from each other, by index, each group ascending.
     pub subsystems: Vec<Vec<usize>>,
     /// Linearity.
@@ -62,6 +64,11 @@ impl Structure {
             pattern: pattern(model, equations),
             mass: all(&mass_nodes),
             force: all(&equations.generalized_force),
+            constraints: model
+                .constraints
+                .iter()
+                .flat_map(|c| &c.components)
+                .fold(Dependence::NONE, |d, (_, node)| d.with(g.dependence(*node))),
             subsystems: subsystems(model, equations),
             linearity: linearity(model, equations, all(&mass_nodes)),
             ignorable: ignorable(model),

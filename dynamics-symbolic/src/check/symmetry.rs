@@ -13,6 +13,7 @@ use crate::graph::{Dependence, Fingerprint, NodeId, Number, Sampler, Symbol};
 use crate::mechanics::{ConstraintEquations, EnergyRole, Equations, ForceTerm, Model, Named};
 
 use super::choices::deciders;
+use super::constraints::exact::{Echelon, Outcome};
 use super::modular::{combination, integers, null_space};
 use super::units::{Dimension, Exponent, System, Unit};
 
@@ -112,8 +113,7 @@ fn constant_directions(model: &Model, rates: &[(NodeId, NodeId)], slopes: &[Vec<
         let momentum = (0..n).map(|i| values[i].add(values[n + i])).collect();
         core::iter::once(momentum).chain(values[2 * n..].chunks(n).map(<[_]>::to_vec)).collect()
     };
-    // n points settle the null space; two more guard against an accident.
-    let rows = (0..n as u64 + 2).flat_map(|point| sum(&sampler.at(point))).collect();
+    let rows = independent_rows(n, &mut |point| sum(&sampler.at(point)));
     let values: Vec<Fingerprint> = nodes.iter().map(|id| model.graph.fingerprint(*id)).collect();
     let vanishing = sum(&values);
     let along = |c: &[i64], row: &[Fingerprint]| {
@@ -122,6 +122,25 @@ fn constant_directions(model: &Model, rates: &[(NodeId, NodeId)], slopes: &[Vec<
     };
     let verified = |c: &Vec<i64>| vanishing.iter().all(|row| along(c, row) == Fingerprint::ZERO);
     null_space(rows, n).iter().filter_map(|v| integers(v)).filter(verified).collect()
+}
+
+/// Independent rows among those of as many random points as it takes: at most n have something new, and after two without nothing else comes.
+fn independent_rows(n: usize, rows: &mut dyn FnMut(u64) -> Vec<Vec<Fingerprint>>) -> Vec<Vec<Fingerprint>> {
+    let (mut echelon, mut found, mut idle) = (Echelon::default(), Vec::new(), 0);
+    for point in 0..n as u64 + 2 {
+        let before = found.len();
+        for row in rows(point) {
+            let entries = row.iter().copied().enumerate().filter(|(_, x)| *x != Fingerprint::ZERO).collect();
+            if echelon.add(found.len(), &entries, Fingerprint::ZERO) == Outcome::Independent {
+                found.push(row);
+            }
+        }
+        idle = if found.len() > before { 0 } else { idle + 1 };
+        if found.len() == n || idle == 2 {
+            break;
+        }
+    }
+    found
 }
 
 fn combine(model: &mut Model, c: &[i64], momenta: &[NodeId]) -> NodeId {

@@ -156,7 +156,8 @@ fn mass_matrix(model: &Model, equations: &Equations, structure: &Structure) -> S
         Pattern::Dense => "full".to_owned(),
     };
     let depends = match what(structure.mass) {
-        None => "constant: factored once per model".to_owned(),
+        None if model.constraints.is_empty() => "constant: factored once per model".to_owned(),
+        None => "constant".to_owned(),
         Some(on) => format!("depends on {on}"),
     };
     let constant = equations
@@ -199,7 +200,7 @@ fn kind(structure: &Structure) -> String {
         Linearity::TimeDependent => "linear, coefficients depend on time",
         Linearity::Nonlinear => "nonlinear",
     };
-    let both = structure.mass.with(structure.force);
+    let both = structure.mass.with(structure.force).with(structure.constraints);
     let time = if both.on(Dependence::TIME) { "time enters explicitly" } else { "time does not enter" };
     let inputs = if both.on(Dependence::INPUTS) { ", driven by inputs" } else { "" };
     format!("{linearity}, {time}{inputs}")

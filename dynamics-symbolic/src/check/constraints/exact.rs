@@ -3,7 +3,7 @@
 use crate::graph::Fingerprint;
 
 /// A sparse vector: indices ascending, no zeros.
-pub(super) type Sparse = Vec<(usize, Fingerprint)>;
+pub(in crate::check) type Sparse = Vec<(usize, Fingerprint)>;
 
 /// a − factor·b.
 fn minus(a: &Sparse, factor: Fingerprint, b: &Sparse) -> Sparse {
@@ -32,7 +32,7 @@ fn minus(a: &Sparse, factor: Fingerprint, b: &Sparse) -> Sparse {
 
 /// What became of a row.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Outcome {
+pub(in crate::check) enum Outcome {
     /// It does not depend on the rows before.
     Independent,
     /// It is this combination of them; the right-hand side agrees or does not.
@@ -46,7 +46,7 @@ pub(super) enum Outcome {
 
 /// Rows in echelon form.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Echelon {
+pub(in crate::check) struct Echelon {
     /// The reduced row, leading entry 1, its right-hand side, and what it is made of.
     reduced: Vec<(Sparse, Fingerprint, Sparse)>,
     /// Position in `reduced` of the row that leads with a column.
@@ -55,12 +55,12 @@ pub(super) struct Echelon {
 
 impl Echelon {
     /// Number of independent rows.
-    pub(super) fn rank(&self) -> usize {
+    pub(in crate::check) fn rank(&self) -> usize {
         self.reduced.len()
     }
 
     /// Adds a row with its right-hand side, unless it depends on those that are there.
-    pub(super) fn add(&mut self, name: usize, row: &Sparse, right: Fingerprint) -> Outcome {
+    pub(in crate::check) fn add(&mut self, name: usize, row: &Sparse, right: Fingerprint) -> Outcome {
         let (mut row, mut right, mut made) = (row.clone(), right, vec![(name, Fingerprint::ONE)]);
         // Entries in front of the one looked at lead no reduced row.
         let mut at = 0;

@@ -1,7 +1,7 @@
 //! The rows of all constraints with their derivatives, in a graph of their own: what the checks build must not decide which form of an expression
 //! the derivation finds first.
 
-use crate::calculus::{directional, gradient};
+use crate::calculus::{directional, gradient, substitute};
 use crate::check::unused::Reads;
 use crate::graph::{Graph, NodeId, Symbol};
 use crate::mechanics::Model;
@@ -62,11 +62,7 @@ impl Rows {
         let offset = if kind(0) == Symbol::Coordinate(0) {
             directional(g, &[node], &mut |g, s| (s == Symbol::Time).then(|| g.one()))[0]
         } else {
-            entries.iter().fold(node, |rest, (j, slope)| {
-                let rate = g.symbol(Symbol::Rate(*j as u32));
-                let term = g.mul(*slope, rate);
-                g.sub(rest, term)
-            })
+            at_rest(g, node, &entries)
         };
         self.jacobian.push(entries.into_iter().filter(|(_, slope)| !g.is_zero(*slope)).collect());
         self.offset.push(offset);
@@ -82,5 +78,19 @@ impl Rows {
         let rate = |r: &usize| of >= self.holonomic && *r < self.holonomic;
         let name = |r: usize| if rate(&r) { format!("{}.dt()", self.names[r]) } else { self.names[r].clone() };
         rows.into_iter().map(name).collect()
+    }
+}
+
+/// b of a row A q̇ + b: its value at rest; where a denominator vanishes there, the row less A q̇.
+fn at_rest(g: &mut Graph, row: NodeId, slopes: &[(usize, NodeId)]) -> NodeId {
+    let zero = g.zero();
+    let rest = substitute(g, &[row], &mut |_, s| matches!(s, Symbol::Rate(_)).then_some(zero));
+    match rest {
+        Ok(values) => values[0],
+        Err(_) => slopes.iter().fold(row, |rest, (j, slope)| {
+            let rate = g.symbol(Symbol::Rate(*j as u32));
+            let term = g.mul(*slope, rate);
+            g.sub(rest, term)
+        }),
     }
 }

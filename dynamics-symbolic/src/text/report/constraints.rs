@@ -207,7 +207,8 @@ fn solution(model: &Model, derived: &ConstraintEquations) -> String {
                     let free: Vec<&str> = free.map(|(_, c)| c.name.as_str()).collect();
                     let largest = blocks.iter().map(|(rows, _)| rows.len()).max().unwrap_or(0);
                     let left = if free.is_empty() { "nothing".to_owned() } else { shortened(&free) };
-                    format!("{} blocks of at most {largest} rows, down to {left}", blocks.len())
+                    let rows = if largest == 1 { "row" } else { "rows" };
+                    format!("{} blocks of at most {largest} {rows} eliminated, the rest in {left}", blocks.len())
                 }
             };
             format!("generated code: {order}; {} pivots guarded, the general solver behind them", u.guards.len())
