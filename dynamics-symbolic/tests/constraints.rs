@@ -127,6 +127,85 @@ fn the_knife_edge_has_its_hand_derived_reaction() {
     assert!(near(&at(&c, &e.jacobian[0], &v), &[sin, -cos, 0.0], 1e-15));
 }
 
+/// A bob whose place is that of a rod's end at an angle without inertia: x = l sin θ, y = −l cos θ. The angle moves as that of a pendulum.
+#[test]
+fn a_coordinate_without_inertia_is_carried_by_its_constraints() {
+    let mut b = Builder::new("Carried");
+    let [x, y, theta] = ["x", "y", "theta"].map(|n| b.coordinate(n));
+    let [m, l, g] = ["m", "l", "g"].map(|n| b.parameter(n));
+    let kinetic = b.kinetic(m, &[x, y]);
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    let h = b.mul(m, y);
+    let gravity = b.mul(g, h);
+    b.energy("gravity", EnergyRole::Potential, gravity);
+    let (s, co) = (b.sin(theta), b.cos(theta));
+    let (out, down) = (b.mul(l, s), b.mul(l, co));
+    let gap = [b.sub(x, out), b.add(y, down)];
+    b.holonomic("end", &gap);
+    let (c, _) = compiled(b.model);
+    let (sin, cos) = 0.6f64.sin_cos();
+    let (l, rate) = (0.9, 1.3);
+    let v = Values {
+        q: vec![l * sin, -l * cos, 0.6],
+        u: vec![l * cos * rate, l * sin * rate, rate],
+        p: vec![1.5, l, 9.81],
+        ..Values::default()
+    };
+    let (a, lambda) = solved(&c, &v);
+    let turn = -9.81 / l * sin;
+    let expected = [l * (cos * turn - sin * rate * rate), l * (sin * turn + cos * rate * rate), turn];
+    assert!(near(&a, &expected, 1e-14), "{a:?} {expected:?}");
+    assert!(near(&lambda, &[1.5 * expected[0], 1.5 * (expected[1] + 9.81)], 1e-14), "{lambda:?}");
+}
+
+/// The pendulum turned at a given rate, and so without freedom: q̈ follows from the constraints alone, λ of the drive is the torque that it
+/// takes, and its power is what the energy changes by.
+#[test]
+fn a_driven_mechanism_has_the_forces_that_drive_it() {
+    let mut b = Builder::new("Driven");
+    let theta = b.coordinate("theta");
+    let [m, l, g, omega] = ["m", "l", "g", "omega"].map(|n| b.parameter(n));
+    let (s, co) = (b.sin(theta), b.cos(theta));
+    let (out, down) = (b.mul(l, s), b.mul(l, co));
+    let place = [out, b.neg(down)];
+    let kinetic = b.kinetic(m, &place);
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    let h = b.mul(m, place[1]);
+    let gravity = b.mul(g, h);
+    b.energy("gravity", EnergyRole::Potential, gravity);
+    let t = b.g().symbol(Symbol::Time);
+    let angle = b.mul(omega, t);
+    let swing = b.sin(angle);
+    let drive = b.sub(theta, swing);
+    b.holonomic("drive", &[drive]);
+    let (c, _) = compiled(b.model);
+    let (t, omega, m, l) = (0.7f64, 2.0f64, 1.5, 0.9);
+    let (angle, rate, turn) = ((omega * t).sin(), omega * (omega * t).cos(), -omega * omega * (omega * t).sin());
+    let mut v = Values { t, q: vec![angle], u: vec![rate], p: vec![m, l, 9.81, omega], ..Values::default() };
+    let (a, lambda) = solved(&c, &v);
+    let torque = m * l * l * turn + m * 9.81 * l * angle.sin();
+    assert!(near(&a, &[turn], 1e-14) && near(&lambda, &[torque], 1e-14), "{a:?} {lambda:?}");
+    v.lambda = lambda;
+    let power = c.equations.powers.iter().find(|p| p.name == "drive").expect("it moves");
+    assert!(near(&at(&c, &[power.node], &v), &[torque * rate], 1e-14));
+}
+
+/// While a mode does not change, it is a number like any other: it has no rate.
+#[test]
+fn modes_are_constants_of_the_motion() {
+    let mut b = cartesian_pendulum();
+    b.model.constraints[0].switched = true;
+    let [x, mode] = [Symbol::Coordinate(0), Symbol::Mode(0)].map(|s| b.g().symbol(s));
+    let (rate, slip) = (b.dt(x), b.mul(mode, x));
+    assert_eq!(b.dt(slip), b.mul(mode, rate));
+    let terms = vec![ForceTerm::Along { expression: x, magnitude: mode }];
+    b.model.forces.push(Force { name: "rub".into(), terms, origin: Origin(9) });
+    let (c, programs) = compiled(b.model);
+    let v = Values { q: vec![0.3, -0.8], u: vec![0.0; 2], p: vec![1.5, 0.9, 9.81], ..Values::default() };
+    assert!(near(&at(&c, &c.equations.generalized_force, &v), &[0.0, -1.5 * 9.81], 1e-15), "all hold");
+    assert!(programs.constraints.is_some_and(|p| p.correction.is_some()));
+}
+
 /// What repeats itself, what depends on its own reactions, and what has inertia only where it may move.
 #[test]
 fn what_cannot_be_unrolled_says_why() {
