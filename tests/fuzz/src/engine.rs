@@ -3,12 +3,13 @@
 //! Two routes: whatever the graph makes of an expression is compared with the expression computed step by step in `f64`, as far as rounding lets
 //! it be known (every step is perturbed by a few units of its last place; the spread of a few such runs bounds the trust, after Vignes' CESTAC).
 
-use dynamics_symbolic::compile::compile;
+use dynamics_symbolic::compile::{Compiled, compile};
 use dynamics_symbolic::graph::{
     Binary, Bindings, Comparison, FunctionId, Graph, NodeId, Number, Origin, Symbol, Unary,
 };
 use dynamics_symbolic::mechanics::{
-    Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model, Output, Parameter,
+    Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,
+    Output, Parameter, Solution,
 };
 
 use crate::random::Random;
@@ -62,6 +63,8 @@ impl Bindings for At {
             Symbol::Acceleration(i) => 1.7 - 0.23 * f64::from(i),
             Symbol::Input(i) => 0.11 + 1.3 * f64::from(i),
             Symbol::Parameter(i) => 1.9 + 0.53 * f64::from(i),
+            Symbol::Multiplier(i) => 0.6 - 0.71 * f64::from(i),
+            Symbol::Mode(i) => f64::from(i % 3) - 1.0,
         }
     }
     fn smooth(&self, function: FunctionId, order: u8, x: f64) -> f64 {
@@ -351,8 +354,22 @@ fn model(random: &mut Random) -> Result<Outcome, String> {
         let potential = b.pick().node;
         kinetic = b.graph.sub(kinetic, potential);
     }
-    let [v, d, at, along, out, event] = std::array::from_fn(|_| b.pick().node);
+    let [v, d, at, mut along, mut out, mut event] = std::array::from_fn(|_| b.pick().node);
     let pieces = b.random.draw();
+    m.constraints = constraints(&mut b, n);
+    if !m.constraints.is_empty() {
+        // What may ask for reactions and modes: often none that exist.
+        for (bit, node) in [(64, &mut along), (128, &mut out), (256, &mut event)] {
+            if pieces & bit != 0 {
+                let i = b.random.below(3) as u32;
+                let symbol = if b.random.one_in(2) { Symbol::Multiplier(0) } else { Symbol::Mode(i) };
+                let asked =
+                    symbol == Symbol::Multiplier(0) || m.constraints.iter().filter(|c| c.switched).count() > i as usize;
+                let symbol = b.graph.symbol(if asked { symbol } else { Symbol::Multiplier(0) });
+                *node = b.graph.mul(*node, symbol);
+            }
+        }
+    }
     m.graph = b.graph;
     energy(&mut m, role, kinetic);
     let origin = Origin(7);
@@ -384,6 +401,54 @@ fn model(random: &mut Random) -> Result<Outcome, String> {
         m.nominal.push((0, f64::from_bits(pieces.rotate_left(17))));
     }
     compiled(m)
+}
+
+/// None, or some: of positions, of velocities, of anything.
+fn constraints(b: &mut Builder<'_>, n: usize) -> Vec<Constraint> {
+    let count = if b.random.one_in(2) { 0 } else { 1 + b.random.below(3) };
+    let mut all: Vec<Constraint> = (0..count)
+        .map(|k| {
+            let holonomic = !b.random.one_in(3);
+            let kind = match holonomic {
+                true => ConstraintKind::Holonomic,
+                false => ConstraintKind::Nonholonomic { integrable: b.random.one_in(2) },
+            };
+            let rows = 1 + b.random.below(2);
+            Constraint {
+                name: format!("c{k}"),
+                kind,
+                components: (0..rows).map(|i| (format!("[{i}]"), row(b, n, holonomic))).collect(),
+                unit: String::new(),
+                redundant: b.random.one_in(3),
+                switched: b.random.one_in(4),
+                origin: Origin(9),
+            }
+        })
+        .collect();
+    all.sort_by_key(|c| !c.is_holonomic());
+    all
+}
+
+/// Σ f(qⱼ) xᵢ with positions x for a holonomic row, velocities for a nonholonomic one; now and then anything at all.
+fn row(b: &mut Builder<'_>, n: usize, holonomic: bool) -> NodeId {
+    if b.random.one_in(8) {
+        return b.pick().node;
+    }
+    let mut sum = if b.random.one_in(2) { b.graph.zero() } else { b.graph.symbol(Symbol::Time) };
+    for _ in 0..1 + b.random.below(4) {
+        let (i, j) = (b.random.below(n) as u32, b.random.below(n) as u32);
+        let x = b.graph.symbol(if holonomic { Symbol::Coordinate(i) } else { Symbol::Rate(i) });
+        let q = b.graph.symbol(Symbol::Coordinate(j));
+        let factor = match b.random.below(4) {
+            0 => q,
+            1 => b.graph.unary(Unary::Sin, q),
+            2 => b.graph.unary(Unary::Cos, q),
+            _ => b.graph.one(),
+        };
+        let term = b.graph.mul(factor, x);
+        sum = if b.random.one_in(2) { b.graph.add(sum, term) } else { b.graph.sub(sum, term) };
+    }
+    sum
 }
 
 fn symbols(n: usize, inputs: usize, parameters: usize) -> Vec<Symbol> {
@@ -419,9 +484,7 @@ fn compiled(model: Model) -> Result<Outcome, String> {
         Err(_) => return Ok(Outcome::Refused),
     };
     let second = compile(again).map_err(|_| "accepted once, refused once")?;
-    let texts = |c: &dynamics_symbolic::compile::Compiled| {
-        [c.report.clone(), c.listing.clone(), c.equations_text.clone(), c.latex.clone()]
-    };
+    let texts = |c: &Compiled| [c.report.clone(), c.listing.clone(), c.equations_text.clone(), c.latex.clone()];
     if texts(&first) != texts(&second) {
         return Err("the same model gave two texts".into());
     }
@@ -439,5 +502,43 @@ fn compiled(model: Model) -> Result<Outcome, String> {
             }
         }
     }
+    solved(&first)?;
     Ok(Outcome::Accepted)
+}
+
+/// Where the equations with constraints are solved on the graph: M q̈ = Q + Φ_qᵀλ and Φ_q q̈ = γ, as far as pivots let it be known.
+fn solved(compiled: &Compiled) -> Result<(), String> {
+    let Some(constraints) = &compiled.equations.constraints else { return Ok(()) };
+    let Solution::Unrolled(unrolled) = &constraints.solution else { return Ok(()) };
+    let equations = &compiled.equations;
+    let mut nodes: Vec<NodeId> = equations.mass_matrix.iter().chain(&constraints.jacobian).flatten().copied().collect();
+    nodes.extend(equations.generalized_force.iter().chain(&constraints.gamma));
+    nodes.extend(unrolled.accelerations.iter().chain(&unrolled.multipliers));
+    nodes.extend(unrolled.guards.iter().flat_map(|g| [g.pivot, g.scale]));
+    let values = compiled.model.graph.evaluate(&nodes, &At);
+    let value = |id: &NodeId| values[id.index()];
+    let known = nodes.iter().all(|id| value(id).is_finite() && value(id).abs() < 1e8);
+    if !known || unrolled.guards.iter().any(|g| value(&g.pivot).abs() < 1e-3 * value(&g.scale).abs().max(1e-3)) {
+        return Ok(());
+    }
+    let (a, lambda) = (&unrolled.accelerations, &unrolled.multipliers);
+    let near = |left: &[f64], what: &str| {
+        let (sum, size) = (left.iter().sum::<f64>(), left.iter().map(|x| x.abs()).sum::<f64>());
+        let largest = a.iter().chain(lambda).map(|id| value(id).abs()).fold(1.0, f64::max);
+        (sum.abs() <= 1e-7 * (size + largest))
+            .then_some(())
+            .ok_or_else(|| format!("{what} is missed by {sum:e} of {size:e}"))
+    };
+    for (i, row) in equations.mass_matrix.iter().enumerate() {
+        let mut terms: Vec<f64> = row.iter().zip(a).map(|(m, a)| value(m) * value(a)).collect();
+        terms.push(-value(&equations.generalized_force[i]));
+        terms.extend(constraints.jacobian.iter().zip(lambda).map(|(row, l)| -value(&row[i]) * value(l)));
+        near(&terms, "M q̈ = Q + Φ_qᵀλ")?;
+    }
+    for (row, gamma) in constraints.jacobian.iter().zip(&constraints.gamma) {
+        let mut terms: Vec<f64> = row.iter().zip(a).map(|(j, a)| value(j) * value(a)).collect();
+        terms.push(-value(gamma));
+        near(&terms, "Φ_q q̈ = γ")?;
+    }
+    Ok(())
 }

@@ -203,7 +203,18 @@ fn deep(r: &mut Random) -> Input {
         };
         let energies =
             "#[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr { 0.5 * self.m * q.x.dt().powi(2) }";
-        let role = r.pick(&["kinetic", "potential", "output", "event", "force", "dissipation", "lagrangian"]);
+        let role = r.pick(&[
+            "kinetic",
+            "potential",
+            "output",
+            "event",
+            "force",
+            "dissipation",
+            "lagrangian",
+            "holonomic",
+            "nonholonomic",
+            "nonholonomic(switched)",
+        ]);
         (
             DECLARATION.to_owned(),
             format!("impl A {{ {energies} #[{role}] fn v(&self, q: &Coordinates<Self>) -> Expr {{ {body} }} }}"),
