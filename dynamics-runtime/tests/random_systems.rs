@@ -362,3 +362,121 @@ fn nothing_allocates() {
         assert_eq!(counted.count_total, 0);
     });
 }
+
+/// A block on a floor, whose drag sets in where the floor pushes with more than its threshold.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    threshold: f64,
+    mu: f64,
+}
+
+impl Held<2, 1, 1> for Block {
+    fn mass(&self, _: &PlainState<2, 0>) -> SMatrix<f64, 2, 2> {
+        SMatrix::identity() * 20.0
+    }
+    fn force(&self, _: &PlainState<2, 0>) -> SVector<f64, 2> {
+        [50.0, -200.0].into()
+    }
+    fn energy(&self, s: &PlainState<2, 0>) -> f64 {
+        10.0 * s.u.norm_squared()
+    }
+    fn phi(&self, s: &PlainState<2, 0>) -> SVector<f64, 1> {
+        [s.q[1]].into()
+    }
+    fn phi_q(&self, _: &PlainState<2, 0>) -> SMatrix<f64, 1, 2> {
+        [0.0, 1.0].into()
+    }
+    fn right(&self, _: &PlainState<2, 0>) -> SVector<f64, 1> {
+        SVector::zeros()
+    }
+    fn with_reactions(&self, s: &PlainState<2, 0>, lambda: &SVector<f64, 1>) -> (SVector<f64, 2>, SMatrix<f64, 2, 1>) {
+        let over = lambda[0] - self.threshold;
+        let slope = if over > 0.0 { -self.mu } else { 0.0 };
+        (self.force(s) + SVector::<f64, 2>::new(slope * over, 0.0), [slope, 0.0].into())
+    }
+}
+held!(Block, 2 coordinates ["x", "y"], 1 + 0 = 1 rows ["floor"],
+    [constraint("floor", ConstraintKind::Holonomic, 0, 1)], friction true, events []);
+
+#[test]
+fn a_drag_that_sets_in_at_a_threshold_is_not_overlooked() {
+    for threshold in [0.0, 1.0, 150.0, 199.0, 200.0, 5000.0] {
+        let block = Block { threshold, mu: 0.1 };
+        let outcome = solve_once(&block, &(), &at_rest_or_not([0.0; 2], [0.0; 2])).unwrap();
+        let drag = 0.1 * f64::max(200.0 - threshold, 0.0);
+        assert!((outcome.multipliers[0] - 200.0).abs() < 1e-12);
+        assert!((outcome.accelerations[0] - (50.0 - drag) / 20.0).abs() < 1e-14, "{threshold} {outcome:?}");
+    }
+}
+
+/// [`Six`] with forces B |λ|.
+#[derive(Clone, Copy, Debug)]
+struct Rough {
+    smooth: Six,
+    by: SMatrix<f64, 6, 4>,
+}
+
+impl Held<6, 4, 4> for Rough {
+    fn mass(&self, s: &PlainState<6, 0>) -> SMatrix<f64, 6, 6> {
+        self.smooth.mass(s)
+    }
+    fn force(&self, s: &PlainState<6, 0>) -> SVector<f64, 6> {
+        self.smooth.force(s)
+    }
+    fn energy(&self, s: &PlainState<6, 0>) -> f64 {
+        self.smooth.energy(s)
+    }
+    fn phi(&self, s: &PlainState<6, 0>) -> SVector<f64, 4> {
+        self.smooth.phi(s)
+    }
+    fn phi_q(&self, s: &PlainState<6, 0>) -> SMatrix<f64, 4, 6> {
+        self.smooth.phi_q(s)
+    }
+    fn right(&self, s: &PlainState<6, 0>) -> SVector<f64, 4> {
+        self.smooth.right(s)
+    }
+    fn with_reactions(&self, _: &PlainState<6, 0>, lambda: &SVector<f64, 4>) -> (SVector<f64, 6>, SMatrix<f64, 6, 4>) {
+        let signs = SMatrix::<f64, 4, 4>::from_diagonal(&lambda.map(f64::signum));
+        (self.smooth.force + self.by * lambda.abs(), self.by * signs)
+    }
+}
+held!(Rough, 6 coordinates ["a", "b", "c", "d", "e", "f"], 4 + 0 = 4 rows ["p", "q", "r", "s"],
+    [switched("p", 0), switched("q", 1), switched("r", 2), switched("s", 3)], friction true, events []);
+
+proptest! {
+    #![proptest_config(config(11))]
+
+    #[test]
+    fn several_rough_contacts_are_solved_together(
+        mass in mass(), jacobian in matrix::<4, 6>(), a in matrix::<6, 1>(), lambda in matrix::<4, 1>(),
+        by in matrix::<6, 4>(), released in 0..5_usize,
+    ) {
+        prop_assume!(regularity(&jacobian) > 0.1);
+        // λ = λ₀ + S B |λ| contracts where ‖S B‖ < 1: then there is one solution, whatever the signs.
+        let inverse = mass.try_inverse().unwrap();
+        let influence = (jacobian * inverse * jacobian.transpose()).try_inverse().unwrap() * jacobian * inverse * by;
+        let by = by * (0.7 / influence.norm());
+        let rough = Rough { smooth: Six::with_solution(mass, jacobian, a, lambda), by };
+        let mut state = still();
+        if released < 4 {
+            state.modes_mut().release(released, -1.0);
+        }
+        let outcome = match solve_once(&rough, &(), &state) {
+            Ok(outcome) => outcome,
+            // With a row released S is another: it may contract no more.
+            Err(SolveError::Friction { .. }) if released < 4 => return Ok(()),
+            Err(error) => return Err(TestCaseError::fail(error.to_string())),
+        };
+        let (force, _) = rough.with_reactions(&state, &outcome.multipliers);
+        let newton = mass * outcome.accelerations - force - jacobian.transpose() * outcome.multipliers;
+        prop_assert!(newton.amax() < 1e-10, "{newton}");
+        let mut missed = jacobian * outcome.accelerations - rough.smooth.gamma;
+        if released < 4 {
+            prop_assert!(outcome.multipliers[released] == 0.0);
+            missed[released] = 0.0;
+        }
+        prop_assert!(missed.amax() < 1e-11, "{missed}");
+        let comparison = rough.compare_formulations(&state).unwrap();
+        prop_assert!(comparison.applicable() == 4 && comparison.disagreement() < 1e-11, "{comparison}");
+    }
+}

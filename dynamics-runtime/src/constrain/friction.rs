@@ -75,21 +75,29 @@ pub(super) fn solve<M: Constraints>(
         factored.gamma.iter_mut().zip(more.as_slice()).for_each(|(gamma, more)| *gamma += more);
     }
     let mut problem = Problem::new(model, state, &mut factored, &mut rest);
+    let work = rest.take(lu::memory(r));
     problem.find_rows_read();
-    let multipliers =
-        if problem.k == 0 { M::Rows::zeros() } else { problem.solution(&mut factored.system, &mut rest)? };
-    model.friction(state, &multipliers, problem.force, problem.by_multipliers);
-    if !max_abs(problem.force).is_finite() {
-        return Ok(not_a_number());
+    // What is read may depend on the reactions themselves (a threshold): rows are added until nothing changes any more.
+    for _ in 0..=r {
+        let assumed = if problem.k == 0 { M::Rows::zeros() } else { problem.solution(&mut factored.system, work)? };
+        let mut outcome = Outcome { accelerations: M::Vector::zeros(), multipliers: assumed, diagnosis: None };
+        let Some(force) = problem.force_at(&assumed) else { return Ok(not_a_number()) };
+        let Factored { gamma, floor, system, .. } = &mut factored;
+        let (a, lambda) = (outcome.accelerations.as_mut_slice(), outcome.multipliers.as_mut_slice());
+        let miss = system.solve(force.as_slice(), gamma, a, lambda);
+        let size = miss.scale + 1e-6 * system.size_of_rows(floor);
+        contradiction(miss, size, system, names::<M>())?;
+        let Some(then) = problem.force_at(&outcome.multipliers) else { return Ok(not_a_number()) };
+        let size = max_abs(force.as_slice()).max(max_abs(then.as_slice()));
+        if (0..n).all(|j| (force[j] - then[j]).abs() <= SAME * size) {
+            outcome.diagnosis = Some(diagnosis(&factored.system));
+            return Ok(outcome);
+        }
+        if !problem.read_more() {
+            break;
+        }
     }
-    let mut outcome =
-        Outcome { accelerations: M::Vector::zeros(), multipliers, diagnosis: Some(diagnosis(&factored.system)) };
-    let Factored { gamma, floor, system, .. } = &mut factored;
-    let (a, lambda) = (outcome.accelerations.as_mut_slice(), outcome.multipliers.as_mut_slice());
-    let miss = system.solve(problem.force, gamma, a, lambda);
-    let size = miss.scale + 1e-6 * system.size_of_rows(floor);
-    contradiction(miss, size, system, names::<M>())?;
-    Ok(outcome)
+    Err(SolveError::Friction { row: names::<M>().row(problem.read.get(0)), solutions: 0 })
 }
 
 /// Memory of the factored system.
@@ -124,32 +132,48 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
         Self { model, state, read, k: 0, offset, by_force, force, by_multipliers, matrix, right, step }
     }
 
-    /// Rows that Q reads: those with ∂Q/∂λ ≠ 0 at reactions of either sign. A force that is zero for both reads nothing at this state.
+    /// Rows that Q reads: those with ∂Q/∂λ ≠ 0 at the frictionless reactions, at their size, or at any, with either sign.
     fn find_rows_read(&mut self) {
-        let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-        let mut reads = M::Rows::zeros();
-        for sign in [1.0, -1.0, 0.5] {
-            let mut lambda = M::Rows::zeros();
-            (0..r).for_each(|i| lambda[i] = sign * (1.0 + self.offset[i].abs()) * if i % 2 == 0 { 1.0 } else { sign });
+        let frictionless = self.frictionless();
+        for (sign, alternating) in [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)] {
+            let mut lambda = frictionless;
+            for (i, x) in lambda.as_mut_slice().iter_mut().enumerate() {
+                *x = sign * (1.0 + x.abs()) * if i % 2 == 0 { 1.0 } else { alternating };
+            }
             self.model.friction(self.state, &lambda, self.force, self.by_multipliers);
-            for i in 0..r {
-                let column = (0..n).any(|j| self.by_multipliers[j * r + i] != 0.0);
-                reads[i] += f64::from(u8::from(column && holds::<M>(self.state.modes(), i)));
+            self.read_more();
+        }
+        self.model.friction(self.state, &frictionless, self.force, self.by_multipliers);
+        self.read_more();
+    }
+
+    /// Adds the rows with ∂Q/∂λ ≠ 0 as last evaluated; whether there were any more.
+    fn read_more(&mut self) -> bool {
+        let (n, r, before) = (M::Vector::LEN, M::Rows::LEN, self.k);
+        for row in (0..r).filter(|row| holds::<M>(self.state.modes(), *row)) {
+            let known = (0..self.k).any(|i| self.read.get(i) == row);
+            if !known && (0..n).any(|j| self.by_multipliers[j * r + row] != 0.0) {
+                self.read.set(self.k, row);
+                self.k += 1;
             }
         }
-        for i in (0..r).filter(|i| reads[*i] > 0.0) {
-            self.read.set(self.k, i);
-            self.k += 1;
-        }
+        self.k > before
+    }
+
+    /// Q at these reactions, with its derivatives; `None` where it is not finite.
+    fn force_at(&mut self, multipliers: &M::Rows) -> Option<M::Vector> {
+        self.model.friction(self.state, multipliers, self.force, self.by_multipliers);
+        let mut force = M::Vector::zeros();
+        force.as_mut_slice().copy_from_slice(self.force);
+        max_abs(self.force).is_finite().then_some(force)
     }
 
     /// The one solution that there should be.
-    fn solution(&mut self, system: &mut System<'_>, memory: &mut Memory<'w>) -> Result<M::Rows, SolveError> {
+    fn solution(&mut self, system: &mut System<'_>, work: &mut [f64]) -> Result<M::Rows, SolveError> {
         let k = self.k;
         if let Some(row) = (0..k).map(|i| self.read.get(i)).find(|row| !system.is_unique(*row)) {
             return Err(SolveError::ReactionNotUnique { row: names::<M>().row(row) });
         }
-        let work = memory.take(lu::memory(k));
         let frictionless = self.frictionless();
         let mut found: Option<(M::Rows, bool)> = None;
         let mut solutions = 0;
