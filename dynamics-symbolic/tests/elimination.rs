@@ -2,9 +2,9 @@
 
 mod common;
 
-use common::mechanisms::{Mechanism, andrews, cartesian_chain, four_bar, n_four_bar, slider_crank};
+use common::mechanisms::{Mechanism, andrews, cartesian_chain, folded, four_bar, n_four_bar, slider_crank};
 use common::{Builder, Values};
-use dynamics_symbolic::algebra::{Constrained, Guard, Solver, Stuck, Unrolled, unroll};
+use dynamics_symbolic::algebra::{Constrained, Elimination, Guard, Solver, Stuck, Unrolled, unroll};
 use dynamics_symbolic::calculus::{directional, gradient};
 use dynamics_symbolic::graph::{Graph, NodeId, Symbol};
 use dynamics_symbolic::mechanics::derive;
@@ -356,4 +356,79 @@ fn chains_of_loops_cost_in_proportion() {
     };
     let (few, many) = (size(4), size(12));
     assert!(many < 3 * few + few / 2, "{few} for 4, {many} for 12");
+}
+
+/// Toward a dead point of a partition either the guard calls for the general solver, or the digits are there: nothing in between.
+#[test]
+fn guards_call_before_digits_are_lost() {
+    // Crank and arm aligned at Θ = 0, for whatever the point E leads; rods of a pendulum upright or level; crank and rod in line.
+    type Case = (Mechanism, Vec<usize>, fn(&mut Values, f64));
+    let cases: [Case; 4] = [
+        (andrews(), vec![2], |v, e| v.q[1] = e),
+        (cartesian_chain(1), vec![0], |v, e| (v.q[0], v.q[1]) = (0.9 * (1.0 - e * e).sqrt(), -0.9 * e)),
+        (cartesian_chain(1), vec![1], |v, e| (v.q[0], v.q[1]) = (0.9 * e, -0.9 * (1.0 - e * e).sqrt())),
+        (slider_crank(), vec![2], |v, e| (v.q[0], v.q[1]) = (e, -(0.5 * e.sin() / 1.2).asin())),
+    ];
+    for (k, (mechanism, independent, near)) in cases.into_iter().enumerate() {
+        let mut system = System::of(mechanism);
+        system.values.u = (0..system.values.q.len()).map(|i| 0.3 + 0.1 * i as f64).collect();
+        let (mass, jacobian) = (system.mass.clone(), system.jacobian.clone());
+        let solver = Solver::by_blocks(&mut system.graph, &mass, &jacobian, &independent).expect("regular elsewhere");
+        let (mut held, mut called) = (0, 0);
+        for exponent in 0..40 {
+            near(&mut system.values, 0.3 * 0.5f64.powi(exponent));
+            match compare(&mut system, &solver) {
+                Some(worst) => {
+                    held += 1;
+                    assert!(worst < 1e-9, "{k} at 2^-{exponent}: {worst:e}");
+                }
+                None => called += 1,
+            }
+        }
+        near(&mut system.values, 0.0);
+        assert!(compare(&mut system, &solver).is_none(), "{k}: guarded where it is singular");
+        assert!(held > 5 && called > 20, "{k}: {held} {called}");
+    }
+}
+
+/// Where the states say that a choice of independent coordinates comes near its dead point, another one of nearly the same cost is taken.
+#[test]
+fn states_decide_between_choices_of_the_same_cost() {
+    let leading = |elimination: &Elimination| match elimination {
+        Elimination::Blocks(blocks) => {
+            let dependent: Vec<usize> = blocks.iter().flat_map(|(_, columns)| columns.iter().copied()).collect();
+            (0..3).filter(|c| !dependent.contains(c)).collect::<Vec<_>>()
+        }
+        Elimination::MinimumDegree => Vec::new(),
+    };
+    let mut system = System::of(four_bar());
+    let found = unrolled(&mut system).expect("regular");
+    assert_eq!(leading(&found.elimination), [0], "what is declared first, as nothing else is known");
+    // Coupler and rocker nearly in line: the crank cannot lead there.
+    let dead = System::of(four_bar());
+    let mut values = dead.values.clone();
+    (values.q[1], values.q[2]) = (0.8, 0.8 + 1e-6);
+    let mut system = System::of(four_bar());
+    let mut graph = std::mem::take(&mut system.graph);
+    let (found, _) = unroll(&mut graph, &system.constrained(), &[&values], 20_000).expect("regular");
+    assert_ne!(leading(&found.elimination), [0]);
+}
+
+/// Inertia that is written with a cosine of a difference loses its digits where the links fold: the general solver has the squares.
+#[test]
+fn folded_links_are_left_to_the_general_solver() {
+    let mut system = System::of(folded());
+    let found = unrolled(&mut system).expect("regular");
+    assert!(check(&system, &found).is_some_and(|x| x < 1e-12));
+    let mut lost = false;
+    for exponent in 0..40 {
+        // The second link back along the first.
+        system.values.q[1] = std::f64::consts::PI - 0.5f64.powi(exponent);
+        system.values.q[2] = 0.0;
+        match check(&system, &found) {
+            Some(worst) => assert!(worst < 1e-9, "2^-{exponent}: {worst:e}"),
+            None => lost = true,
+        }
+    }
+    assert!(lost, "the links fold");
 }

@@ -321,3 +321,28 @@ pub fn n_four_bar(loops: usize) -> Mechanism {
     s.builder.energy("gravity", EnergyRole::Potential, potential);
     s
 }
+
+/// Two massless links of equal length in relative angles, θ₁ and θ₂, a point mass at the end of the second, and a wheel ψ that turns with the first
+/// joint: folded, the mass sits in the first joint.
+pub fn folded() -> Mechanism {
+    let mut s = Mechanism::new("Folded");
+    let theta1 = s.coordinate("theta1", 0.4);
+    let theta2 = s.coordinate("theta2", 1.0);
+    let psi = s.coordinate("psi", 0.0);
+    let (m, inertia) = (s.parameter("m", 1.0), s.parameter("inertia", 0.5));
+    let (l1, l2) = (s.parameter("l1", 1.0), s.parameter("l2", 1.0));
+    let both = s.builder.add(theta1, theta2);
+    let (first, second) = (s.polar(l1, theta1), s.polar(l2, both));
+    let place = s.plus(first, second);
+    let slide = s.builder.kinetic(m, &place);
+    let spin = s.builder.kinetic(inertia, &[psi]);
+    let kinetic = s.builder.add(slide, spin);
+    s.builder.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    let stiff = s.builder.mul(theta1, theta1);
+    s.builder.energy("spring", EnergyRole::Potential, stiff);
+    let half = s.builder.ratio(1, 2);
+    let geared = s.builder.mul(half, theta2);
+    let gap = s.builder.sub(psi, geared);
+    s.residual.push(gap);
+    s
+}
