@@ -22,7 +22,8 @@ const STATES: usize = 64;
 /// Timed passes of each candidate; the median counts.
 const ROUNDS: usize = 61;
 
-/// Writes the accelerations at some states.
+/// Writes the accelerations at some states, one after the other as an integrator asks for them: each is a black box, or two would be
+/// evaluated side by side.
 type Evaluate<'a, S, const N: usize> = dyn Fn(&[S], &mut [[f64; N]]) + 'a;
 
 /// One way to evaluate accelerations at a state given as q and u.
@@ -121,7 +122,7 @@ macro_rules! derived {
             name: "derived",
             evaluate: Box::new(move |states, results| {
                 for (state, result) in states.iter().zip(results) {
-                    match $model.accelerations_with(&constants, state) {
+                    match $model.accelerations_with(&constants, black_box(state)) {
                         Ok(a) => *result = a.into(),
                         Err(_) => *result = [f64::NAN; $n],
                     }
@@ -139,7 +140,7 @@ fn by_hand<S: ModelState, const N: usize>(
     Candidate {
         name,
         evaluate: Box::new(move |states, results| {
-            for (state, result) in states.iter().zip(results) {
+            for (state, result) in states.iter().map(black_box).zip(results) {
                 let (q, u) = (Vector::as_slice(state.q()), Vector::as_slice(state.u()));
                 *result = function(q.try_into().expect("N coordinates"), u.try_into().expect("N velocities"));
             }
