@@ -9,42 +9,53 @@
 use crate::calculus::{directional, gradient, substitute, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
-use super::equations::{ConstraintDerivatives, ConstraintEquations, General, Named, Solution};
+use super::equations::{ConstraintDerivatives, Named};
 use super::inverse::MOST_NODES;
 use super::lagrange::symbols;
 use super::model::{Constraint, Model};
 use super::velocity_form::transport;
 
-/// The constraints' own equations; `None` without any. Their derivatives and the solution are yet to come.
-pub(super) fn constraint_equations(model: &mut Model) -> Option<ConstraintEquations> {
-    let n = model.coordinates.len();
-    let rows: Vec<Named> = model.constraints.iter().flat_map(named_rows).collect();
-    if rows.is_empty() {
-        return None;
+/// The constraints' own equations; N coordinates, R rows, the first H of them holonomic.
+pub(super) struct Rows {
+    /// By name, with what the user wrote.
+    pub(super) named: Vec<Named>,
+    /// H.
+    pub(super) holonomic: usize,
+    pub(super) residual: Vec<NodeId>,
+    pub(super) velocity_residual: Vec<NodeId>,
+    pub(super) jacobian: Vec<Vec<NodeId>>,
+    pub(super) velocity_offset: Vec<NodeId>,
+    pub(super) gamma: Vec<NodeId>,
+}
+
+impl Rows {
+    /// Of a model's constraints; `None` without any.
+    pub(super) fn of(model: &mut Model) -> Option<Self> {
+        let n = model.coordinates.len();
+        let named: Vec<Named> = model.constraints.iter().flat_map(named_rows).collect();
+        if named.is_empty() {
+            return None;
+        }
+        let holonomic = model.constraints.iter().filter(|c| c.is_holonomic()).map(|c| c.components.len()).sum();
+        let g = &mut model.graph;
+        let written: Vec<NodeId> = named.iter().map(|r| r.node).collect();
+        let (places, velocities) = written.split_at(holonomic);
+        let mut velocity_residual = directional(g, places, &mut transport);
+        velocity_residual.extend(velocities);
+        let rates = directional(g, &velocity_residual, &mut transport);
+        let gamma: Vec<NodeId> = rates.into_iter().map(|rate| g.neg(rate)).collect();
+        let velocity_offset = offsets(g, places, velocities);
+        let jacobian = jacobian(g, places, velocities, n);
+        Some(Self {
+            residual: timeless(g, places),
+            velocity_residual: timeless(g, &velocity_residual),
+            jacobian: jacobian.iter().map(|row| timeless(g, row)).collect(),
+            velocity_offset: timeless(g, &velocity_offset),
+            gamma: timeless(g, &gamma),
+            named,
+            holonomic,
+        })
     }
-    let holonomic = model.constraints.iter().filter(|c| c.is_holonomic()).map(|c| c.components.len()).sum();
-    let g = &mut model.graph;
-    let written: Vec<NodeId> = rows.iter().map(|r| r.node).collect();
-    let (places, velocities) = written.split_at(holonomic);
-    let mut velocity_residual = directional(g, places, &mut transport);
-    velocity_residual.extend(velocities);
-    let gamma = directional(g, &velocity_residual, &mut transport).into_iter().map(|rate| g.neg(rate));
-    let gamma: Vec<NodeId> = gamma.collect();
-    let velocity_offset = offsets(g, places, velocities);
-    let jacobian = jacobian(g, places, velocities, n);
-    Some(ConstraintEquations {
-        residual: timeless(g, places),
-        velocity_residual: timeless(g, &velocity_residual),
-        jacobian: jacobian.iter().map(|row| timeless(g, row)).collect(),
-        velocity_offset: timeless(g, &velocity_offset),
-        gamma: timeless(g, &gamma),
-        rows,
-        holonomic,
-        free_force: Vec::new(),
-        force_by_multipliers: None,
-        derivatives: Err(0),
-        solution: Solution::General(General::NoPivots),
-    })
 }
 
 /// The rows of a constraint by name: `closure.x`.
@@ -92,20 +103,20 @@ fn jacobian(g: &mut Graph, places: &[NodeId], velocities: &[NodeId], n: usize) -
 }
 
 /// Φ_qᵀλ with symbols for λ: two reverse sweeps.
-pub(super) fn reaction(g: &mut Graph, c: &ConstraintEquations, n: usize) -> Vec<NodeId> {
-    let seeded = c.rows.iter().enumerate();
+pub(super) fn reaction(g: &mut Graph, rows: &Rows, n: usize) -> Vec<NodeId> {
+    let seeded = rows.named.iter().enumerate();
     let seeded: Vec<(NodeId, NodeId)> =
         seeded.map(|(r, row)| (row.node, g.symbol(Symbol::Multiplier(r as u32)))).collect();
-    let (places, velocities) = seeded.split_at(c.holonomic);
+    let (places, velocities) = seeded.split_at(rows.holonomic);
     let holonomic = gradient(g, places, &symbols(n, Symbol::Coordinate));
     let nonholonomic = gradient(g, velocities, &symbols(n, Symbol::Rate));
     holonomic.into_iter().zip(nonholonomic).map(|(a, b)| g.add(a, b)).collect()
 }
 
 /// ∂(Φ_qᵀλ)/∂q, ∂γ/∂q, ∂γ/∂q̇, a forward sweep per symbol; or how many nodes they had taken when they were given up.
-pub(super) fn derivatives(g: &mut Graph, c: &ConstraintEquations, n: usize) -> Result<ConstraintDerivatives, usize> {
+pub(super) fn derivatives(g: &mut Graph, rows: &Rows, n: usize) -> Result<ConstraintDerivatives, usize> {
     let start = g.len();
-    let reaction = reaction(g, c, n);
+    let reaction = reaction(g, rows, n);
     let mut swept = |roots: &[NodeId], by: fn(u32) -> Symbol| {
         let zero = g.zero();
         let mut rows = vec![vec![zero; n]; roots.len()];
@@ -121,8 +132,8 @@ pub(super) fn derivatives(g: &mut Graph, c: &ConstraintEquations, n: usize) -> R
     };
     Ok(ConstraintDerivatives {
         reaction_by_q: swept(&reaction, Symbol::Coordinate)?,
-        gamma_by_q: swept(&c.gamma, Symbol::Coordinate)?,
-        gamma_by_u: swept(&c.gamma, Symbol::Rate)?,
+        gamma_by_q: swept(&rows.gamma, Symbol::Coordinate)?,
+        gamma_by_u: swept(&rows.gamma, Symbol::Rate)?,
     })
 }
 

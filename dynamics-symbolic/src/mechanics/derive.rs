@@ -3,7 +3,7 @@
 use crate::calculus::{ZeroDenominator, directional, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
-use super::constraints;
+use super::constraints::{self, Rows};
 use super::equations::{ConstraintEquations, Derivation, Equations, Named};
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{self, Residual, SOLVED_FOR, Sweep};
@@ -41,27 +41,15 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
 /// As for [`derive`].
 pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Underivable> {
     let n = model.coordinates.len();
-    let mut constraints = constraints::constraint_equations(model);
+    let rows = Rows::of(model);
     let g = &mut model.graph;
     let energies = Energies::sum(g, &model.energies);
     let parts = Parts::split(g, &energies, n);
-    let inertia = parts.inertia(g, n);
-    let own = inertia.force;
     let applied = applied(g, &model.forces, &model.energies, n);
-    let force = applied.iter().fold(own.clone(), |total, (_, part)| each(g, &total, part, Graph::add));
-    // A frame that turns at a given rate is in the positions and, where it does not matter, not in the results.
-    let inertia = Inertia {
-        mass: inertia.mass.iter().map(|row| timeless(g, row)).collect(),
-        force: timeless(g, &force),
-        momenta: timeless(g, &inertia.momenta),
-    };
+    let (inertia, free_force) = parts.balance(g, &applied, n);
     let mut powers = powers(g, &applied, energies.lagrangian);
-    if let Some(c) = &mut constraints {
-        powers.extend(constraints::powers(g, &model.constraints, &c.velocity_offset));
-        c.force_by_multipliers = constraints::force_by_multipliers(g, &inertia.force, c.rows.len());
-        c.free_force = free_force(g, &own, &applied);
-    }
-    let solved = Solved::new(g, &inertia, constraints.as_ref(), manifold)?;
+    powers.extend(rows.iter().flat_map(|rows| constraints::powers(g, &model.constraints, &rows.velocity_offset)));
+    let solved = Solved::new(g, &inertia, rows.as_ref(), manifold)?;
     // T + V is there already, so it stands for the energy function wherever the two are equal.
     let energy_function = {
         let twice = power(g, &inertia.momenta);
@@ -73,37 +61,44 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         applied.iter().fold(inverse, |total, (_, part)| each(g, &total, part, Graph::sub))
     };
     let size = (model.inputs.len(), model.parameters.len());
-    let jacobians = solved.jacobians(g, &inertia, constraints.as_ref(), (swept, parts.sweep()), size)?;
-    if let Some(c) = &mut constraints {
-        c.derivatives = constraints::derivatives(g, c, n);
-    }
-
-    let uses = |g: &Graph, node: NodeId| g.dependence(node).on(SOLVED_FOR);
-    let declared: Vec<Named> = model.outputs.iter().flat_map(scalars).collect();
-    let watched: Vec<Named> = model.events.iter().map(|e| named(&e.name, "", e.node)).collect();
-    let outputs_use_accelerations = declared.iter().any(|o| uses(g, o.node));
-    let events_use_accelerations = watched.iter().any(|e| uses(g, e.node));
-    let accelerations = solved.free_accelerations();
+    let jacobians = solved.jacobians(g, &inertia, rows.as_ref(), (swept, parts.sweep()), size)?;
+    let outputs = model.outputs.iter().flat_map(scalars).collect();
+    let events = model.events.iter().map(|e| named(&e.name, "", e.node)).collect();
+    let (outputs, outputs_use_accelerations) = put_in(g, outputs, &solved)?;
+    let (events, events_use_accelerations) = put_in(g, events, &solved)?;
+    let energies = energies.apart(&model.energies).map(|(t, v)| (timeless(g, &[t])[0], timeless(g, &[v])[0]));
+    let pivots = solved.pivots(g, &inertia.mass);
+    let accelerations = solved.free_accelerations().map_or_else(Vec::new, <[NodeId]>::to_vec);
+    let constraints = rows.zip(solved.into_solution()).map(|(rows, solution)| ConstraintEquations {
+        force_by_multipliers: constraints::force_by_multipliers(g, &inertia.force, rows.named.len()),
+        derivatives: constraints::derivatives(g, &rows, n),
+        free_force,
+        rows: rows.named,
+        holonomic: rows.holonomic,
+        residual: rows.residual,
+        velocity_residual: rows.velocity_residual,
+        jacobian: rows.jacobian,
+        velocity_offset: rows.velocity_offset,
+        gamma: rows.gamma,
+        solution,
+    });
     Ok(Equations {
         derivation: parts.derivation,
-        pivots: solved.pivots(g, &inertia.mass),
-        outputs: put_in(g, declared, accelerations)?,
-        events: put_in(g, watched, accelerations)?,
-        accelerations: accelerations.map_or_else(Vec::new, <[NodeId]>::to_vec),
         mass_matrix: inertia.mass,
         generalized_force: inertia.force,
         momenta: inertia.momenta,
-        energy_function,
-        energies: energies.apart(&model.energies).map(|(t, v)| (timeless(g, &[t])[0], timeless(g, &[v])[0])),
-        powers,
         conserved: Vec::new(),
+        accelerations,
+        pivots,
+        energy_function,
+        energies,
+        powers,
         jacobians,
+        outputs,
+        events,
         outputs_use_accelerations,
         events_use_accelerations,
-        constraints: constraints.map(|c| match solved.into_solution() {
-            Some(solution) => ConstraintEquations { solution, ..c },
-            None => c,
-        }),
+        constraints,
     })
 }
 
@@ -158,6 +153,20 @@ impl Parts {
         if self.form.is_empty() { lagrange(g, self.general, n) } else { mixed(g, &self.form, self.general, n) }
     }
 
+    /// M, Q and p with the applied forces, and Q without those that contain reactions.
+    fn balance(&self, g: &mut Graph, applied: &[(String, Vec<NodeId>)], n: usize) -> (Inertia, Vec<NodeId>) {
+        let inertia = self.inertia(g, n);
+        let all = applied.iter().fold(inertia.force.clone(), |total, (_, part)| each(g, &total, part, Graph::add));
+        let without = free_force(g, &inertia.force, applied);
+        // A frame that turns at a given rate is in the positions and, where it does not matter, not in the results.
+        let inertia = Inertia {
+            mass: inertia.mass.iter().map(|row| timeless(g, row)).collect(),
+            force: timeless(g, &all),
+            momenta: timeless(g, &inertia.momenta),
+        };
+        (inertia, timeless(g, &without))
+    }
+
     fn inverse(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
         inverse_dynamics(g, &self.form, self.general, n)
     }
@@ -196,22 +205,23 @@ fn powers(g: &mut Graph, applied: &[(String, Vec<NodeId>)], lagrangian: NodeId) 
 
 /// Q without the applied forces that contain reactions.
 fn free_force(g: &mut Graph, own: &[NodeId], applied: &[(String, Vec<NodeId>)]) -> Vec<NodeId> {
-    let free = applied.iter().filter(|(_, part)| part.iter().all(|f| !g.dependence(*f).on(Dependence::MULTIPLIERS)));
-    let free: Vec<&Vec<NodeId>> = free.map(|(_, part)| part).collect();
-    let force = free.into_iter().fold(own.to_vec(), |total, part| each(g, &total, part, Graph::add));
-    timeless(g, &force)
+    let is_free = |g: &Graph, part: &[NodeId]| part.iter().all(|f| !g.dependence(*f).on(Dependence::MULTIPLIERS));
+    let free: Vec<&Vec<NodeId>> = applied.iter().map(|(_, part)| part).filter(|part| is_free(g, part)).collect();
+    free.into_iter().fold(own.to_vec(), |total, part| each(g, &total, part, Graph::add))
 }
 
 fn scalars(output: &Output) -> impl Iterator<Item = Named> {
     output.components.iter().map(|(suffix, node)| named(&format!("{}{suffix}", output.name), &output.unit, *node))
 }
 
-/// With accelerations replaced by their values, where these are on the graph.
-fn put_in(g: &mut Graph, named: Vec<Named>, accelerations: Option<&[NodeId]>) -> Result<Vec<Named>, Underivable> {
+/// With accelerations replaced by their values, where these are on the graph without multipliers; and whether any were declared in terms of
+/// what is known only once the equations are solved.
+fn put_in(g: &mut Graph, named: Vec<Named>, solved: &Solved) -> Result<(Vec<Named>, bool), Underivable> {
     let mut nodes: Vec<NodeId> = named.iter().map(|n| n.node).collect();
-    if let Some(accelerations) = accelerations {
+    let used = nodes.iter().any(|node| g.dependence(*node).on(SOLVED_FOR));
+    if let Some(accelerations) = solved.free_accelerations() {
         nodes = inverse::put_in(g, &nodes, accelerations, &[])?;
     }
     let nodes = timeless(g, &nodes);
-    Ok(named.into_iter().zip(nodes).map(|(named, node)| Named { node, ..named }).collect())
+    Ok((named.into_iter().zip(nodes).map(|(named, node)| Named { node, ..named }).collect(), used))
 }

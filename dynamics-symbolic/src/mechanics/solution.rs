@@ -3,11 +3,11 @@
 
 use crate::algebra::{Constrained, Factors, Solver, Stuck, Unrolled, unroll};
 use crate::calculus::directional;
-use crate::graph::{Bindings, Graph, NodeId};
+use crate::graph::{Bindings, Dependence, Graph, NodeId};
 
-use super::constraints::reaction;
+use super::constraints::{Rows, reaction};
 use super::derive::Underivable;
-use super::equations::{ConstraintEquations, General, Jacobians, Pivot, Solution, Withheld};
+use super::equations::{General, Jacobians, Pivot, Solution, Withheld};
 use super::inverse::{Failure, Residual, SolvedFor, Sweep, jacobians, residual_by_entries};
 use super::lagrange::Inertia;
 use super::velocity_form::along_motion;
@@ -45,21 +45,22 @@ impl Solved {
     pub(super) fn new(
         g: &mut Graph,
         inertia: &Inertia,
-        constraints: Option<&ConstraintEquations>,
+        rows: Option<&Rows>,
         manifold: &Manifold,
     ) -> Result<Self, Underivable> {
-        let Some(c) = constraints else {
+        let Some(rows) = rows else {
             let factors = Factors::new(g, &inertia.mass).map_err(Underivable::Singular)?;
             let accelerations = factors.solve(g, &inertia.force);
             return Ok(Self::Free { factors, accelerations });
         };
-        if c.force_by_multipliers.is_some() {
+        if inertia.force.iter().any(|f| g.dependence(*f).on(Dependence::MULTIPLIERS)) {
             return Ok(Self::General(General::Friction));
         }
         if manifold.redundant {
             return Ok(Self::General(General::Redundant));
         }
-        let system = Constrained { mass: &inertia.mass, force: &inertia.force, jacobian: &c.jacobian, gamma: &c.gamma };
+        let system =
+            Constrained { mass: &inertia.mass, force: &inertia.force, jacobian: &rows.jacobian, gamma: &rows.gamma };
         Ok(match unroll(g, &system, manifold.states, LIMIT) {
             Ok((unrolled, solver)) => Self::Unrolled(Box::new(unrolled), Box::new(solver)),
             Err(Stuck::Redundant) => Self::General(General::Redundant),
@@ -97,20 +98,20 @@ impl Solved {
         &self,
         g: &mut Graph,
         inertia: &Inertia,
-        constraints: Option<&ConstraintEquations>,
+        rows: Option<&Rows>,
         (swept, sweep): Swept,
         size: (usize, usize),
     ) -> Result<Result<Jacobians, Withheld>, Underivable> {
-        match (self, constraints) {
+        match (self, rows) {
             (Self::Free { factors, accelerations }, _) => {
                 let entered: Residual = &|g| residual_by_entries(g, &inertia.mass, &inertia.force);
                 let solve = |g: &mut Graph, right: &[NodeId]| factors.solve(g, right);
                 let solved = SolvedFor { accelerations, multipliers: &[], solve: &solve };
                 withheld(jacobians(g, &[swept, entered], sweep, &solved, size))
             }
-            (Self::Unrolled(unrolled, solver), Some(c)) => {
+            (Self::Unrolled(unrolled, solver), Some(rows)) => {
                 let n = unrolled.accelerations.len();
-                let joined = |g: &mut Graph, motion: Vec<NodeId>| with_constraints(g, motion, c);
+                let joined = |g: &mut Graph, motion: Vec<NodeId>| with_constraints(g, motion, rows);
                 let swept: Residual = &|g| {
                     let motion = swept(g);
                     joined(g, motion)
@@ -130,10 +131,10 @@ impl Solved {
 }
 
 /// M q̈ − Q − Φ_qᵀλ joined by Φ̈, from M q̈ − Q.
-fn with_constraints(g: &mut Graph, motion: Vec<NodeId>, c: &ConstraintEquations) -> Vec<NodeId> {
-    let reaction = reaction(g, c, motion.len());
+fn with_constraints(g: &mut Graph, motion: Vec<NodeId>, rows: &Rows) -> Vec<NodeId> {
+    let reaction = reaction(g, rows, motion.len());
     let mut residual: Vec<NodeId> = motion.into_iter().zip(reaction).map(|(m, r)| g.sub(m, r)).collect();
-    residual.extend(directional(g, &c.velocity_residual, &mut along_motion));
+    residual.extend(directional(g, &rows.velocity_residual, &mut along_motion));
     residual
 }
 
