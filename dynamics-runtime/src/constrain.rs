@@ -304,13 +304,23 @@ fn read<'w, M: Constraints>(
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let read = Read::new(n, r, memory);
     let terms = &mut Terms { mass: read.mass, force: read.force, jacobian: read.jacobian, gamma: read.gamma };
-    model.terms(state, terms);
+    all_terms(model, state, terms);
     let row_is_finite = |i: usize| read.gamma[i].is_finite() && max_abs(&read.jacobian[i * n..(i + 1) * n]).is_finite();
     if let Some(row) = (0..r).find(|i| active(*i) && !row_is_finite(*i)) {
         return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
     }
     let finite = max_abs(read.mass).is_finite() && max_abs(read.force).is_finite();
     Ok(finite.then_some(read))
+}
+
+/// M, Q, Φ_q and γ; models without constraints have no function that gives them together.
+fn all_terms<M: Constraints>(model: &M, state: &M::State, terms: &mut Terms<'_>) {
+    if M::ROUTE != Route::Unconstrained {
+        return model.terms(state, terms);
+    }
+    let (n, mass) = (M::Vector::LEN, model.mass_matrix(state));
+    terms.mass.iter_mut().enumerate().for_each(|(i, x)| *x = mass[(i / n, i % n)]);
+    terms.force.copy_from_slice(model.generalized_force(state).as_slice());
 }
 
 fn not_a_number<V: Vector, R: Vector>() -> Outcome<V, R> {

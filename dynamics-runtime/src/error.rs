@@ -59,6 +59,11 @@ pub enum SolveError {
         /// Number of solutions found: 0; more than 1; or 1 that no motion with a contact of any compliance keeps to.
         solutions: usize,
     },
+    /// No impulses that push let all contacts that hit at once come apart.
+    ImpactUndecided {
+        /// The row of the first of them.
+        row: &'static str,
+    },
     /// Applied forces depend on a reaction that the constraints leave undecided, because they repeat each other.
     ReactionNotUnique {
         /// Its row.
@@ -129,6 +134,11 @@ impl fmt::Display for SolveError {
                 f,
                 "{solutions} different reactions of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid \
                  model does not decide; make the contact compliant, or end the motion before"
+            ),
+            Self::ImpactUndecided { row } => write!(
+                f,
+                "no impulses of `{row}` and the contacts that hit with it push all of them apart; contacts that repeat each other cannot \
+                 be told apart: leave one of them out"
             ),
             Self::ReactionNotUnique { row } => write!(
                 f,

@@ -383,7 +383,7 @@ macro_rules! unconstrained {
             type Jacobian = $crate::model::NoMatrix<$n>;
             type VelocityJacobian = $crate::model::NoMatrix<$n>;
             type VelocityOffset = $crate::model::NoRows;
-            type Workspace = [::core::primitive::f64; 0];
+            type Workspace = [::core::primitive::f64; $crate::constrain::workspace_len($n, 0)];
             const CONSTRAINTS: &'static [$crate::model::Constraint] = &[];
             const ROWS: &'static [$crate::model::Quantity] = &[];
             const ROUTE: $crate::model::Route = $crate::model::Route::Unconstrained;

@@ -85,3 +85,13 @@ fn reactions_balance_the_equations_of_motion() {
     assert!(reactions[0].name == "rod" && reactions[0].unique);
     assert!((pull[0] - 2.0 * a[0]).abs() < 1e-14 && (pull[1] - 2.0 * (a[1] + 9.81)).abs() < 1e-13);
 }
+
+#[test]
+fn a_model_without_constraints_has_formulations_too() {
+    let model = common::DoublePendulum::UNIT;
+    let state = at_rest_or_not([0.7, -1.2], [2.0, 1.0]);
+    let comparison = model.compare_formulations(&state).unwrap();
+    assert!(comparison.applicable() == 5 && comparison.disagreement() < 1e-13, "{comparison}");
+    assert!(model.reactions(&state).unwrap().is_empty());
+    assert_eq!(model.degrees_of_freedom(&state).unwrap(), 2);
+}

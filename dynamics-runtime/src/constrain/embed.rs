@@ -95,6 +95,7 @@ impl<M: Constraints> Embedding<M> {
     }
 
     /// Rows by which the dependent velocities are determined.
+    #[cfg(feature = "alloc")]
     pub(super) fn chosen_rows(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.velocities.rank).map(|i| self.velocities.rows[i] as usize)
     }

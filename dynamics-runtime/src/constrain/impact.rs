@@ -30,7 +30,8 @@ pub struct Impact<R> {
 /// A listed scalar constraint that was released to a side is a contact: its impulse pushes to that side or is 0. Others push either way.
 ///
 /// # Errors
-/// As [`super::solve`]; [`SolveError::OffConstraint`] where the constraints leave no velocities to go on with.
+/// As [`super::solve`]; [`SolveError::OffConstraint`] where the constraints leave no velocities to go on with, [`SolveError::ImpactUndecided`] where
+/// contacts repeat each other so that none of their impulses fits.
 pub fn impact<M: Constraints>(
     model: &M,
     state: &mut M::State,
@@ -100,7 +101,7 @@ impl<M: Constraints> Set<'_, M> {
             return Ok((after, solved.multipliers));
         }
         let row = self.hits.first().map_or(0, |(at, _)| M::CONSTRAINTS[*at].first);
-        Err(SolveError::Friction { row: names::<M>().row(row), solutions: 0 })
+        Err(SolveError::ImpactUndecided { row: names::<M>().row(row) })
     }
 
     /// What impulses at the hits do to the velocities while the rest goes on holding: Δq̇, and the impulses of the rest.
