@@ -271,8 +271,9 @@ impl Dense {
         let others = DMatrix::from_fn(places.len(), independent.len(), |i, j| jacobian[(places[i], independent[j])]);
         let gamma = DVector::from_fn(places.len(), |i, _| weights[places[i]] * self.gamma[places[i]]);
         let singular = "does not apply: the block of the dependent coordinates is singular here";
-        let lu = block.clone().full_piv_lu();
-        let (known, by_leading) = (lu.solve(&gamma).ok_or(singular)?, -lu.solve(&others).ok_or(singular)?);
+        let known =
+            solution(block.clone(), DMatrix::from_column_slice(gamma.len(), 1, gamma.as_slice())).ok_or(singular)?;
+        let by_leading = -solution(block.clone(), others).ok_or(singular)?;
         // â = c + B â_I.
         let mut basis = DMatrix::zeros(self.n, independent.len());
         let mut offset = DVector::zeros(self.n);
@@ -289,11 +290,16 @@ impl Dense {
             reduced.cholesky().ok_or("does not apply: no inertia on the motions that are left")?.solve(&right);
         let a = offset + basis * leading;
         let reaction = &mass * &a - force;
-        let wanted = DVector::from_fn(dependent.len(), |i, _| reaction[dependent[i]]);
-        let on_rows = block.transpose().full_piv_lu().solve(&wanted).ok_or(singular)?;
+        let wanted = DMatrix::from_fn(dependent.len(), 1, |i, _| reaction[dependent[i]]);
+        let on_rows = solution(block.transpose(), wanted).ok_or(singular)?;
         let mut lambda = DVector::zeros(self.rows.len());
         places.iter().zip(on_rows.iter()).for_each(|(place, x)| lambda[*place] = weights[*place] * x);
         let a = DVector::from_fn(self.n, |i, _| self.scale[i] * a[i]);
         Ok(self.result::<M>(&a, &lambda))
     }
+}
+
+/// A⁻¹ B, also for an A without rows, on which nalgebra's decomposition panics.
+fn solution(a: DMatrix<f64>, b: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    if a.is_empty() { Some(b) } else { a.full_piv_lu().solve(&b) }
 }
