@@ -141,3 +141,64 @@ fn changed(b: &mut Builder, q: &[NodeId], i: usize, (c, j, k): (i64, usize, usiz
     }
     sum
 }
+
+/// A planar linkage of `loops` dyads, every one between the tip of the dyad before and a pivot on the ground, with lengths taken from one
+/// configuration, so that it can be assembled.
+fn linkage(numbers: &[f64], loops: usize) -> Builder {
+    let mut b = Builder::new("Linkage");
+    let mut numbers = numbers.iter().copied();
+    let mut next = move || numbers.next().expect("enough numbers");
+    let crank = b.coordinate("crank");
+    let polar = |b: &mut Builder, length: NodeId, angle: NodeId| {
+        let (s, c) = (b.sin(angle), b.cos(angle));
+        [b.mul(length, c), b.mul(length, s)]
+    };
+    let mut values = vec![0.2 + 0.3 * next()];
+    let length = b.parameter("crank_length");
+    let (mut tip, angle) = (polar(&mut b, length, crank), 6.0 * next());
+    let mut place = [values[0] * angle.cos(), values[0] * angle.sin()];
+    for i in 0..loops {
+        // The knee and the pivot somewhere around, the next tip on the second link.
+        let knee = [place[0] + next() - 0.5, place[1] + next() - 0.5];
+        let pivot = [2.0 * next() - 1.0, 2.0 * next() - 1.0];
+        let own = [(0, place, knee), (1, pivot, knee)].map(|(k, from, to)| {
+            let angle = b.coordinate(&format!("link[{}]", 2 * i + k));
+            let length = b.parameter(&format!("length[{}]", 2 * i + k));
+            values.push((to[0] - from[0]).hypot(to[1] - from[1]));
+            polar(&mut b, length, angle)
+        });
+        let ground = [0, 1].map(|k| {
+            values.push(pivot[k]);
+            b.parameter(&format!("pivot[{}]", 2 * i + k))
+        });
+        let mut rows = Vec::new();
+        for k in 0..2 {
+            let (one, other) = (b.add(tip[k], own[0][k]), b.add(ground[k], own[1][k]));
+            rows.push(b.sub(one, other));
+        }
+        constrain(&mut b, &format!("closure{i}"), HOLONOMIC, &rows);
+        let half = b.ratio(1, 2);
+        for k in 0..2 {
+            let along = b.mul(half, own[1][k]);
+            tip[k] = b.add(ground[k], along);
+            place[k] = pivot[k] + 0.5 * (knee[k] - pivot[k]);
+        }
+    }
+    for c in &mut b.model.coordinates {
+        c.unit = "rad".into();
+    }
+    values.iter().enumerate().for_each(|(i, x)| b.nominal(i as u32, *x));
+    b
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// What can be assembled is not called contradictory, with up to 16 rows and whatever lengths.
+    #[test]
+    fn linkages_that_can_be_assembled(numbers in prop::collection::vec(0.0..1.0f64, 40), loops in 1..=8usize) {
+        let analysis = analyse(&linkage(&numbers, loops).model);
+        prop_assert_eq!(&analysis.findings, &[]);
+        prop_assert_eq!((analysis.rank, analysis.rows), (2 * loops, 2 * loops));
+    }
+}

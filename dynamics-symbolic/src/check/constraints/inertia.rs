@@ -132,7 +132,7 @@ fn least_inertia(
     let m = evaluate(&model.graph, sample, &mass);
     let slopes: Vec<NodeId> = constraints.jacobian.iter().flatten().copied().collect();
     let slopes = evaluate(&model.graph, sample, &slopes);
-    let mut basis = Basis::new();
+    let mut basis = Basis::default();
     for (r, row) in slopes.chunks(n.max(1)).enumerate().filter(|(r, _)| !analysis.superfluous.contains(r)) {
         basis.add(r, row);
     }

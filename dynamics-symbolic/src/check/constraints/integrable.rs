@@ -297,7 +297,7 @@ impl Rank {
         // Positive, where square roots and logarithms have values.
         let values = |kind: u64, n: usize| (0..n).map(|i| 0.5 + random(kind, i as u64)).collect();
         let sample = Sample { time: 0.7, q: values(0x2000, q), u: Vec::new(), parameters: values(0x2001, p) };
-        Self::Numeric(Basis::new(), sample)
+        Self::Numeric(Basis::default(), sample)
     }
 
     fn adds(&mut self, g: &Graph, v: &[NodeId]) -> Option<bool> {
@@ -345,7 +345,7 @@ impl Closure {
                 null_space(rows, n).iter().map(|v| v.iter().map(|x| *x != Fingerprint::ZERO).collect()).collect()
             }
             Products::Numeric(fields) => {
-                let mut basis = Basis::new();
+                let mut basis = Basis::default();
                 for v in fields {
                     let row: Vec<f64> = chosen.iter().map(|r| v[*r]).collect();
                     if row.iter().any(|x| x.abs() > 1e-9) {

@@ -135,7 +135,7 @@ impl At {
         let dense = slopes(rows, sample, order);
         let offsets = offsets(rows, sample, order);
         let offset = |r: usize| order.iter().position(|s| *s == r).map_or(0.0, |at| offsets[at]);
-        let mut basis = Basis::new();
+        let mut basis = Basis::default();
         let mut dependent = Vec::new();
         for (r, row) in order.iter().zip(&dense) {
             let Some(coefficients) = basis.add(*r, row) else { continue };

@@ -11,17 +11,13 @@ pub(super) const GAP: f64 = 1e-7;
 pub(super) struct Basis {
     /// Orthonormal vectors.
     vectors: Vec<Vec<f64>>,
-    /// Each as a combination of the rows that were added, by name.
-    made: Vec<Vec<(usize, f64)>>,
-    /// The smallest part of an independent row that was left over by those before: 1 where all are orthogonal.
-    pub(super) narrowest: f64,
+    /// The independent rows, by name.
+    names: Vec<usize>,
+    /// Each vector as a combination of the independent rows up to its own.
+    made: Vec<Vec<f64>>,
 }
 
 impl Basis {
-    pub(super) fn new() -> Self {
-        Self { vectors: Vec::new(), made: Vec::new(), narrowest: 1.0 }
-    }
-
     pub(super) fn rank(&self) -> usize {
         self.vectors.len()
     }
@@ -32,24 +28,26 @@ impl Basis {
         if length == 0.0 {
             return Some(Vec::new());
         }
+        // rest = row/‖row‖ + Σ made·(independent rows).
         let mut rest: Vec<f64> = row.iter().map(|x| x / length).collect();
-        let mut made: Vec<(usize, f64)> = vec![(name, 1.0 / length)];
+        let mut made = vec![0.0; self.rank()];
         for _ in 0..2 {
             for (vector, its_made) in self.vectors.iter().zip(&self.made) {
                 let along: f64 = rest.iter().zip(vector).map(|(a, b)| a * b).sum();
                 rest.iter_mut().zip(vector).for_each(|(x, v)| *x -= along * v);
-                its_made.iter().for_each(|(r, c)| accumulate(&mut made, *r, -along * c));
+                made.iter_mut().zip(its_made).for_each(|(m, c)| *m -= along * c);
             }
         }
         let left = norm(&rest);
         if left > GAP {
-            self.narrowest = self.narrowest.min(left);
+            made.push(1.0 / length);
             self.vectors.push(rest.iter().map(|x| x / left).collect());
-            self.made.push(made.into_iter().map(|(r, c)| (r, c / left)).collect());
+            self.made.push(made.into_iter().map(|c| c / left).collect());
+            self.names.push(name);
             return None;
         }
         // 0 ≈ row/‖row‖ + Σ c s: row = −‖row‖ Σ c s.
-        Some(made.into_iter().filter(|(r, _)| *r != name).map(|(r, c)| (r, -length * c)).collect())
+        Some(self.names.iter().copied().zip(made.into_iter().map(|c| -length * c)).collect())
     }
 
     /// An orthonormal basis of what is orthogonal to all rows, of vectors of this length.
@@ -72,13 +70,6 @@ pub(super) fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-fn accumulate(sum: &mut Vec<(usize, f64)>, row: usize, c: f64) {
-    match sum.iter_mut().find(|(r, _)| *r == row) {
-        Some((_, known)) => *known += c,
-        None => sum.push((row, c)),
-    }
-}
-
 /// n/d with d ≤ 12 for a number within 1e-6 of it.
 pub(super) fn fraction(x: f64) -> Option<(i64, i64)> {
     let close = |d: &i64| (x * *d as f64 - (x * *d as f64).round()).abs() < 1e-6 && (x * *d as f64).abs() < 1e3;
@@ -91,7 +82,7 @@ mod tests {
 
     #[test]
     fn dependent_rows_come_with_their_coefficients() {
-        let mut b = Basis::new();
+        let mut b = Basis::default();
         assert_eq!(b.add(4, &[3.0, 0.0, 4.0]), None);
         assert_eq!(b.add(5, &[1.0, 2.0, 0.0]), None);
         let coefficients = b.add(6, &[1.0, -4.0, 4.0]).expect("row 4 minus twice row 5");
