@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::mechanisms::n_four_bar;
 use common::{Builder, chain};
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::compile::{LIMIT, NoJacobians, compile};
@@ -34,6 +35,19 @@ fn solutions_beyond_the_limit_are_left_to_the_general_solver() {
     assert!(c.report.contains(&operations.to_string()), "{}", c.report);
     let programs = c.programs.constraints.as_ref().expect("there is one");
     assert!(programs.terms.cost.total() < LIMIT / 2 && programs.correction.is_none());
+}
+
+/// A sparse mechanism in absolute coordinates costs in proportion to its size, and so do its equations before they are solved.
+#[test]
+fn rows_of_four_bars_grow_linearly() {
+    let sizes = [4, 8].map(|loops| {
+        let c = compile(n_four_bar(loops).closed()).expect("a good model");
+        let programs = c.programs.constraints.as_ref().expect("it has constraints");
+        assert!(programs.correction.is_some(), "{loops}: unrolled");
+        (c.programs.accelerations.cost.total(), programs.terms.cost.total())
+    });
+    let [(small, few), (large, many)] = sizes;
+    assert!(large < 2 * small + small / 4 && many < 2 * few + few / 4, "{sizes:?}");
 }
 
 #[test]
