@@ -54,17 +54,21 @@ impl Body<'_> {
 
     /// What some of a program's results need, without staging.
     pub(in super::super) fn part(&self, program: &Program, results: Range<usize>) -> Printed {
-        let results = &program.results[results];
+        self.needed(program, &all_steps(program, false), &program.results[results])
+    }
+
+    /// Those of the steps that `results` need.
+    pub(in super::super) fn needed(&self, program: &Program, steps: &[Step], results: &[NodeId]) -> Printed {
         let mut wanted: BTreeSet<NodeId> = results.iter().copied().collect();
-        let mut steps: Vec<Step> = Vec::new();
-        for step in all_steps(program, false).into_iter().rev() {
-            if defined(&step).iter().any(|id| wanted.contains(id)) {
-                wanted.extend(read(self.access.graph, &step));
-                steps.push(step);
+        let mut needed: Vec<Step> = Vec::new();
+        for step in steps.iter().rev() {
+            if defined(step).iter().any(|id| wanted.contains(id)) {
+                wanted.extend(read(self.access.graph, step));
+                needed.push(*step);
             }
         }
-        steps.reverse();
-        self.print(program, &steps, results)
+        needed.reverse();
+        self.print(program, &needed, results)
     }
 
     fn printer(&self) -> Printer<'_> {

@@ -425,6 +425,8 @@ impl Emission<'_> {
     /// `fn accelerations_with` of a model with constraints: by the generated code, and where that does not apply by the general solver.
     pub(super) fn constrained_accelerations(&self) -> TokenStream {
         let (private, k, state) = (&self.private, local("k"), local("state"));
+        let solved = quote!(Ok(#private::solve_once(self, #k, #state)?.accelerations));
+        let body = self.without_multipliers(&solved).unwrap_or(solved);
         quote! {
             #[inline]
             fn accelerations_with(
@@ -432,8 +434,38 @@ impl Emission<'_> {
                 #k: &Self::Constants,
                 #state: &<Self as Model>::State,
             ) -> Result<<Self as Model>::Vector, #private::SolveError> {
-                Ok(#private::solve_once(self, #k, #state)?.accelerations)
+                #body
             }
         }
+    }
+
+    /// q̈ alone, which is what integrators ask for most: the multipliers, about a fifth of the work, are left out. A second copy of the code,
+    /// so only where that is short.
+    fn without_multipliers(&self, otherwise: &TokenStream) -> Option<TokenStream> {
+        const SHORT: usize = 1000;
+        let Solution::Unrolled(unrolled) = &self.constrained()?.0.solution else { return None };
+        let program = &self.compiled.programs.accelerations;
+        if program.body.len() > SHORT {
+            return None;
+        }
+        let (degrees, staged) = (self.degrees(), self.staged());
+        let (accelerations, rest) = program.results.split_at(degrees);
+        let wanted = [accelerations, &rest[self.rows()..]].concat();
+        let Printed { statements, results, .. } = self.body(&staged.constants).needed(program, &program.body, &wanted);
+        let (accelerations, values) = results.split_at(degrees);
+        let (private, none, some, prologue) = (&self.private, self.none(), self.some(), self.prologue());
+        let (all_hold, vector) = (self.all_hold(), self.vector(accelerations));
+        let check = self.unguarded(&unrolled.guards, values).map(|unguarded| quote!(if #unguarded { return #none; }));
+        let found = local("found");
+        Some(quote! {
+            let #found = || -> #private::Option<<Self as Model>::Vector> {
+                #all_hold #prologue #statements #check
+                #some(#vector)
+            };
+            match #found() {
+                #some(#found) => Ok(#found),
+                #none => #otherwise,
+            }
+        })
     }
 }
