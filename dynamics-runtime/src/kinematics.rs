@@ -224,7 +224,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         }
         let placed = constrain::assemble(self.model, placed, &all, &none).map_err(Kind::Start)?;
         let mut tracer = Tracer::new(self.model, constants, measure);
-        let point = tracer.complete(placed)?;
+        let point = tracer.complete(placed, None)?;
         Ok((tracer, point))
     }
 
@@ -409,7 +409,7 @@ impl<'c, M: Constraints> Path<'c, M> {
         let mut state = Tracer::predict(&from, t);
         let predicted = *state.u();
         self.tracer.close(&mut state).ok()?;
-        let point = self.tracer.complete(state).ok()?;
+        let point = self.tracer.complete(state, None).ok()?;
         let mut turned = *point.state.u();
         trace::add(&mut turned, -1.0, &predicted);
         let length = |v: &M::Vector| self.tracer.measure.length(v.as_slice());

@@ -100,16 +100,16 @@ impl fmt::Display for KinematicsErrorKind {
             ),
             Self::SingularStart { rows, coordinates } => write!(
                 f,
-                "the start is a singular position: rows {rows} depend on each other there and leave {coordinates} open; begin at another time"
+                "the start is a singular position: the rank falls with {rows}, which leaves {coordinates} open; begin at another time"
             ),
             Self::LockUp { rows, coordinates } => write!(
                 f,
-                "the mechanism locks up: rows {rows} hold against each other, and the drive would have to move {coordinates} with infinite \
+                "the mechanism locks up: {rows} hold against each other, and the drive would have to move {coordinates} with infinite \
                  velocity; end the motion before, or drive another coordinate"
             ),
             Self::Bifurcation { loss, rows, coordinates } => write!(
                 f,
-                "the assembly bifurcates: rows {rows} depend on each other here (the rank falls by {loss}), and {coordinates} can go either \
+                "the assembly bifurcates: the rank falls by {loss} with {rows}, and {coordinates} can go either \
                  way; add a constraint that decides, or pass it smoothly with `.through_bifurcations()`"
             ),
             Self::NoContinuation { row, residual } => write!(

@@ -65,7 +65,12 @@ pub(super) struct Frame {
     a: Vec<f64>,
     v: Vec<f64>,
     pub(super) sigma: Vec<f64>,
+    /// Number of frames since the last that was made from nothing.
+    age: u32,
 }
+
+/// So many frames are made from the one before in a row.
+const OLDEST: u32 = 100;
 
 impl Frame {
     pub(super) fn new<M: Constraints>(measure: &Measure, model: &M, state: &M::State) -> Result<Self, usize> {
@@ -74,7 +79,23 @@ impl Frame {
         let mut a = measure.jacobian(model, state, &scales);
         let (mut v, mut sigma) = (vec![0.0; n * n], vec![0.0; n]);
         Svd::new(m, &mut a, &mut v, &mut sigma);
-        Ok(Self { scales, a, v, sigma })
+        Ok(Self { scales, a, v, sigma, age: 0 })
+    }
+
+    /// The frame of a point near this one's, at a third of the cost: its V nearly decomposes that Jacobian, too.
+    pub(super) fn next<M: Constraints>(&self, measure: &Measure, model: &M, state: &M::State) -> Result<Self, usize> {
+        if self.age == OLDEST {
+            return Self::new(measure, model, state);
+        }
+        let scales = measure.norms(model, state)?;
+        let jacobian = measure.jacobian(model, state, &scales);
+        let (m, n) = (scales.len(), self.sigma.len());
+        let (mut a, mut v, mut sigma) = (vec![0.0; m * n], self.v.clone(), vec![0.0; n]);
+        for (image, right) in a.chunks_exact_mut(m).zip(self.v.chunks_exact(n)) {
+            map(&jacobian, right, image);
+        }
+        Svd::refined(m, &mut a, &mut v, &mut sigma);
+        Ok(Self { scales, a, v, sigma, age: self.age + 1 })
     }
 
     fn svd(&self) -> Svd<'_> {
@@ -166,10 +187,7 @@ impl Frame {
         let mut image = vec![0.0; m];
         let mut d = vec![0.0; n * n];
         for j in 0..n {
-            image.fill(0.0);
-            for (column, v) in jacobian.chunks_exact(m).zip(svd.right(j)) {
-                image.iter_mut().zip(column).for_each(|(out, a)| *out += v * a);
-            }
+            map(jacobian, svd.right(j), &mut image);
             for i in 0..n {
                 let product: f64 = svd.column(i).iter().zip(&image).map(|(a, b)| a * b).sum();
                 d[i * n + j] = product / (self.sigma[i] * math::sqrt(self.sigma[i] * self.sigma[j]));
@@ -177,6 +195,16 @@ impl Frame {
         }
         let entry = |i: usize, j: usize| 0.5 * (d[i * n + j] + d[j * n + i]) - if i == j { 0.25 } else { 0.0 };
         is_positive_definite(n, entry)
+    }
+}
+
+/// image = A x, A by columns.
+fn map(a: &[f64], x: &[f64], image: &mut [f64]) {
+    image.fill(0.0);
+    for (column, x) in a.chunks_exact(image.len()).zip(x) {
+        if *x != 0.0 {
+            image.iter_mut().zip(column).for_each(|(out, a)| *out += x * a);
+        }
     }
 }
 

@@ -61,7 +61,7 @@ impl fmt::Display for KinematicSummary {
         for Passage { time, rows, coordinates } in &self.passages {
             write!(
                 f,
-                "\n  passed       a bifurcation at t = {time}: {rows} depend on each other there, {coordinates} could go either way"
+                "\n  passed       a bifurcation at t = {time}: the rank falls with {rows}, {coordinates} could go either way"
             )?;
         }
         Ok(())

@@ -64,15 +64,20 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         Self { model, constants, measure, workspace, effort: Effort::default() }
     }
 
-    /// Velocities, accelerations and the Jacobian at a position that fulfils the constraints; `state` comes with predicted velocities.
-    pub(super) fn complete(&mut self, mut state: M::State) -> Result<Point<M>, Kind> {
+    /// Velocities, accelerations and the Jacobian at a position that fulfils the constraints; `state` comes with predicted velocities, `before` is
+    /// the frame of a point nearby.
+    pub(super) fn complete(&mut self, mut state: M::State, before: Option<&Frame>) -> Result<Point<M>, Kind> {
         let mut right = self.model.velocity_residual(&state);
         negate(&mut right);
         let change = constrain::correct(self.model, &state, &right, &mut self.workspace)?.accelerations;
         add(state.u_mut(), 1.0, &change);
         let solved = constrain::solve(self.model, self.constants, &state, &mut self.workspace)?;
         let not_finite = |row: usize| Kind::Solve(SolveError::ConstraintNotFinite { row: M::ROWS[row].name });
-        let frame = Frame::new(&self.measure, self.model, &state).map_err(not_finite)?;
+        let frame = match before {
+            Some(before) => before.next(&self.measure, self.model, &state),
+            None => Frame::new(&self.measure, self.model, &state),
+        };
+        let frame = frame.map_err(not_finite)?;
         Ok(Point { state, accelerations: solved.accelerations, frame })
     }
 
@@ -123,7 +128,7 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         if !from.frame.leads_to(&jacobian) {
             return Err(self.missed(&state));
         }
-        Ok((self.complete(state)?, contraction))
+        Ok((self.complete(state, Some(&from.frame))?, contraction))
     }
 
     /// The factor by which the next step may be longer.
