@@ -1,10 +1,11 @@
-//! A driven double pendulum on firmware: no standard library, no allocator.
+//! A driven double pendulum and a bob held by a constraint on firmware: no standard library, no allocator.
 //!
 //! The library is what a firmware author writes. The program beside it (`main.rs`) links it with a panic handler and nothing else: had
 //! anything below asked for an allocator or for `std`, it would not link.
 #![no_std]
 #![forbid(unsafe_code)]
 
+use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
 use dynamics::integrate::{Dop853, Phase, Rk4, StepOptions, Stepper, Tolerances};
 use dynamics::prelude::*;
 
@@ -173,4 +174,87 @@ pub fn agreement(model: &DoublePendulum) -> Result<(), Failure> {
         Err(SolveError::SingularMassMatrix(SingularMassMatrix { name: "theta2", .. })) => Ok(()),
         _ => Err(Failure::Singular),
     }
+}
+
+/// A bob on a rod, in Cartesian coordinates.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(m: kg, l: m, g: m / s^2)]
+pub struct Bob {
+    /// Mass.
+    pub m: f64,
+    /// Length of the rod.
+    pub l: f64,
+    /// Acceleration of gravity.
+    pub g: f64,
+}
+
+#[dynamics]
+impl Bob {
+    fn place(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, q.y)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.place(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Expr {
+        self.place(q).norm() - self.l
+    }
+    #[output]
+    fn tension(&self, q: &Coordinates<Self>) -> Expr {
+        -q.reaction(Self::rod)
+    }
+}
+
+/// Assembles a start, swings for 5 s with projection after every step, and knows the tension of the rod all the way.
+pub fn hold() -> Result<(), Failure> {
+    const H: f64 = 1e-3;
+    let model = Bob { m: 2.0, l: 0.5, g: 9.81 };
+    let refused = |_| Failure::Refused;
+    let constants = model.constants().map_err(|_| Failure::Refused)?;
+    let start = model.state().x(0.3).y_guess(-1.0).x_rate(0.4).assemble().map_err(|_| Failure::Refused)?;
+    let (mut state, energy) = (start, model.energy_function(&start));
+    let options = StepOptions { tolerances: Tolerances::both(1e-9), fixed: Some(H), first: None, most: H };
+    for _ in 0..5000 {
+        let mut equation = |t: f64, q: &<Bob as Model>::Vector, u: &<Bob as Model>::Vector| {
+            model.accelerations_with(&constants, &State::<Bob>::new(t, *q, *u, start.inputs))
+        };
+        let (t, phase) = (state.t, Phase { q: state.q, u: state.u });
+        let mut stepper: Stepper<<Bob as Model>::Vector, Rk4<<Bob as Model>::Vector>> =
+            Stepper::new(&mut equation, t, phase, t + H, options).map_err(|_| Failure::Step)?;
+        stepper.step(&mut equation, t + H).map_err(|_| Failure::Step)?;
+        let end = stepper.now();
+        state = State::<Bob>::new(end.t, end.y.q, end.y.u, start.inputs);
+        with_workspace::<Bob, _>(|workspace| {
+            project_positions(&model, &mut state, workspace)?;
+            project_velocities(&model, &mut state, workspace)
+        })
+        .map_err(refused)?;
+        // T = m (g cos θ + l θ̇²), also by the general solver.
+        let by_hand = model.m * (model.g * -state.y() / model.l + state.u.dot(&state.u) / model.l);
+        let mut tension = [0.0];
+        model.outputs(&state, &mut tension).map_err(refused)?;
+        let general =
+            with_workspace::<Bob, _>(|workspace| solve_general(&model, &state, workspace)).map_err(refused)?;
+        let unrolled = solve_once(&model, &constants, &state).map_err(refused)?;
+        for difference in [
+            tension[0] - by_hand,
+            general.multipliers[0] + by_hand,
+            (general.accelerations - unrolled.accelerations).norm(),
+            model.residual(&state)[0],
+            model.velocity_residual(&state)[0],
+        ] {
+            if difference.is_nan() || difference.abs() > 1e-11 {
+                return Err(Failure::Difference(difference));
+            }
+        }
+    }
+    let drift = (model.energy_function(&state) - energy) / energy;
+    if drift.abs() < 1e-9 { Ok(()) } else { Err(Failure::Energy(drift)) }
 }
