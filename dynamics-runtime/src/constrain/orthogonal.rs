@@ -13,11 +13,12 @@ use super::memory::{Indices, Memory, add_scaled, dot, norm, swap_rows, two_rows}
 /// Turns x into (β, v₂, …) with H x = β e₁, H = I − τ v vᵀ, v₁ = 1; returns τ.
 fn reflector(x: &mut [f64]) -> f64 {
     let Some((first, rest)) = x.split_first_mut() else { return 0.0 };
+    // However small: what is dropped here is an error of A.
     let tail = norm(rest);
     if tail == 0.0 {
         return 0.0;
     }
-    let beta = -crate::math::hypot(*first, tail).copysign(*first);
+    let beta = -norm(&[*first, tail]).copysign(*first);
     let tau = (beta - *first) / beta;
     let scale = 1.0 / (*first - beta);
     rest.iter_mut().for_each(|x| *x *= scale);
@@ -99,6 +100,10 @@ impl<'w> Orthogonal<'w> {
     /// [R₁ R₂] = [T 0] Vᵀ, by reflectors on the rows of R.
     fn reduce_right(&mut self) {
         let (r, n) = (self.r, self.n);
+        if self.rank == r {
+            // R₁ itself will do: V is not needed.
+            return;
+        }
         for i in 0..self.rank {
             for p in i..r {
                 self.c[i * r + p] = self.a[p * n + i];
@@ -155,6 +160,14 @@ impl<'w> Orthogonal<'w> {
         for (p, w) in w.iter_mut().enumerate() {
             *w = b[self.order.get(p)];
         }
+        if k == r {
+            // R₁ᵀ y = P b: column i of R₁ lies at the start of row i.
+            for i in 0..k {
+                let column = &self.a[i * self.n..];
+                y[i] = (w[i] - dot(&column[..i], &y[..i])) / column[i];
+            }
+            return b.fill(0.0);
+        }
         for i in 0..k {
             reflect(&self.c[i * r + i..(i + 1) * r], self.tau_right[i], &mut w[i..]);
         }
@@ -170,6 +183,14 @@ impl<'w> Orthogonal<'w> {
     /// The λ (r numbers) of least norm with Aᵀ λ = Q (f, 0); `f` has k numbers. `w`: r numbers of memory.
     pub(crate) fn least_norm(&self, f: &[f64], lambda: &mut [f64], w: &mut [f64]) {
         let (r, k) = (self.r, self.rank);
+        if k == r {
+            for i in (0..k).rev() {
+                let later: f64 = (i + 1..k).map(|l| self.a[l * self.n + i] * w[l]).sum();
+                w[i] = (f[i] - later) / self.a[i * self.n + i];
+                lambda[self.order.get(i)] = w[i];
+            }
+            return;
+        }
         w.fill(0.0);
         for i in 0..k {
             let row = &self.c[i * r..(i + 1) * r];
@@ -201,6 +222,47 @@ impl<'w> Orthogonal<'w> {
         }
         for (p, w) in w.iter().enumerate() {
             out[self.order.get(p)] = *w;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_decomposition_puts_the_rows_together_again() {
+        // A small tail beside a large head, a row that repeats another, and one that nearly does.
+        let rows = [[1.0, 1e-9, 0.0], [0.6, 0.0, 0.8], [1.0, 1e-9, 0.0], [0.6, 1e-5, 0.8]];
+        let (mut a, mut work) = (rows.concat(), [0.0; memory(4)]);
+        let it = Orthogonal::new(&mut a, 4, 3, 1e-8, &mut Memory::rest(&mut work));
+        assert!(it.rank == 3 && it.condition > 1e4, "{} {}", it.rank, it.condition);
+        for row in rows {
+            // Rows lie in the span of the first columns of Q, and keep their length.
+            let mut turned = row;
+            it.rotate(&mut turned);
+            assert!((norm(&turned) - norm(&row)).abs() < 1e-15);
+            it.rotate_back(&mut turned);
+            assert!(turned.iter().zip(row).all(|(x, y)| (x - y).abs() < 1e-15), "{turned:?}");
+        }
+        let x = [0.3, -0.7, 0.2];
+        let mut b = rows.map(|row| dot(&row, &x));
+        let (mut y, mut w) = ([0.0; 3], [0.0; 4]);
+        it.fit(&mut b, &mut y, &mut w);
+        it.rotate_back(&mut y);
+        assert!(y.iter().zip(x).all(|(y, x)| (y - x).abs() < 1e-10) && norm(&b) < 1e-15, "{y:?} {b:?}");
+        assert!(!it.is_independent(0, &mut w) && !it.is_independent(2, &mut w) && it.is_independent(3, &mut w));
+    }
+
+    #[test]
+    fn a_small_tail_is_reflected_away_exactly() {
+        for tail in [1e-3, 1e-9, 1e-17, 1e-200] {
+            let x = [1.0, tail];
+            let mut v = x;
+            let tau = reflector(&mut v);
+            let mut y = x;
+            reflect(&v, tau, &mut y);
+            assert!(y[1].abs() <= 1e-15 * tail && (y[0].abs() - 1.0).abs() < 1e-6, "{tail}: {y:?}");
         }
     }
 }
