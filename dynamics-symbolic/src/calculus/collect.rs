@@ -221,7 +221,7 @@ fn bilinear(g: &mut Graph, terms: &[Term]) -> Vec<Product> {
         symbols.sort_unstable();
         rows.entry(symbols).or_default().insert(functions, term.number);
     }
-    let mut found: Vec<(Vec<Term>, BTreeMap<Vec<NodeId>, NodeId>)> = Vec::new();
+    let mut found: Vec<(Vec<Term>, Polynomial)> = Vec::new();
     for (factors, row) in rows {
         let mut place = None;
         for (at, (_, other)) in found.iter().enumerate() {
