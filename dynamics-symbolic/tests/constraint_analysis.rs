@@ -106,7 +106,16 @@ fn redundant_said_in_vain_is_an_error() {
     let (mut b, q) = particles(&["x", "y"]);
     let rod = circle(&mut b, q[0], q[1]);
     constrain(&mut b, "rod", HOLONOMIC, &[rod]).redundant = true;
-    assert_eq!(faults(&b.model), [Fault::RedundantInVain { name: "rod".into(), origin: Origin(1000) }]);
+    let in_vain = [Fault::RedundantInVain { name: "rod".into(), origin: Origin(1000) }];
+    assert_eq!(faults(&b.model), in_vain);
+    // At some places of the wall it would be the rod's tangent: nobody knows as long as the parameters are not.
+    let d = b.parameter("d");
+    let wall = b.sub(q[0], d);
+    constrain(&mut b, "wall", HOLONOMIC, &[wall]);
+    sound(&b.model);
+    b.nominal(0, 2.0);
+    b.nominal(1, 1.0);
+    assert_eq!(faults(&b.model), in_vain);
 }
 
 #[test]
@@ -393,4 +402,51 @@ fn branches_on_which_rows_repeat_others_are_reported_and_may_be_marked() {
     assert_eq!((analysis.least_rank, analysis.looked_at), (3, LookedAt::Nominal));
     b.model.constraints[0].redundant = true;
     assert_eq!(sound(&b.model).least_rank, 3);
+}
+
+/// A car with n trailers: axles that do not slip, hitched at their middles. Its growth vector is the longest there is, so that brackets of
+/// brackets up to the depth n + 2 are needed to see that nothing can be integrated.
+#[test]
+fn trailers_need_deep_brackets() {
+    for trailers in 0..=3 {
+        let mut names = vec!["x".to_owned(), "y".to_owned()];
+        names.extend((0..=trailers).map(|i| format!("theta[{i}]")));
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let (mut b, q) = particles(&names);
+        let mut place = [q[0], q[1]];
+        let rows: Vec<NodeId> = (0..=trailers)
+            .map(|i| {
+                let (s, c) = (b.sin(q[2 + i]), b.cos(q[2 + i]));
+                if i > 0 {
+                    place = [b.sub(place[0], c), b.sub(place[1], s)];
+                }
+                let (u, v) = (b.dt(place[0]), b.dt(place[1]));
+                let (us, vc) = (b.mul(u, s), b.mul(v, c));
+                b.sub(us, vc)
+            })
+            .collect();
+        constrain(&mut b, "axles", NONHOLONOMIC, &rows);
+        assert_eq!(sound(&b.model).integrable, Some(0), "{trailers} trailers");
+    }
+}
+
+/// A ball that rolls on a plane, in Euler angles ψ, θ, φ: two rows on five coordinates.
+#[test]
+fn a_rolling_ball_is_not_integrable_and_neither_is_one_that_does_not_spin() {
+    let (mut b, q) = particles(&["x", "y", "psi", "theta", "phi"]);
+    let v: Vec<NodeId> = q.iter().map(|x| b.dt(*x)).collect();
+    let (sp, cp, st, ct) = (b.sin(q[2]), b.cos(q[2]), b.sin(q[3]), b.cos(q[3]));
+    // ω = (θ̇ cos ψ + φ̇ sin ψ sin θ, θ̇ sin ψ − φ̇ cos ψ sin θ, ψ̇ + φ̇ cos θ).
+    let spin = b.mul(v[4], st);
+    let (a, c) = (b.mul(v[3], cp), b.mul(spin, sp));
+    let wx = b.add(a, c);
+    let (a, c) = (b.mul(v[3], sp), b.mul(spin, cp));
+    let wy = b.sub(a, c);
+    let turned = b.mul(v[4], ct);
+    let wz = b.add(v[2], turned);
+    let rows = [b.sub(v[0], wy), b.add(v[1], wx)];
+    constrain(&mut b, "roll", NONHOLONOMIC, &rows);
+    assert_eq!(sound(&b.model).integrable, Some(0));
+    constrain(&mut b, "no_spin", NONHOLONOMIC, &[wz]);
+    assert_eq!(sound(&b.model).integrable, Some(0));
 }

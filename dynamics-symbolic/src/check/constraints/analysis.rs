@@ -41,7 +41,7 @@ pub struct Analysis {
     pub samples: Vec<Sample>,
     /// What was looked at.
     pub looked_at: LookedAt,
-    /// Nonholonomic rows that can be integrated; `None` where that was not settled.
+    /// Nonholonomic rows that can be integrated; `None` where there are too many rows to settle that.
     pub integrable: Option<usize>,
 }
 
@@ -93,8 +93,8 @@ pub fn analyse(model: &Model) -> Analysis {
         judge_integrability(model, &rows, known.as_ref(), &mut all.faults);
         analysis.integrable = known.map(|k| k.dimension);
     }
-    if all.faults.is_empty() && !matches!(analysis.looked_at, LookedAt::TooMany | LookedAt::Nowhere) {
-        all.redundant_in_vain();
+    if all.faults.is_empty() {
+        all.redundant_in_vain(analysis.looked_at == LookedAt::Nominal);
     }
     analysis.findings = all.faults.into_iter().map(Finding::Constraint).collect();
     analysis
@@ -269,13 +269,24 @@ impl Set<'_> {
         Combination::Constant(crate::check::modular::combination(&factors, &names))
     }
 
-    /// Constraints marked as redundant of which no row is in any relation.
-    fn redundant_in_vain(&mut self) {
+    /// Constraints marked as redundant of which no row is in any relation, where that is certain: parameters that are not known might have the
+    /// very values at which it repeats others, unless there is nothing that it shares a coordinate with.
+    fn redundant_in_vain(&mut self, nominal: bool) {
         for (i, c) in self.model.constraints.iter().enumerate().filter(|(_, c)| c.redundant) {
-            if !self.entangled.iter().any(|r| self.rows.constraint[*r] == i) {
+            let entangled = self.entangled.iter().any(|r| self.rows.constraint[*r] == i);
+            if !entangled && (nominal || self.alone(i)) {
                 self.faults.push(ConstraintFinding::RedundantInVain { name: c.name.clone(), origin: c.origin });
             }
         }
+    }
+
+    /// Whether a constraint is one row, and no other row moves a coordinate of it.
+    fn alone(&self, constraint: usize) -> bool {
+        let own: Vec<usize> = (0..self.rows.len()).filter(|r| self.rows.constraint[*r] == constraint).collect();
+        let [own] = own[..] else { return false };
+        let shares =
+            |r: usize| self.rows.jacobian[r].iter().any(|(j, _)| self.rows.jacobian[own].iter().any(|(k, _)| j == k));
+        (0..self.rows.len()).all(|r| r == own || !shares(r))
     }
 }
 

@@ -91,8 +91,12 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
         );
         entry(out, "", &text);
     }
-    if let Some(n) = analysis.integrable.filter(|n| *n > 0) {
-        entry(out, "", &format!("{n} of the nonholonomic rows can be integrated"));
+    match analysis.integrable {
+        Some(n) if n > 0 => entry(out, "", &format!("{n} of the nonholonomic rows can be integrated")),
+        None if derived.holonomic < analysis.rows => {
+            entry(out, "", "whether the nonholonomic rows can be integrated was not settled, there are too many rows");
+        }
+        _ => {}
     }
 }
 
