@@ -45,7 +45,8 @@ pub(super) fn correct_rows<M: Constraints>(
 
 /// q̈ and λ with Baumgarte's stabilisation: Φ_q q̈ = γ − 2αΦ̇ − β²Φ; for rows A q̇ + b, which have no Φ, γ − 2α(A q̇ + b).
 ///
-/// Drift then decays as e^{−αt} where β ≤ α … and the equations become as stiff as α and β are large. λ includes what the correction takes.
+/// Drift then obeys Φ̈ + 2αΦ̇ + β²Φ = 0: with α = β it decays as (1 + αt)e^{−αt}, without overshoot, and an explicit method of step h has to have αh within
+/// its region of stability. λ includes what the correction takes. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1–16.
 ///
 /// # Errors
 /// As [`solve`].
