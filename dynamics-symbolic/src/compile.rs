@@ -276,7 +276,7 @@ fn constraints(g: &Graph, e: &Equations, c: &ConstraintEquations) -> ConstraintP
             Solution::General(_) => None,
             Solution::Unrolled(u) => {
                 let (corrections, multipliers) = &u.correction;
-                let all = [corrections.as_slice(), multipliers, &guards(&u.guards)].concat();
+                let all = [corrections.as_slice(), multipliers, &guards(&u.correction_guards)].concat();
                 // Where it is too large the general solver serves as well.
                 Some(inline("correction", &all)).filter(|program| excess(program).is_none())
             }

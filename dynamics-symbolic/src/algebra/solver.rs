@@ -101,7 +101,8 @@ const TRIED: usize = 12;
 const LARGE: usize = 20_000;
 /// A partition may cost this much more than the cheapest where it is better conditioned.
 const NEARLY: f64 = 1.25;
-
+/// Partitions that come nearer to a dead point than this at one of the given states are not taken while there is another way.
+const POOR: f64 = 1e-3;
 /// Smallest share of its constant that a diagonal element of M may have where it is not written as a sum of squares: below, the general solver
 /// takes over, which has it as it was declared.
 const CANCELLED: f64 = 1e-4;
@@ -119,68 +120,119 @@ pub fn unroll(
     limit: usize,
 ) -> Result<(Unrolled, Solver), Stuck> {
     let (n, r) = (system.mass.len(), system.jacobian.len());
-    let terms = [&system.mass.concat()[..], &system.jacobian.concat(), system.force, system.gamma].concat();
-    let diagonal: Vec<NodeId> = (0..n).map(|i| system.mass[i][i]).collect();
-    let short = collect(g, &terms, &diagonal);
-    let (rows, vectors) = short.nodes.split_at((n + r) * n);
-    let rows: Vec<Vec<NodeId>> = rows.chunks(n).map(<[NodeId]>::to_vec).collect();
-    let (mass, jacobian) = rows.split_at(n);
-    let (force, gamma) = vectors.split_at(n);
-    let system = &Constrained { mass, jacobian, force, gamma };
-    let mass = Sparse::new(g, system.mass, n);
-    let jacobian = Sparse::new(g, system.jacobian, n);
-    let Choice::Partitions(candidates) = partitions(g, &jacobian, n) else { return Err(Stuck::Redundant) };
-    let way = |g: &mut Graph, choice: Option<&Partition>| match choice {
-        Some(partition) => NullSpace::new(g, &mass, &jacobian, partition).map(|reduced| Way::Blocks(Box::new(reduced))),
-        None => MinimumDegree::new(g, system.mass, system.jacobian).map(Way::MinimumDegree),
-    };
-    let cost = |choice: Option<&Partition>| {
-        // On a copy, so that what is not taken leaves no trace.
-        let mut trial = g.clone();
-        let solver = Solver(way(&mut trial, choice)?);
-        let (accelerations, multipliers) = solver.solve(&mut trial, system.force, system.gamma);
-        let guards = solver.guards().iter().flat_map(|guard| [guard.pivot, guard.scale]);
-        Some(trial.weight(&[accelerations, multipliers, guards.collect()].concat()))
-    };
-    let tried = if g.len() > LARGE { 2 } else { TRIED };
-    let priced: Vec<(usize, f64, &Partition)> = candidates
-        .iter()
-        .take(tried)
-        .filter_map(|p| Some((cost(Some(p))?, conditioning(g, &jacobian, p, states), p)))
-        .collect();
-    let cheapest = priced.iter().map(|(cost, ..)| *cost).min().unwrap_or(usize::MAX);
-    let near = priced.iter().filter(|(cost, ..)| *cost as f64 <= NEARLY * cheapest as f64);
-    let best = near.min_by(|(a, good, _), (b, better, _)| better.total_cmp(good).then(a.cmp(b)));
-    let together = cost(None);
-    let choice = match (best, together) {
-        (Some((blocks, ..)), Some(together)) if together < *blocks => None,
-        (Some((.., partition)), _) => Some(*partition),
-        (None, Some(_)) => None,
-        (None, None) => return Err(Stuck::NoPivots),
-    };
-    let solver = Solver(way(g, choice).ok_or(Stuck::NoPivots)?);
-    let (accelerations, multipliers) = solver.solve(g, system.force, system.gamma);
+    let short = Short::new(g, system);
+    let solver = short.solver(g, states)?;
+    let (accelerations, multipliers) = solver.solve(g, &short.force, &short.gamma);
     let mut guards = solver.guards().to_vec();
-    guards.extend((0..n).filter_map(|i| {
-        let (pivot, scale) =
-            *short.squares.iter().find(|(new, _)| *new == system.mass[i][i] && !g.is_constant(*new))?;
-        Some(Guard { of: Guarded::Coordinate(i), pivot, scale, tolerance: CANCELLED })
-    }));
-    let zero = vec![g.zero(); n];
-    let given: Vec<NodeId> = (0..r as u32).map(|row| g.symbol(Symbol::Multiplier(row))).collect();
-    let correction = solver.solve(g, &zero, &given);
+    guards.extend(short.cancelled(g));
     let checked: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
     let shared = share(g, &[&accelerations[..], &multipliers, &checked].concat());
     let operations = g.operations(&shared);
     if operations > limit {
         return Err(Stuck::TooLarge(operations));
     }
-    let (accelerations, rest) = shared.split_at(n);
-    let (multipliers, checked) = rest.split_at(r);
-    for (guard, new) in guards.iter_mut().zip(checked.chunks(2)) {
-        (guard.pivot, guard.scale) = (new[0], new[1]);
+    let zero = vec![g.zero(); n];
+    let given: Vec<NodeId> = (0..r as u32).map(|row| g.symbol(Symbol::Multiplier(row))).collect();
+    let (delta, mu) = solver.solve(g, &zero, &given);
+    // A program of its own: what it shares with the other is no gain to it.
+    let corrected = share(g, &[&delta[..], &mu, &checked].concat());
+    let parts = |all: &[NodeId]| (all[..n].to_vec(), all[n..n + r].to_vec(), renewed(&guards, &all[n + r..]));
+    let (accelerations, multipliers, solution_guards) = parts(&shared);
+    let (delta, mu, correction_guards) = parts(&corrected);
+    let unrolled = Unrolled {
+        elimination: solver.elimination(),
+        accelerations,
+        multipliers,
+        guards: solution_guards,
+        correction: (delta, mu),
+        correction_guards,
+    };
+    Ok((unrolled, solver))
+}
+
+/// Guards with other nodes of the same values.
+fn renewed(guards: &[Guard], nodes: &[NodeId]) -> Vec<Guard> {
+    guards.iter().zip(nodes.chunks(2)).map(|(guard, new)| Guard { pivot: new[0], scale: new[1], ..*guard }).collect()
+}
+
+/// The equations in short forms.
+struct Short {
+    mass: Vec<Vec<NodeId>>,
+    force: Vec<NodeId>,
+    jacobian: Vec<Vec<NodeId>>,
+    gamma: Vec<NodeId>,
+    /// Diagonal elements of M that are written with a constant that can cancel, and that constant.
+    squares: Vec<(NodeId, NodeId)>,
+}
+
+impl Short {
+    fn new(g: &mut Graph, system: &Constrained) -> Self {
+        let (n, r) = (system.mass.len(), system.jacobian.len());
+        let terms = [&system.mass.concat()[..], &system.jacobian.concat(), system.force, system.gamma].concat();
+        let diagonal: Vec<NodeId> = (0..n).map(|i| system.mass[i][i]).collect();
+        let short = collect(g, &terms, &diagonal);
+        let (rows, vectors) = short.nodes.split_at((n + r) * n);
+        let mut mass: Vec<Vec<NodeId>> = rows.chunks(n.max(1)).map(<[NodeId]>::to_vec).collect();
+        let jacobian = mass.split_off(n);
+        let (force, gamma) = vectors.split_at(n);
+        Self { mass, force: force.to_vec(), jacobian, gamma: gamma.to_vec(), squares: short.squares }
     }
-    let (accelerations, multipliers) = (accelerations.to_vec(), multipliers.to_vec());
-    let elimination = solver.elimination();
-    Ok((Unrolled { elimination, accelerations, multipliers, guards, correction }, solver))
+
+    /// The better of all ways.
+    fn solver(&self, g: &mut Graph, states: &[&dyn Bindings]) -> Result<Solver, Stuck> {
+        let n = self.mass.len();
+        let (mass, jacobian) = (Sparse::new(g, &self.mass, n), Sparse::new(g, &self.jacobian, n));
+        let Choice::Partitions(candidates) = partitions(g, &jacobian, n) else { return Err(Stuck::Redundant) };
+        let way = |g: &mut Graph, choice: Option<&Partition>| match choice {
+            Some(partition) => {
+                NullSpace::new(g, &mass, &jacobian, partition).map(|reduced| Solver(Way::Blocks(Box::new(reduced))))
+            }
+            None => Solver::together(g, &self.mass, &self.jacobian),
+        };
+        let cost = |choice: Option<&Partition>| {
+            // On a copy, so that what is not taken leaves no trace.
+            let mut trial = g.clone();
+            let solver = way(&mut trial, choice)?;
+            let (accelerations, multipliers) = solver.solve(&mut trial, &self.force, &self.gamma);
+            let guards = solver.guards().iter().flat_map(|guard| [guard.pivot, guard.scale]);
+            Some(trial.weight(&[accelerations, multipliers, guards.collect()].concat()))
+        };
+        let tried = if g.len() > LARGE { 2 } else { TRIED };
+        let priced: Vec<Priced> = candidates
+            .iter()
+            .take(tried)
+            .filter_map(|p| Some((cost(Some(p))?, conditioning(g, &jacobian, p, states), p)))
+            .collect();
+        let choice = prefer(&priced, cost(None)).ok_or(Stuck::NoPivots)?;
+        way(g, choice).ok_or(Stuck::NoPivots)
+    }
+
+    /// Guards of the diagonal elements of M that can cancel.
+    fn cancelled(&self, g: &Graph) -> Vec<Guard> {
+        let diagonal = self.mass.iter().enumerate().map(|(i, row)| (i, row[i]));
+        let written = diagonal.filter(|(_, element)| !g.is_constant(*element)).filter_map(|(i, element)| {
+            let (_, constant) = self.squares.iter().find(|(square, _)| *square == element)?;
+            Some(Guard { of: Guarded::Coordinate(i), pivot: element, scale: *constant, tolerance: CANCELLED })
+        });
+        written.collect()
+    }
+}
+
+/// Cost, conditioning, and the partition that has them.
+type Priced<'a> = (usize, f64, &'a Partition);
+
+/// The partition to be taken, or q̈ and λ together (`Some(None)`) where that is cheaper; `None` where there is no way at all.
+fn prefer<'a>(priced: &[Priced<'a>], together: Option<usize>) -> Option<Option<&'a Partition>> {
+    let good: Vec<&Priced> = priced.iter().filter(|(_, conditioning, _)| *conditioning > POOR).collect();
+    let candidates = if good.is_empty() && together.is_none() { priced.iter().collect() } else { good };
+    let cheapest = candidates.iter().map(|(cost, ..)| *cost).min().unwrap_or(usize::MAX);
+    let near = candidates.into_iter().filter(|(cost, ..)| *cost as f64 <= NEARLY * cheapest as f64);
+    let best = near.min_by(|(a, good, _), (b, better, _)| better.total_cmp(good).then(a.cmp(b)));
+    match (best, together) {
+        (Some((blocks, _, partition)), together) if together.is_none_or(|cost| *blocks <= cost) => {
+            Some(Some(*partition))
+        }
+        (_, Some(_)) => Some(None),
+        _ => None,
+    }
 }

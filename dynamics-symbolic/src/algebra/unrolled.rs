@@ -47,4 +47,6 @@ pub struct Unrolled {
     /// δ and μ with M δ = Φ_qᵀμ, Φ_q δ = r, where the right-hand sides r are the symbols `Symbol::Multiplier`: N and R nodes. Mass-weighted
     /// corrections of positions and velocities, Baumgarte's terms and impacts are such solutions.
     pub correction: (Vec<NodeId>, Vec<NodeId>),
+    /// The same pivots, by nodes that the correction shares.
+    pub correction_guards: Vec<Guard>,
 }
