@@ -9,6 +9,7 @@
 mod common;
 use std::f64::consts::TAU;
 
+use dynamics::integrate::root;
 use dynamics::output::Film;
 use dynamics::prelude::*;
 
@@ -200,7 +201,15 @@ impl Walk<'_, '_> {
         let height = |n: &usize| self.foot(state, *n).y;
         (0..12).min_by(|a, b| height(a).total_cmp(&height(b))).unwrap_or(0)
     }
-    /// Follows the lowest foot: when another one becomes lowest it touches down, at a time found by bisection.
+    /// When one foot comes down to the height of another one.
+    fn crossing(&self, from: f64, to: f64, standing: usize, next: usize) -> f64 {
+        let above = |t: f64| {
+            let state = self.motion.at(t);
+            self.foot(&state, next).y - self.foot(&state, standing).y
+        };
+        root(above, (from, above(from)), (to, above(to)), 1e-14 * to)
+    }
+    /// Follows the lowest foot: when another one becomes lowest it touches down, at a time found as a root.
     fn of<'w, 'm>(motion: &'w KinematicMotion<'m, Machine>) -> Walk<'w, 'm> {
         let mut walk = Walk { motion, stands: Vec::new() };
         let first = walk.lowest(&motion.start());
@@ -209,18 +218,16 @@ impl Walk<'_, '_> {
         for state in motion.states() {
             let mut standing = walk.stands[walk.stands.len() - 1].1;
             while walk.lowest(&state) != standing {
-                let (mut early, mut late) = (before, state.t);
+                // Whichever is lowest now, an earlier one may have been lowest in between: the first to come down counts.
                 let mut next = walk.lowest(&state);
-                while late - early > 4.0 * f64::EPSILON * late {
-                    let middle = motion.at(0.5 * (early + late));
-                    let lowest = walk.lowest(&middle);
-                    (early, late, next) =
-                        if lowest == standing { (middle.t, late, next) } else { (early, middle.t, lowest) };
+                let mut touch = motion.at(walk.crossing(before, state.t, standing, next));
+                while ![standing, next].contains(&walk.lowest(&touch)) {
+                    next = walk.lowest(&touch);
+                    touch = motion.at(walk.crossing(before, touch.t, standing, next));
                 }
-                let touch = motion.at(late);
                 let place = walk.body(&touch) + walk.foot(&touch, next).x;
-                walk.stands.push((late, next, place));
-                (standing, before) = (next, late);
+                walk.stands.push((touch.t, next, place));
+                (standing, before) = (next, touch.t);
             }
             before = state.t;
         }

@@ -37,7 +37,7 @@ impl<'a> Svd<'a> {
     pub(crate) fn refined(m: usize, a: &'a mut [f64], v: &'a mut [f64], sigma: &'a mut [f64]) -> Self {
         let n = sigma.len();
         for _ in 0..MOST_SWEEPS {
-            if !sweep(m, n, a, v) {
+            if !sweep(m, n, a, v, sigma) {
                 break;
             }
         }
@@ -77,30 +77,46 @@ impl<'a> Svd<'a> {
     }
 }
 
-/// Makes all pairs of columns orthogonal once; false where they were.
-fn sweep(m: usize, n: usize, a: &mut [f64], v: &mut [f64]) -> bool {
-    let length = |a: &[f64], j: usize| dot(&a[j * m..][..m], &a[j * m..][..m]);
+/// Makes all pairs of columns orthogonal once; false where they were, to the rounding of their products. `squares` is memory for the squares
+/// of their lengths.
+fn sweep(m: usize, n: usize, a: &mut [f64], v: &mut [f64], squares: &mut [f64]) -> bool {
+    for (j, square) in squares.iter_mut().enumerate() {
+        let column = &a[j * m..][..m];
+        *square = product(column, column);
+    }
+    let rounding = m as f64 * f64::EPSILON;
     // Below it a product of columns is rounding noise.
-    let noise = (0..n).fold(0.0, |most: f64, j| most.max(length(a, j))) * f64::EPSILON * f64::EPSILON;
+    let noise = squares.iter().copied().fold(0.0, f64::max) * f64::EPSILON * f64::EPSILON;
     let mut turned = false;
     for i in 0..n {
         for j in i + 1..n {
-            let (pp, qq) = (length(a, i), length(a, j));
-            let pq = dot(&a[i * m..][..m], &a[j * m..][..m]);
-            let orthogonal = pq * pq <= (f64::EPSILON * f64::EPSILON) * pp * qq * m as f64;
+            let pq = product(&a[i * m..][..m], &a[j * m..][..m]);
+            let orthogonal = pq * pq <= rounding * rounding * squares[i] * squares[j];
             // Comparisons with NaN are false: such a matrix ends the sweeps by their number.
             if orthogonal || pq.abs() <= noise {
                 continue;
             }
             turned = true;
-            let zeta = (qq - pp) / (2.0 * pq);
+            let zeta = (squares[j] - squares[i]) / (2.0 * pq);
             let t = zeta.signum() / (zeta.abs() + math::hypot(1.0, zeta));
             let c = 1.0 / math::hypot(1.0, t);
             turn(a, m, i, j, c, c * t);
             turn(v, n, i, j, c, c * t);
+            squares[i] -= t * pq;
+            squares[j] += t * pq;
         }
     }
     turned
+}
+
+/// Σ pᵢ qᵢ in four sums, which the compiler can add side by side.
+fn product(p: &[f64], q: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (quads, rest) = (p.chunks_exact(4).zip(q.chunks_exact(4)), p.len() / 4 * 4);
+    for (p, q) in quads {
+        (0..4).for_each(|k| sums[k] += p[k] * q[k]);
+    }
+    sums[0] + sums[1] + (sums[2] + sums[3]) + dot(&p[rest..], &q[rest..])
 }
 
 /// Turns columns i < j of length m: (p, q) ← (c p − s q, s p + c q).
