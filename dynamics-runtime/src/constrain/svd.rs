@@ -80,10 +80,7 @@ impl<'a> Svd<'a> {
 /// Makes all pairs of columns orthogonal once; false where they were, to the rounding of their products. `squares` is memory for the squares
 /// of their lengths.
 fn sweep(m: usize, n: usize, a: &mut [f64], v: &mut [f64], squares: &mut [f64]) -> bool {
-    for (j, square) in squares.iter_mut().enumerate() {
-        let column = &a[j * m..][..m];
-        *square = product(column, column);
-    }
+    (0..n).for_each(|j| squares[j] = squared(a, m, j));
     let rounding = m as f64 * f64::EPSILON;
     // Below it a product of columns is rounding noise.
     let noise = squares.iter().copied().fold(0.0, f64::max) * f64::EPSILON * f64::EPSILON;
@@ -102,11 +99,19 @@ fn sweep(m: usize, n: usize, a: &mut [f64], v: &mut [f64], squares: &mut [f64]) 
             let c = 1.0 / math::hypot(1.0, t);
             turn(a, m, i, j, c, c * t);
             turn(v, n, i, j, c, c * t);
-            squares[i] -= t * pq;
-            squares[j] += t * pq;
+            for (k, change) in [(i, -t * pq), (j, t * pq)] {
+                let square = squares[k] + change;
+                // What cancels is counted again: a column may be left with nothing but rounding.
+                squares[k] = if square < 0.5 * squares[k] { squared(a, m, k) } else { square };
+            }
         }
     }
     turned
+}
+
+/// The square of the length of column j.
+fn squared(a: &[f64], m: usize, j: usize) -> f64 {
+    product(&a[j * m..][..m], &a[j * m..][..m])
 }
 
 /// Σ pᵢ qᵢ in four sums, which the compiler can add side by side.
@@ -134,6 +139,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
         /// For all shapes and ranks: A V = U Σ with orthogonal columns, and least squares by its definition: A x is the part of b in the
         /// range, x has none in the null space. (nalgebra's own decomposition misses some of these by 10⁻³.)
         #[test]
@@ -155,7 +161,8 @@ mod tests {
             prop_assert!((&matrix * &right - DMatrix::from_column_slice(m, n, svd.a)).amax() < 1e-14);
             for j in 0..n {
                 for i in 0..j {
-                    prop_assert!(dot(svd.column(i), svd.column(j)).abs() < 1e-14);
+                    let rounding = 2.0 * m as f64 * f64::EPSILON * svd.largest().powi(2);
+                    prop_assert!(dot(svd.column(i), svd.column(j)).abs() <= rounding);
                 }
             }
             prop_assert!(svd.sigma.iter().filter(|sigma| **sigma > 1e-13).count() <= k);
