@@ -202,3 +202,47 @@ proptest! {
         prop_assert_eq!((analysis.rank, analysis.rows), (2 * loops, 2 * loops));
     }
 }
+
+/// Points in the plane or in space, each held by two or three rods to points before it; the first are fixed to the ground, one rod is left out.
+fn rods(numbers: &[f64], points: usize, d: usize) -> Builder {
+    let mut b = Builder::new("Rods");
+    let mut numbers = numbers.iter().copied().cycle();
+    let mut next = move || 2.0 * numbers.next().expect("a cycle does not end") - 1.0;
+    let mut values = Vec::new();
+    let mut known: Vec<(Vec<NodeId>, Vec<f64>)> = Vec::new();
+    for i in 0..d {
+        let at: Vec<f64> = (0..d).map(|_| next()).collect();
+        let nodes = (0..d).map(|k| b.parameter(&format!("ground[{}]", d * i + k))).collect();
+        values.extend(&at);
+        known.push((nodes, at));
+    }
+    for i in 0..points {
+        let at: Vec<f64> = (0..d).map(|_| next()).collect();
+        let nodes: Vec<NodeId> = (0..d).map(|k| b.coordinate(&format!("p[{}]", d * i + k))).collect();
+        let mut rows = Vec::new();
+        for j in 0..if i == 0 { d - 1 } else { d } {
+            let (other, place) = known[known.len() - 1 - j].clone();
+            let gap: Vec<NodeId> = nodes.iter().zip(&other).map(|(a, c)| b.sub(*a, *c)).collect();
+            let length = b.parameter(&format!("length[{i}][{j}]"));
+            values.push(at.iter().zip(&place).map(|(a, c)| (a - c).powi(2)).sum::<f64>().sqrt());
+            let (square, own) = (b.norm_squared(&gap), b.mul(length, length));
+            rows.push(b.sub(square, own));
+        }
+        constrain(&mut b, &format!("rods{i}"), HOLONOMIC, &rows);
+        known.push((nodes, at));
+    }
+    values.iter().enumerate().for_each(|(i, x)| b.nominal(i as u32, *x));
+    b
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 80, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// The same of rods between points, in the plane and in space.
+    #[test]
+    fn frameworks_that_can_be_assembled(numbers in prop::collection::vec(0.0..1.0f64, 36), points in 1..=8usize, d in 2..=3usize) {
+        let analysis = analyse(&rods(&numbers, points, d).model);
+        prop_assert_eq!(&analysis.findings, &[]);
+        prop_assert_eq!((analysis.rank, analysis.rows), (d * points - 1, d * points - 1));
+    }
+}

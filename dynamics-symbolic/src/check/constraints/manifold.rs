@@ -15,6 +15,8 @@ use super::sample::{Sample, random};
 /// Random starts, and states on the manifold that are enough.
 const STARTS: u64 = 16;
 const ENOUGH: usize = 5;
+/// Farther from the manifold than this, relative to the size of the parameters, Newton's method is not just slow.
+const APART: f64 = 1e-3;
 /// Most rows that are projected: a step takes R³ operations.
 pub(super) const LIMIT: usize = 60;
 /// A gradient is gone where it is this much shorter than one step of this size away, relative to the coordinates' own: that of Φ² is of the size
@@ -91,8 +93,9 @@ impl Manifold {
                 break;
             }
         }
+        // What comes close may only come slowly, as near a singular state.
         if found.samples.is_empty() && nominal && evidence >= STARTS / 2 {
-            found.nowhere = closest;
+            found.nowhere = closest.filter(|(_, distance)| *distance > APART * size);
         }
         let scale = coordinate_scales(model, size);
         let gone = |r: &usize| !found.samples.is_empty() && found.samples.iter().all(|s| vanishes(rows, s, &scale, *r));

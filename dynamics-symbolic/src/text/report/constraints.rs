@@ -65,11 +65,11 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
     let places = n - analysis.holonomic_rank.min(n);
     let free = n - analysis.rank.min(n);
     let where_known = match analysis.looked_at {
+        _ if derived.holonomic == 0 => "in every state",
         LookedAt::Nominal => "where the constraints hold, at the nominal values",
         LookedAt::Random => {
             "where the constraints hold, at random values of the parameters; `#[nominal(..)]` would say at which"
         }
-        LookedAt::General if derived.holonomic == 0 => "in every state",
         LookedAt::General => {
             "in general; no state was found in which the constraints hold, `#[nominal(..)]` values would help"
         }
@@ -78,8 +78,9 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
     };
     let size = if places == free { free.to_string() } else { format!("{free} in velocities, {places} in positions") };
     let driven = if free == 0 { ": driven throughout, a matter of kinematics" } else { "" };
+    let all_on = if model.constraints.iter().any(|c| c.switched) { " with all constraints on" } else { "" };
     let text = format!(
-        "{size}{driven}; {n} coordinates, {rows} {} of rank {} {where_known}",
+        "{size}{all_on}{driven}; {n} coordinates, {rows} {} of rank {} {where_known}",
         if rows == 1 { "row" } else { "rows" },
         analysis.rank
     );
@@ -169,7 +170,8 @@ fn reactions(out: &mut String, model: &Model, analysis: &Analysis) {
     } else {
         format!("; unique as a generalized force of the whole constraint: {}", shortened(&sums))
     };
-    let text = format!("unique: {kept}; not unique, the smallest are given: {lost}{sums}");
+    let all_on = if model.constraints.iter().any(|c| c.switched) { "with all constraints on, " } else { "" };
+    let text = format!("{all_on}unique: {kept}; not unique, the smallest are given: {lost}{sums}");
     entry(out, "reactions", &text);
 }
 
