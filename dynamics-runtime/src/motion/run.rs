@@ -1,5 +1,6 @@
 //! The loop of a run: step, look for events, record.
 
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::sync::atomic::{AtomicBool, Ordering};

@@ -251,7 +251,12 @@ impl<M: Constraints> Upkeep<M> {
         let mut rows = rows_that_hold::<M>(state).filter(|row| *row < M::Residual::LEN);
         let drifted = |row: usize| {
             let distance = distances.along(row, residual[row]);
-            (!(distance <= limit)).then(|| Drifted { row: M::ROWS[row].name, residual: residual[row], distance, limit })
+            (distance.is_nan() || distance > limit).then(|| Drifted {
+                row: M::ROWS[row].name,
+                residual: residual[row],
+                distance,
+                limit,
+            })
         };
         rows.find_map(drifted)
     }
@@ -320,7 +325,7 @@ pub(crate) fn apart<M: Constraints>(
     let rows = constraint.first..constraint.first + constraint.rows;
     let far = rows.map(|row| (row, distances.along(row, residual[row])));
     let (row, distance) = far.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (!(distance <= START * distances.size)).then(|| (M::ROWS[row].name, residual[row]))
+    (distance.is_nan() || distance > START * distances.size).then(|| (M::ROWS[row].name, residual[row]))
 }
 
 fn largest(values: &[f64]) -> f64 {
