@@ -38,7 +38,7 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
 /// Derives the equations of motion of a model of whose constraints something is known beforehand.
 ///
 /// # Errors
-/// As for [`derive`].
+/// As for [`fn@derive`].
 pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Underivable> {
     let n = model.coordinates.len();
     let rows = Rows::of(model);
