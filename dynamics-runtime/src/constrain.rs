@@ -221,17 +221,37 @@ fn general<M: Constraints>(
     if let Some(more) = more {
         factored.gamma.iter_mut().zip(more.as_slice()).for_each(|(gamma, more)| *gamma += more);
     }
-    let Factored { force, gamma, floor, system } = &mut factored;
+    let Factored { force, gamma, floor, slack, system } = &mut factored;
     let mut accelerations = M::Vector::zeros();
     let mut multipliers = M::Rows::zeros();
     let miss = system.solve(force, gamma, accelerations.as_mut_slice(), multipliers.as_mut_slice());
     let size = miss.scale + 1e-6 * system.size_of_rows(floor);
-    contradiction(miss, size, system, names::<M>())?;
+    contradiction(miss, size, *slack, system, names::<M>())?;
     Ok(Outcome { accelerations, multipliers, diagnosis: Some(diagnosis(system)) })
 }
 
 fn diagnosis(system: &System<'_>) -> Diagnosis {
     Diagnosis { active: system.active(), rank: system.rank(), condition: system.condition() }
+}
+
+/// How far rows that are declared to repeat others may differ from what they repeat: on the manifold not at all, beside it by the order of the
+/// distance. Taken for independent there, they would be divided by that distance, and the accelerations would be noise.
+fn slack<M: Constraints>(model: &M, state: &M::State, jacobian: &[f64], active: impl Fn(usize) -> bool) -> f64 {
+    if !M::CONSTRAINTS.iter().any(|c| c.redundant) {
+        return system::RANK_TOLERANCE;
+    }
+    let off = |values: &[f64], at: &M::Vector| {
+        let rows = values.iter().zip(jacobian.chunks_exact(M::Vector::LEN)).enumerate();
+        let distance = rows.filter(|(row, _)| active(*row)).map(|(_, (x, row))| match memory::norm(row) {
+            0.0 => 0.0,
+            length => x.abs() / length,
+        });
+        distance.fold(0.0, f64::max) / (1.0 + max_abs(at.as_slice()))
+    };
+    let (residual, rate) = (model.residual(state), model.velocity_residual(state));
+    let distance = off(residual.as_slice(), state.q()).max(off(rate.as_slice(), state.u()));
+    // A curvature of a hundred per unit of length is allowed for; beyond a tenth nothing is known any more.
+    (100.0 * distance).clamp(system::RANK_TOLERANCE, 0.1)
 }
 
 /// The factored equations of a model at a state.
@@ -242,6 +262,8 @@ struct Factored<'w> {
     gamma: &'w mut [f64],
     /// Σⱼ |Φ_q,ᵢⱼ| q̇ⱼ²: the least that γ is taken for, as its rounding errors where it cancels are no contradiction.
     floor: &'w mut [f64],
+    /// How far rows that repeat each other may differ.
+    slack: f64,
     system: System<'w>,
 }
 
@@ -268,13 +290,14 @@ impl<'w> Factored<'w> {
         for (floor, row) in floor.iter_mut().zip(jacobian.chunks_exact(M::Vector::LEN)) {
             *floor = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
         }
-        let system = System::factor(mass, jacobian, active, names::<M>(), &mut memory)?;
-        Ok(Some(Self { force, gamma, floor, system }))
+        let slack = slack(model, state, jacobian, &active);
+        let system = System::factor(mass, jacobian, active, slack, names::<M>(), &mut memory)?;
+        Ok(Some(Self { force, gamma, floor, slack, system }))
     }
 }
 
-fn contradiction(miss: Miss, size: f64, system: &System<'_>, names: Names) -> Result<(), SolveError> {
-    if miss.size <= CONTRADICTION * size {
+fn contradiction(miss: Miss, size: f64, slack: f64, system: &System<'_>, names: Names) -> Result<(), SolveError> {
+    if miss.size <= CONTRADICTION.max(100.0 * slack) * size {
         return Ok(());
     }
     let (row, rank) = (names.row(miss.row), system.rank());

@@ -3,7 +3,7 @@
 mod common;
 
 use common::at_rest_or_not;
-use common::constrained::{FourBar, Held, PainleveRod, Rod, Sleigh, SliderCrank, SquaredRod, TripleRod};
+use common::constrained::{FourBar, Held, PainleveRod, Rod, Sleigh, SliderCrank, SquaredRod, TripleRod, TwiceRod};
 use dynamics_runtime::constrain::{
     Embedding, check_gradients, impact, project_positions, project_velocities, solve_baumgarte, solve_general,
     solve_once, with_workspace,
@@ -301,4 +301,16 @@ fn beyond_the_limit_there_is_none_or_two_and_an_unstable_one_is_not_taken() {
     assert_eq!(painleve(1.5, steepest, 10.0, false), friction(2));
     assert_eq!(painleve(1.5, steepest, 10.0, true), friction(1));
     assert_eq!(painleve(1.5, steepest, 0.0, true), friction(1));
+}
+
+#[test]
+fn rows_that_repeat_others_on_the_manifold_are_not_taken_for_independent_beside_it() {
+    // Drift of a motion that is not projected, and of the stages of one that is.
+    for drift in [0.0, 1e-12, 1e-9, 1e-7, 1e-5] {
+        let state = at_rest_or_not([0.9 + drift, -1.2], [0.8, 0.6 - drift]);
+        let (once, twice) = (solve_once(&ROD, &(), &state).unwrap(), solve_once(&TwiceRod(ROD), &(), &state).unwrap());
+        assert_eq!(twice.diagnosis.map(|d| d.rank), Some(1), "{drift:e}");
+        let apart = (once.accelerations - twice.accelerations).amax();
+        assert!(apart <= 1e-14 + 10.0 * drift, "{drift:e}: {apart:e}");
+    }
 }

@@ -82,11 +82,11 @@ pub(super) fn solve<M: Constraints>(
         let assumed = if problem.k == 0 { M::Rows::zeros() } else { problem.solution(&mut factored.system, work)? };
         let mut outcome = Outcome { accelerations: M::Vector::zeros(), multipliers: assumed, diagnosis: None };
         let Some(force) = problem.force_at(&assumed) else { return Ok(not_a_number()) };
-        let Factored { gamma, floor, system, .. } = &mut factored;
+        let Factored { gamma, floor, slack, system, .. } = &mut factored;
         let (a, lambda) = (outcome.accelerations.as_mut_slice(), outcome.multipliers.as_mut_slice());
         let miss = system.solve(force.as_slice(), gamma, a, lambda);
         let size = miss.scale + 1e-6 * system.size_of_rows(floor);
-        contradiction(miss, size, system, names::<M>())?;
+        contradiction(miss, size, *slack, system, names::<M>())?;
         let Some(then) = problem.force_at(&outcome.multipliers) else { return Ok(not_a_number()) };
         let size = max_abs(force.as_slice()).max(max_abs(then.as_slice()));
         if (0..n).all(|j| (force[j] - then[j]).abs() <= SAME * size) {

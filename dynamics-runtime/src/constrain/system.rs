@@ -99,11 +99,13 @@ pub(crate) struct Miss {
 }
 
 impl<'w> System<'w> {
-    /// Factors M (n×n) and the rows of Φ_q (r×n) that hold, which is overwritten.
+    /// Factors M (n×n) and the rows of Φ_q (r×n) that hold, which is overwritten. `slack`: at least [`RANK_TOLERANCE`], the share of its length
+    /// by which a row has to differ from the others.
     pub(crate) fn factor(
         mass: &[f64],
         jacobian: &'w mut [f64],
         holds: impl Fn(usize) -> bool,
+        slack: f64,
         names: Names,
         memory: &mut Memory<'w>,
     ) -> Result<Self, SolveError> {
@@ -137,7 +139,7 @@ impl<'w> System<'w> {
             (0..n).for_each(|j| to[j] = scale[i] * from[j] * scale[j]);
         }
         let inertia = max_abs(turned);
-        let rows = Orthogonal::new(&mut jacobian[..m * n], m, n, RANK_TOLERANCE, memory);
+        let rows = Orthogonal::new(&mut jacobian[..m * n], m, n, slack, memory);
         rows.rotate_symmetric(turned, x);
         let mut it = Self { n, active, m, vanished, scale, weight, rows, mass: turned, x, y, b, w };
         it.factor_free(inertia, names)?;

@@ -443,3 +443,34 @@ impl Held<3, 1, 1> for PainleveRod {
 }
 held!(PainleveRod, 3 coordinates ["x", "y", "theta"], 1 + 0 = 1 rows ["floor"],
     [Constraint { switched: Some(0), ..constraint("floor", ConstraintKind::Holonomic, 0, 1) }], friction true, events []);
+
+/// [`Rod`] beside ½ (x² + y² − l²)(1 + x) = 0, which repeats it where it holds, and nowhere else.
+#[derive(Clone, Copy, Debug)]
+pub struct TwiceRod(pub Rod);
+
+impl Held<2, 2, 2> for TwiceRod {
+    fn mass(&self, s: &PlainState<2, 0>) -> SMatrix<f64, 2, 2> {
+        self.0.mass(s)
+    }
+    fn force(&self, s: &PlainState<2, 0>) -> SVector<f64, 2> {
+        self.0.force(s)
+    }
+    fn energy(&self, s: &PlainState<2, 0>) -> f64 {
+        self.0.energy(s)
+    }
+    fn phi(&self, s: &PlainState<2, 0>) -> SVector<f64, 2> {
+        SVector::<f64, 2>::new(1.0, 1.0 + s.q[0]) * self.0.phi(s)[0]
+    }
+    fn phi_q(&self, s: &PlainState<2, 0>) -> SMatrix<f64, 2, 2> {
+        let ([x, y], phi) = ([s.q[0], s.q[1]], self.0.phi(s)[0]);
+        SMatrix::<f64, 2, 2>::new(x, y, (1.0 + x) * x + phi, (1.0 + x) * y)
+    }
+    fn right(&self, s: &PlainState<2, 0>) -> SVector<f64, 2> {
+        let square = s.u.norm_squared();
+        SVector::<f64, 2>::new(-square, -(1.0 + s.q[0]) * square - 2.0 * s.u[0] * s.q.dot(&s.u))
+    }
+}
+held!(TwiceRod, 2 coordinates ["x", "y"], 2 + 0 = 2 rows ["rod", "again"],
+    [constraint("rod", ConstraintKind::Holonomic, 0, 1),
+     Constraint { redundant: true, ..constraint("again", ConstraintKind::Holonomic, 1, 1) }],
+    friction false, events []);
