@@ -209,6 +209,10 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     where
         'm: 'c,
     {
+        if M::ROWS.is_empty() {
+            let coordinates = Involved::ranked(M::COORDINATES, (0..M::Vector::LEN).map(|i| (i, 1.0)));
+            return Err(Kind::Freedom { degrees: M::Vector::LEN, coordinates });
+        }
         let none = vec![false; M::Vector::LEN];
         let all = vec![true; M::Vector::LEN];
         let mut resting = self.guess;

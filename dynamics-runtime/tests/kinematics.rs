@@ -279,6 +279,9 @@ fn freedom_is_an_error_that_counts_it() {
     let Kind::Freedom { degrees: 1, coordinates } = &error.kind else { panic!("{error}") };
     assert!(coordinates.count() == 3 && error.to_string().contains("leave 1 degree of freedom"), "{error}");
     assert!(error.motion(&Jets(Free)).is_none());
+    let pendulum = common::Pendulum { m: 1.0, l: 1.0, g: 9.81 };
+    let error = failed(pendulum.kinematics(state([0.1])).until(1.0).run());
+    assert!(matches!(error.kind, Kind::Freedom { degrees: 1, .. }), "{error}");
 }
 
 #[test]
