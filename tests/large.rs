@@ -2,6 +2,7 @@
 //! is computed. A model of 25,000 operations is refused; `ui/too_large.rs` holds its message.
 
 use dynamics::constrain::solve_once;
+use dynamics::model::Terms;
 use dynamics::prelude::*;
 
 /// What the tests need of every chain below.
@@ -253,4 +254,86 @@ fn a_constrained_model_of_thousands_of_operations() {
             "{output:?} {expected}"
         );
     }
+}
+
+/// A chain in Cartesian coordinates: large matrices, nearly all zero.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: [m; 12], y: [m; 12])]
+#[units(mass: kg, length: m, g: m / s^2)]
+struct CartesianChain {
+    mass: [f64; 12],
+    length: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl CartesianChain {
+    fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        vec2(q.x[i], q.y[i])
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..12 {
+            sum += 0.5 * self.mass[i] * self.place(q, i).dt().norm_squared();
+        }
+        sum
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..12 {
+            sum += self.mass[i] * self.g * q.y[i];
+        }
+        sum
+    }
+    #[holonomic]
+    fn rods(&self, q: &Coordinates<Self>) -> [Expr; 12] {
+        let mut rows = [q.x[0].powi(2) + q.y[0].powi(2) - self.length.powi(2); 12];
+        for i in 1..12 {
+            rows[i] = (self.place(q, i) - self.place(q, i - 1)).norm_squared() - self.length.powi(2);
+        }
+        rows
+    }
+}
+
+#[test]
+fn large_matrices_are_written_whole_though_only_what_is_not_zero_is() {
+    const N: usize = 24;
+    const R: usize = 12;
+    let model = CartesianChain { mass: std::array::from_fn(|i| 1.0 + 0.1 * i as f64), length: 0.7, g: GRAVITY };
+    let state = state::<CartesianChain, N>();
+    let (mass, jacobian) = (model.mass_matrix(&state), model.jacobian(&state));
+    // What was in the memory before must not be left in it.
+    let (mut m, mut q, mut j, mut gamma) = (vec![7.0; N * N], vec![7.0; N], vec![7.0; R * N], vec![7.0; R]);
+    model.terms(&state, &mut Terms { mass: &mut m, force: &mut q, jacobian: &mut j, gamma: &mut gamma });
+    for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
+        let expected = if i == j { model.mass[i % R] } else { 0.0 };
+        assert_eq!((m[N * i + j], mass[(i, j)]), (expected, expected));
+    }
+    for (row, i) in (0..R).flat_map(|row| (0..N).map(move |i| (row, i))) {
+        let (link, x) = (i % R, &state.q.as_slice()[i - i % R..]);
+        let before = |k: usize| if k == 0 { 0.0 } else { x[k - 1] };
+        let expected = match link {
+            _ if link == row => 2.0 * (x[row] - before(row)),
+            _ if link + 1 == row => -2.0 * (x[row] - x[link]),
+            _ => 0.0,
+        };
+        assert!((j[N * row + i] - expected).abs() < 1e-14 && (jacobian[(row, i)] - expected).abs() < 1e-14);
+    }
+    // ∂(Φ_qᵀλ)/∂q is constant here: the stiffness of springs 2λ along the rods.
+    let lambda: nalgebra::SVector<f64, R> = nalgebra::SVector::from_fn(|i, _| 1.0 + i as f64);
+    let mut derivatives = vec![7.0; N * N + 2 * R * N];
+    model.constraint_derivatives(&state, &lambda, &mut derivatives);
+    for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
+        let (a, b) = (i % R, j % R);
+        let next = |k: usize| if k + 1 < R { lambda[k + 1] } else { 0.0 };
+        let expected = match (i / R == j / R, a.abs_diff(b)) {
+            (true, 0) => 2.0 * (lambda[a] + next(a)),
+            (true, 1) => -2.0 * lambda[a.max(b)],
+            _ => 0.0,
+        };
+        assert!((derivatives[N * i + j] - expected).abs() < 1e-13, "{i} {j}");
+    }
+    assert!(derivatives[N * N..].iter().all(|x| *x != 7.0));
 }
