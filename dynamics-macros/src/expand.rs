@@ -198,6 +198,8 @@ fn ungrouped_within(tokens: TokenStream) -> TokenStream {
 /// The user's impl block as it goes back into the program. What has a role is used by the derivation, even where nothing calls it.
 fn kept(implementation: &Implementation) -> TokenStream {
     let mut item = implementation.item.clone();
+    // What the lint advises, `iter_mut`, a model cannot say.
+    item.attrs.push(syn::parse_quote!(#[allow(clippy::needless_range_loop)]));
     for entry in &mut item.items {
         if let ImplItem::Fn(function) = entry {
             let known = implementation.functions.iter().find(|f| f.name == function.sig.ident);
