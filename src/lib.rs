@@ -140,4 +140,6 @@ mod guides {
     struct Guide;
     #[doc = include_str!("../docs/vocabulary.md")]
     struct Vocabulary;
+    #[doc = include_str!("../docs/constraints.md")]
+    struct Constraints;
 }
