@@ -83,8 +83,7 @@ struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
 impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     fn fly(mut self, sink: &mut impl Sink<M>) -> Result<(), Halt> {
         let at = |kind| Halt { kind, h: 0.0 };
-        let start = self.now();
-        self.plan.watch.begin(&start).map_err(at)?;
+        self.begin(sink)?;
         while self.stepper.now().t != self.plan.end {
             self.check().map_err(at)?;
             let step = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)?;
@@ -98,6 +97,22 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             if flow == Flow::Stop {
                 break;
             }
+        }
+        Ok(())
+    }
+
+    /// Looks at the start: a contact that would have to pull lifts off there, what sticks and would break away slips.
+    fn begin(&mut self, sink: &mut impl Sink<M>) -> Result<(), Halt> {
+        let at = |kind| Halt { kind, h: 0.0 };
+        let start = self.now();
+        self.plan.watch.begin(&start).map_err(at)?;
+        let (mut after, mut events) = (start, Vec::new());
+        self.switch_back(&start, &mut after, &mut events).map_err(at)?;
+        if !events.is_empty() {
+            self.go_on_from(sink, &start, &after)?;
+            events.into_iter().for_each(|event| sink.event(event));
+            let resumed = self.now();
+            self.plan.watch.begin(&resumed).map_err(at)?;
         }
         Ok(())
     }
