@@ -337,8 +337,11 @@ fn end_values_in_every_formulation() {
         &references,
         &[
             promise(Projected, 1e-6, [1e-4, 1e-2, 1e-2], [1e-12; 2]),
+            promise(Embedded, 1e-6, [1e-4, 1e-2, 1e-2], [1e-12; 2]),
             promise(Projected, 1e-9, [1e-7, 1e-5, 1e-5], [1e-12; 2]),
+            promise(Embedded, 1e-9, [1e-7, 1e-5, 1e-5], [1e-12; 2]),
             promise(Projected, 1e-12, [1e-10, 1e-8, 1e-8], [1e-12; 2]),
+            promise(Embedded, 1e-12, [1e-10, 1e-8, 1e-8], [1e-12; 2]),
             promise(Augmented, 1e-12, [1e-9, 1e-7, 1e-7], [1e-9, 1e-6]),
             promise(BaumgarteTied, 1e-12, [1e-9, 1e-7, 1e-7], [1e-9, 1e-6]),
         ],

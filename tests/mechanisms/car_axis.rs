@@ -119,8 +119,11 @@ fn end_values_in_every_formulation() {
         &references,
         &[
             promise(Projected, 1e-6, [1e-4; 3], [1e-12; 2]),
+            promise(Embedded, 1e-6, [1e-4; 3], [1e-12; 2]),
             promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2]),
+            promise(Embedded, 1e-9, [1e-7; 3], [1e-12; 2]),
             promise(Projected, 1e-12, [1e-10; 3], [1e-12; 2]),
+            promise(Embedded, 1e-12, [1e-10; 3], [1e-12; 2]),
             promise(Augmented, 1e-9, [1e-6; 3], [1e-7; 2]),
             promise(Augmented, 1e-12, [1e-9; 3], [1e-10; 2]),
             promise(BaumgarteTied, 1e-9, [1e-6; 3], [1e-7; 2]),

@@ -115,8 +115,11 @@ fn the_sleigh_in_every_formulation() {
         &references,
         &[
             promise(Projected, 1e-6, [1e-5; 3], [0.0, 1e-12]),
+            promise(Embedded, 1e-6, [1e-5; 3], [0.0, 1e-12]),
             promise(Projected, 1e-9, [1e-8; 3], [0.0, 1e-12]),
+            promise(Embedded, 1e-9, [3e-8; 3], [0.0, 1e-12]),
             promise(Projected, 1e-12, [1e-11; 3], [0.0, 1e-12]),
+            promise(Embedded, 1e-12, [1e-11; 3], [0.0, 1e-12]),
             promise(Augmented, 1e-12, [1e-11; 3], [0.0, 1e-10]),
             promise(BaumgarteTied, 1e-12, [1e-11; 3], [0.0, 1e-11]),
         ],
@@ -222,8 +225,11 @@ fn the_knife_edge_in_every_formulation() {
         &references,
         &[
             promise(Projected, 1e-6, [1e-5; 3], [0.0, 1e-12]),
+            promise(Embedded, 1e-6, [1e-5; 3], [0.0, 1e-12]),
             promise(Projected, 1e-9, [1e-8; 3], [0.0, 1e-12]),
+            promise(Embedded, 1e-9, [3e-8; 3], [0.0, 1e-12]),
             promise(Projected, 1e-12, [1e-11; 3], [0.0, 1e-12]),
+            promise(Embedded, 1e-12, [1e-11; 3], [0.0, 1e-12]),
             promise(Augmented, 1e-12, [1e-11; 3], [0.0, 1e-10]),
             promise(BaumgarteTied, 1e-12, [1e-11; 3], [0.0, 1e-11]),
         ],
