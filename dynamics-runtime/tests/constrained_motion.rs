@@ -74,3 +74,21 @@ fn drift_over_a_thousand_seconds() {
         assert!(position < 1e-8 && velocity < 1e-7 && position > 1e-14, "{summary}");
     }
 }
+
+/// However long a constrained run is, it allocates a fixed number of times.
+#[test]
+fn constrained_steps_do_not_allocate() {
+    for formulation in ALL {
+        let observed = |end: f64| {
+            let mut states = 0_u64;
+            let simulation = ROD.simulate(on_rod(2.0, 0.5)).until(end).formulation(formulation);
+            let info = allocation_counter::measure(|| {
+                simulation.run_with(|_| states += 1).unwrap();
+            });
+            (states, info.count_total)
+        };
+        let ((few, short), (many, long)) = (observed(1.0), observed(30.0));
+        assert!(many > 20 * few, "{formulation}: {few} {many}");
+        assert_eq!(short, long, "{formulation}");
+    }
+}
