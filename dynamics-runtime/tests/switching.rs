@@ -247,6 +247,39 @@ fn a_block_on_a_belt_sticks_and_slips() {
     assert!((motion.reaction_at("stick", 0.2).unwrap()[0] - block.k * 0.2 * block.v).abs() < 1e-9);
 }
 
+/// A state that slips backwards is released to that side by its guard, whatever side was given: a = +μN/m until it sticks.
+#[test]
+fn what_slips_backwards_is_braked() {
+    let block = Block { m: 2.0, k: 0.0, v: 0.0, n: 20.0, resting: 0.6, sliding: 0.4 };
+    let start = released(at_rest_or_not([0.0], [-1.0]), [0]);
+    let motion = block.simulate(start).until(1.0).stick_slip("stick", "breakaway").run().unwrap();
+    let braking = block.sliding * block.n / block.m;
+    let event = &motion.events()[0];
+    assert_eq!((motion.events().len(), event.before.modes.side(0)), (1, -1.0));
+    assert!((event.time() - 1.0 / braking).abs() < 1e-9, "{}", event.time());
+    assert!(motion.end().modes.all_hold() && (motion.end().q[0] + 0.5 / braking).abs() < 1e-9);
+}
+
+/// A reset that turns a slipping block round turns the friction with it.
+#[test]
+fn a_block_that_rebounds_while_it_slips_is_braked_on_the_way_back() {
+    let block = Block { m: 2.0, k: 0.0, v: 0.0, n: 20.0, resting: 0.6, sliding: 0.4 };
+    let braking = block.sliding * block.n / block.m;
+    for formulation in [Formulation::Projected, Formulation::Augmented, Formulation::Embedded] {
+        let start = released(at_rest_or_not([0.0], [4.0]), [0]);
+        let run = block.simulate(start).until(2.0).formulation(formulation).event("wall", |s| s.q[0] - 1.0);
+        let run = run.on_event("wall", Direction::Rising, |s| s.u[0] *= -0.5).stick_slip("stick", "breakaway");
+        let motion = run.run().unwrap();
+        let names: Vec<&str> = motion.events().iter().map(|event| event.name.as_str()).collect();
+        assert_eq!(names, ["wall", "stick slip"], "{formulation}");
+        let [wall, stick] = [0, 1].map(|i| &motion.events()[i]);
+        assert_eq!((wall.before.modes.side(0), wall.after.modes.side(0)), (1.0, -1.0));
+        let back = 0.5 * (16.0 - 2.0 * braking).sqrt();
+        assert!((stick.time() - wall.time() - back / braking).abs() < 1e-8, "{formulation}");
+        assert!((motion.end().q[0] - (1.0 - 0.5 * back * back / braking)).abs() < 1e-8, "{formulation}");
+    }
+}
+
 /// A belt that breaks away at less than the sliding friction neither sticks nor slips: an error, not a chatter without end.
 #[test]
 fn friction_that_is_lower_at_rest_than_in_motion_is_an_error() {

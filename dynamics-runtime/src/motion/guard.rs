@@ -15,8 +15,9 @@ use alloc::vec::Vec;
 use super::change::{Change, find};
 use super::error::OptionError;
 use super::simulate::Simulate;
+use super::upkeep::Upkeep;
 use crate::error::SolveError;
-use crate::model::{Constraint, ConstraintKind, ModelState};
+use crate::model::{Constraint, ConstraintKind, ModelState, Modes};
 
 /// The law of a unilateral contact: free where Φ > 0, pushed by λ > 0 where it is closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,6 +114,22 @@ impl Guard {
     /// Whether its constraint holds.
     pub(crate) fn holds<S: ModelState>(&self, state: &S) -> bool {
         state.modes().holds(self.switch)
+    }
+
+    /// Whether it is a contact, which has to be open where it is released.
+    pub(crate) fn is_contact(&self) -> bool {
+        matches!(self.law, Law::Contact { .. })
+    }
+
+    /// What slipped before a change and slips after it slips to the side of its velocity, to which the change may have turned it.
+    pub(crate) fn turn<M: Simulate>(&self, before: Modes, model: &M, state: &mut M::State, upkeep: &mut Upkeep<M>) {
+        let is_released = |modes: Modes| !modes.holds(self.switch);
+        if self.is_contact() || !is_released(before) || !is_released(state.modes()) {
+            return;
+        }
+        if let Some(side) = upkeep.slip_side(model, state, self.constraint) {
+            state.modes_mut().release(self.switch, side);
+        }
     }
 
     /// Does what is due where the function has fallen to zero.

@@ -290,6 +290,9 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let stopped = watch.act(crossing, &mut change);
         let impacts = change.finish().map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error) })?;
         check_reset::<M>(&name, before, after)?;
+        for (_, guard) in watch.guards() {
+            guard.turn(from.modes(), plant.model, after, &mut plant.upkeep);
+        }
         if from != *after && !M::ROWS.is_empty() {
             let placed = plant.upkeep.place(plant.model, after);
             placed.map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error.into()) })?;

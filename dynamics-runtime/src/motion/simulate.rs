@@ -214,7 +214,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Makes a switched nonholonomic constraint of one row stick and slip: it is released where the event `breakaway` falls to zero (a
     /// limit of friction less |λ|), to the side against λ, and holds again where the slip A q̇ + b returns to zero, unless it would break away there at
-    /// once. Its events are listed as `belt slip`.
+    /// once. A start or an action that leaves it slipping leaves it slipping to the side of its velocity. Its events are listed as `belt slip`.
     pub fn stick_slip(mut self, name: &str, breakaway: &str) -> Self {
         self.sticking.push((name.into(), breakaway.into()));
         self
@@ -371,7 +371,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     fn place(&mut self, checked: &Checked<'m, M>) -> Result<(), SimulationError<M>> {
         let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
         let mut start = self.start;
-        match Upkeep::new(formulation, self.drift_limit).begin(self.model, &mut start) {
+        let mut upkeep = Upkeep::new(formulation, self.drift_limit);
+        for guard in &checked.guards {
+            guard.turn(start.modes(), self.model, &mut start, &mut upkeep);
+        }
+        match upkeep.begin(self.model, &mut start) {
             Ok(()) => self.start = start,
             Err(PlaceError::State(error)) => return Err(self.refused(SimulationErrorKind::Start(Box::new(error)))),
             Err(PlaceError::Solve(error)) => return Err(self.refused(error.into())),

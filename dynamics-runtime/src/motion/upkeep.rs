@@ -272,6 +272,13 @@ impl<M: Constraints> Upkeep<M> {
         constrain::impact(model, state, &[(constraint, restitution)], &mut self.workspace)
     }
 
+    /// The side to which a released nonholonomic constraint of one row slips; `None` where it slips no faster than a start may miss it.
+    pub(crate) fn slip_side(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> Option<f64> {
+        let slip = model.velocity_residual(state)[constraint.first];
+        let distance = Distances::of(model, state, &mut self.workspace).along(constraint.first, slip);
+        (distance > START * (1.0 + largest(state.u().as_slice()))).then_some(slip.signum())
+    }
+
     /// The row of a holonomic constraint that is missed most, if it is missed.
     pub(crate) fn apart(
         &mut self,

@@ -156,8 +156,11 @@ impl<'m, M: Simulate> Functions<'m, M> {
 
     /// A contact that is open has to be so where it is free, but for rounding.
     fn check_open(&self, index: usize, state: &M::State) -> Result<(), Fault> {
-        let constraint = self.guards[index - self.first_guard()].constraint;
-        match apart(self.model, state, constraint, &mut self.workspace.borrow_mut()) {
+        let guard = &self.guards[index - self.first_guard()];
+        if !guard.is_contact() {
+            return Ok(());
+        }
+        match apart(self.model, state, guard.constraint, &mut self.workspace.borrow_mut()) {
             Some((row, residual)) => Err(Fault::Penetration { row, residual }),
             None => Ok(()),
         }
