@@ -212,12 +212,14 @@ fn general<M: Constraints>(
     }
     let modes = state.modes();
     let active = |row: usize| holds::<M>(modes, row);
-    match Factored::new(model, state, active, workspace)? {
-        // A row is zero: at a change point it may be, where constraints cross; where it always is, the constraint holds nothing.
-        Some(factored) if factored.system.vanished => check_gradients(model, state, workspace)?,
-        _ => {}
-    }
     let Some(mut factored) = Factored::new(model, state, active, workspace)? else { return Ok(not_a_number()) };
+    if factored.system.vanished {
+        // A row is zero: at a change point it may be, where constraints cross; where it always is, the constraint holds nothing. The check
+        // works in the same memory.
+        check_gradients(model, state, workspace)?;
+        let Some(again) = Factored::new(model, state, active, workspace)? else { return Ok(not_a_number()) };
+        factored = again;
+    }
     if let Some(more) = more {
         factored.gamma.iter_mut().zip(more.as_slice()).for_each(|(gamma, more)| *gamma += more);
     }

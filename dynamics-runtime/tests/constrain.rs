@@ -2,14 +2,18 @@
 
 mod common;
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use common::at_rest_or_not;
+use common::by_jets::{Jets, Mechanism, holonomic};
 use common::constrained::{FourBar, Held, PainleveRod, Rod, Sleigh, SliderCrank, SquaredRod, TripleRod, TwiceRod};
+use dynamics_runtime::Expr;
 use dynamics_runtime::constrain::{
     Embedding, check_gradients, impact, project_positions, project_velocities, solve_baumgarte, solve_general,
     solve_once, with_workspace,
 };
 use dynamics_runtime::error::SolveError;
-use dynamics_runtime::model::{Constraints, Dynamics};
+use dynamics_runtime::model::{Constraint, Constraints, Dynamics};
 
 const ROD: Rod = Rod { m: 2.0, l: 1.5, g: 9.81 };
 
@@ -313,4 +317,29 @@ fn rows_that_repeat_others_on_the_manifold_are_not_taken_for_independent_beside_
         let apart = (once.accelerations - twice.accelerations).amax();
         assert!(apart <= 1e-14 + 10.0 * drift, "{drift:e}: {apart:e}");
     }
+}
+
+/// A bob on a rod that counts how often its terms are asked for.
+#[derive(Default)]
+struct Counted(AtomicU32);
+
+impl Mechanism<2, 1> for Counted {
+    const COORDINATES: [&'static str; 2] = ["x", "y"];
+    const CONSTRAINTS: &'static [Constraint] = &[holonomic("rod", 0, 1)];
+    const ROWS: [&'static str; 1] = ["rod"];
+    fn rows(&self, q: &[Expr; 2], _: Expr) -> [Expr; 1] {
+        [q[0] * q[0] + q[1] * q[1] - 1.0]
+    }
+    fn inertia(&self) -> [f64; 2] {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        [1.0; 2]
+    }
+}
+
+#[test]
+fn a_general_solve_reads_and_factors_once() {
+    let model = Jets(Counted::default());
+    let state = at_rest_or_not([0.6, -0.8], [0.8, 0.6]);
+    with_workspace::<Jets<Counted, 2, 1>, _>(|w| solve_general(&model, &state, w)).unwrap();
+    assert_eq!(model.0.0.load(Ordering::Relaxed), 1);
 }
