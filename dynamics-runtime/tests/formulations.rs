@@ -71,6 +71,9 @@ fn at_its_change_point_a_parallelogram_has_a_freedom_more() {
     let flat = solve_once(&model, &(), &parallelogram(0.0, 1.0)).unwrap();
     assert_eq!(flat.diagnosis.map(|d| (d.rank, d.active)), Some((1, 2)));
     assert!(!model.reactions(&parallelogram(0.0, 1.0)).unwrap()[0].unique);
+    let comparison = model.compare_formulations(&parallelogram(0.0, 1.0)).unwrap();
+    // The null space, which is the reference, and the partition, which leaves the zero row out.
+    assert!(comparison.applicable() == 2 && comparison.disagreement() < 1e-12, "{comparison}");
     let torn = solve_once(&model, &(), &at_rest_or_not([0.0; 3], [1.0, 0.5, 2.0]));
     assert!(matches!(torn, Err(SolveError::Contradiction { row: "closure.x", rank: 1, .. })), "{torn:?}");
 }

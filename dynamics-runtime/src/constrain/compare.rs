@@ -194,13 +194,15 @@ impl Dense {
         solved
     }
 
-    /// Rows at unit length in scaled coordinates: Φ̂ = W Φ S, and W.
+    /// Rows at unit length, as far as they have one, in scaled coordinates: Φ̂ = W Φ S, and W.
     fn balanced(&self) -> (DMatrix<f64>, Vec<f64>) {
         let mut jacobian = self.jacobian.clone();
         for (mut column, s) in jacobian.column_iter_mut().zip(&self.scale) {
             column *= *s;
         }
-        let weights: Vec<f64> = jacobian.row_iter().map(|row| 1.0 / row.norm()).collect();
+        // A zero row, at a change point, has no length to be brought to.
+        let weight = |length: f64| if length > 0.0 { 1.0 / length } else { 1.0 };
+        let weights: Vec<f64> = jacobian.row_iter().map(|row| weight(row.norm())).collect();
         for (mut row, weight) in jacobian.row_iter_mut().zip(&weights) {
             row *= *weight;
         }
@@ -225,7 +227,9 @@ impl Dense {
         });
         let lu = matrix.full_piv_lu();
         let pivots = lu.u().diagonal().abs();
-        if pivots.min() <= 1e-12 * pivots.max() {
+        // Not-a-number, too, is no pivot.
+        let regular = pivots.min() > 1e-12 * pivots.max();
+        if !regular {
             return Err("does not apply: the augmented matrix is singular here".to_string());
         }
         let x = lu.solve(&right).ok_or("does not apply: the augmented matrix is singular here")?;
