@@ -57,10 +57,24 @@ pub struct Analysis<'m, M: Simulate + Constraints> {
     model: &'m M,
     guess: M::State,
     end: Option<f64>,
-    every: Option<f64>,
+    output: Option<Output>,
     longest: Option<f64>,
     most_steps: u64,
     pass: bool,
+}
+
+/// Which states an analysis gives.
+#[derive(Clone, Copy)]
+enum Output {
+    Every(f64),
+    Intervals(u32),
+}
+
+/// What the options say once they are checked.
+struct Checked {
+    end: f64,
+    longest: f64,
+    every: Option<f64>,
 }
 
 /// The path of a mechanism as far as it was followed.
@@ -122,7 +136,7 @@ impl<M: Simulate + Constraints> Reached<M> {
 
 impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     fn new(model: &'m M, guess: M::State) -> Self {
-        Self { model, guess, end: None, every: None, longest: None, most_steps: DEFAULT_MAX_STEPS, pass: false }
+        Self { model, guess, end: None, output: None, longest: None, most_steps: DEFAULT_MAX_STEPS, pass: false }
     }
 
     /// End time; may lie before the start.
@@ -133,14 +147,14 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
 
     /// Gives states at equal intervals from the start, as [`Motion::states`]; the steps of the path are chosen by themselves.
     pub fn every(mut self, interval: f64) -> Self {
-        self.every = Some(interval);
+        self.output = Some(Output::Every(interval));
         self
     }
 
-    /// Divides the interval into so many equal parts, as [`Analysis::every`] does; `.until(..)` comes before.
-    pub fn intervals(self, count: u32) -> Self {
-        let span = self.end.map_or(f64::NAN, |end| (end - self.guess.t()).abs());
-        self.every(span / f64::from(count))
+    /// Divides the whole interval into so many equal parts, as [`Analysis::every`] does.
+    pub fn intervals(mut self, count: u32) -> Self {
+        self.output = Some(Output::Intervals(count));
+        self
     }
 
     /// Longest step of the path; a twentieth of the interval where it is not given. A drive that moves out and back within one step is not
@@ -170,12 +184,12 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     pub fn run(self) -> Result<KinematicMotion<'m, M>, KinematicsError<M>> {
         let refused =
             |kind: Kind| KinematicsError { kind, time: self.guess.t(), state: Box::new(self.guess), reached: None };
-        let (end, longest) = self.check().map_err(|error| refused(error.into()))?;
+        let Checked { end, longest, every } = self.check().map_err(|error| refused(error.into()))?;
         let constants = self.model.constants().map_err(|error| refused(Kind::SingularMassMatrix(error)))?;
         let (tracer, start) = self.begin(&constants).map_err(refused)?;
         let mut path = Path::new(tracer, start, end, longest, self.most_steps, self.pass);
         let result = path.follow();
-        let reached = path.reached(self.every);
+        let reached = path.reached(every);
         match result {
             Ok(()) => {
                 let refused = refused(Kind::NoContinuation { row: "", residual: f64::NAN });
@@ -187,7 +201,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         }
     }
 
-    fn check(&self) -> Result<(f64, f64), OptionError> {
+    fn check(&self) -> Result<Checked, OptionError> {
         let number = |option, value: f64, good: bool, admissible| {
             if good { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
         };
@@ -198,10 +212,20 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let longest = self.longest.unwrap_or(LONGEST * span);
         number("max_step", longest, longest > 4.0 * f64::EPSILON * start.abs().max(end.abs()), "a length above 0")?;
         number("max_steps", self.most_steps as f64, self.most_steps > 0, "at least 1")?;
-        if let Some(every) = self.every {
-            number("every", every, every > 0.0 && span / every < 1e8, "an interval that gives fewer than 10⁸ times")?;
-        }
-        Ok((end, longest))
+        let every = match self.output {
+            None => None,
+            Some(Output::Every(every)) => {
+                number("every", every, every > 0.0 && every.is_finite(), "an interval above 0")?;
+                number("every", every, span / every < 1e8, "an interval that gives fewer than 10⁸ times")?;
+                Some(every)
+            }
+            Some(Output::Intervals(count)) => {
+                let value = f64::from(count);
+                number("intervals", value, (1.0..1e8).contains(&value), "a number from 1 to less than 10⁸")?;
+                Some(span / value)
+            }
+        };
+        Ok(Checked { end, longest, every })
     }
 
     /// The first point: assembled, without freedom, regular.

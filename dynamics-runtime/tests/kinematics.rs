@@ -10,6 +10,7 @@ use dynamics_runtime::Expr;
 use dynamics_runtime::error::StateError;
 use dynamics_runtime::kinematics::{Kinematics, KinematicsError, KinematicsErrorKind as Kind};
 use dynamics_runtime::model::{Constraint, Constraints, Model};
+use dynamics_runtime::motion::OptionError;
 use proptest::prelude::*;
 
 fn state<const N: usize>(q: [f64; N]) -> JetState<N> {
@@ -333,6 +334,24 @@ impl Mechanism<5, 6> for Double {
             q[0] - t,
             2.0 * q[0] - 2.0 * t,
         ]
+    }
+}
+
+#[test]
+fn intervals_may_come_before_the_end_and_what_gives_no_states_is_refused() {
+    let model = Jets(QuickReturn { crank: 1.0, distance: 2.0 });
+    let open = || model.kinematics(state([0.0, 1.0, 2.0]));
+    let motion = open().intervals(4).until(2.0).run().unwrap();
+    assert!(motion.states().map(|state| state.t).eq([0.0, 0.5, 1.0, 1.5, 2.0]));
+    let refused = [
+        ("intervals", open().until(2.0).intervals(0)),
+        ("every", open().until(2.0).every(f64::INFINITY)),
+        ("every", open().until(2.0).every(f64::NAN)),
+        ("every", open().until(2.0).every(1e-9)),
+    ];
+    for (wanted, analysis) in refused {
+        let error = failed(analysis.run());
+        assert!(matches!(error.kind, Kind::Option(OptionError::Number { option, .. }) if option == wanted), "{error}");
     }
 }
 
