@@ -149,13 +149,14 @@ impl Andrews {
             .pivot([0.0, 0.0])
             .pivot(a)
             .pivot(b)
+            .pivot(c)
             .spring(c, d)
             .polyline([Vec2::ZERO, f, e])
             .polygon([b, d, e]);
         for knee in knees {
             drawing = drawing.polyline([a, knee, e]);
         }
-        drawing.color(Color::Red).arrow(e, e + 1e-4 * q.reaction(Self::closure)[0])
+        drawing.color(Color::Red).arrow(e, e + 3e-4 * q.reaction(Self::closure)[0])
     }
 }
 
@@ -261,7 +262,8 @@ fn main() -> common::Outcome {
                 .line("on body 2", motion.sample(common::times(0.03, 1500)).map(force)),
         )
         .write_svg(files.path("andrews.svg"))?;
-    Animation::new().add(&motion, "Andrews").speed(0.003).write_html(files.path("andrews.html"))?;
+    let film = motion.animation().title("Andrews' squeezing mechanism").plot(["gamma", "phi"]);
+    film.speed(0.003).write_html(files.path("andrews.html"))?;
     files.list();
     Ok(())
 }

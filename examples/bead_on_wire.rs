@@ -60,12 +60,12 @@ impl Bead {
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let bead = self.bead(q);
-        let push = q.reaction(Self::wire) / (40.0 * self.mass) * vec2(-self.slope(q), 1.0);
+        let push = q.reaction(Self::wire) / (2.5 * self.mass * self.g) * vec2(-self.slope(q), 1.0);
         Drawing::new()
             .color(Color::Faint)
-            .curve(-3.5, 3.5, 400, |x| [x, self.a * (self.k * x).cos()])
+            .curve(-0.7, 2.7, 400, |x| [x, self.a * (self.k * x).cos()])
             .plain()
-            .disc(bead, 0.07)
+            .disc(bead, 0.05)
             .color(Color::Red)
             .arrow(bead, bead + push)
     }
@@ -162,7 +162,7 @@ fn main() -> common::Outcome {
                 .line("push", sample().map(|s| (s.t, settle.outputs_of(&s)[0] / (rough.mass * rough.g)))),
         )
         .write_svg(files.path("bead.svg"))?;
-    settle.animate(files.path("bead.html"))?;
+    settle.animation().title("A bead on a rough wire").speed(0.5).write_html(files.path("bead.html"))?;
     files.list();
     Ok(())
 }

@@ -64,8 +64,8 @@ impl CarAxis {
             .tail("right end", right, 0.6)
             .spring([0.0, 0.0], left)
             .spring(wheel, right)
-            .disc([0.0, 0.0], 0.05)
-            .disc(wheel, 0.05)
+            .disc([0.0, 0.0], 0.03)
+            .disc(wheel, 0.03)
             .width(4.0)
             .line(left, right)
     }
@@ -122,7 +122,8 @@ fn main() -> common::Outcome {
         )
         .panel(panel("energy").line("energy", energies()))
         .write_svg(files.path("car_axis.svg"))?;
-    motion.animate(files.path("car_axis.html"))?;
+    let film = motion.animation().title("A car axis on a bumpy road").plot(["yl", "yr"]);
+    film.speed(0.25).write_html(files.path("car_axis.html"))?;
     files.list();
     Ok(())
 }

@@ -57,7 +57,7 @@ impl Sleigh {
             .disc(self.centre(q), 0.03)
             .color(Color::Red)
             .line(skate - 0.4 * self.a * forward, skate + 0.4 * self.a * forward)
-            .arrow(skate, skate + q.reaction(Self::edge) * side)
+            .arrow(skate, skate + 0.7 * q.reaction(Self::edge) * side)
     }
 }
 
@@ -106,8 +106,8 @@ fn main() -> common::Outcome {
         .panel(
             Panel::new(Axis::new("x in m"), Axis::new("y in m"))
                 .equal_axes()
-                .curve("pushed forward", track(&forward))
-                .curve("pushed backward", track(&backward)),
+                .line("pushed forward", track(&forward))
+                .line("pushed backward", track(&backward)),
         )
         .panel(
             Panel::new(Axis::new("time in s"), Axis::new("force on the skate in N"))
@@ -116,10 +116,11 @@ fn main() -> common::Outcome {
         )
         .write_svg(files.path("sleigh.svg"))?;
     let short = |v, spin| -> Result<_, Box<dyn std::error::Error>> {
-        Ok(sleigh.simulate(push(v, spin)?).until(10.0).tolerance(1e-9).run()?)
+        Ok(sleigh.simulate(push(v, spin)?).until(5.0).tolerance(1e-9).run()?)
     };
     let (first, second) = (short(1.0, 2.0)?, short(-1.0, 0.2)?);
-    Animation::new().add(&first, "forward").add(&second, "backward").write_html(files.path("sleigh.html"))?;
+    let film = Animation::new().add(&first, "forward").add(&second, "backward").title("Chaplygin's sleigh");
+    film.speed(0.5).write_html(files.path("sleigh.html"))?;
     files.list();
     Ok(())
 }

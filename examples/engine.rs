@@ -87,11 +87,12 @@ impl Engine {
             .circle([0.0, 0.0], 0.055)
             .plain()
             .line([0.0, 0.0], pin)
-            .line(pin, piston)
             .disc(pin, 0.005)
+            .fill(Color::Blue)
             .rectangle(piston, 0.04, 2.0 * r, 0.0)
+            .line(pin, piston)
             .color(Color::Red)
-            .arrow(piston, piston + vec2(0.0, 2e-5 * thrust))
+            .arrow(piston, piston + vec2(0.0, 5e-5 * thrust))
     }
 }
 
@@ -186,7 +187,7 @@ fn main() -> common::Outcome {
         .panel(panel("rod on piston pin in N").line("along the cylinder", force(0)).line("side thrust", force(1)))
         .write_svg(files.path("cycles.svg"))?;
     let last = run(&model, 0.4)?;
-    Animation::new().add(&last, "").plot(["theta"]).speed(0.1).write_html(files.path("engine.html"))?;
+    last.animation().plot(["pin_force.y"]).speed(0.02).write_html(files.path("engine.html"))?;
     files.list();
     Ok(())
 }

@@ -139,7 +139,8 @@ fn main() -> common::Outcome {
         )
         .write_svg(files.path("coupler_curve.svg"))?;
     let two = bar.kinematics(motion.start()).until(2.0 * turn).run()?;
-    two.animate(files.path("four_bar.html"))?;
+    let film = two.animation().title("Hoecken's straight line").plot(["coupler", "rocker"]);
+    film.speed(0.25).write_html(files.path("four_bar.html"))?;
     files.list();
     Ok(())
 }

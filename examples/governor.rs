@@ -151,7 +151,7 @@ fn main() -> common::Outcome {
         )
         .write_svg(files.path("governor.svg"))?;
     let short = damped.simulate(start(&damped)?).until(8.0).tolerance(1e-9).run()?;
-    Animation::new().add(&short, "governor").speed(0.25).write_html(files.path("governor.html"))?;
+    short.animation().plot(["height"]).speed(0.25).write_html(files.path("governor.html"))?;
     files.list();
     Ok(())
 }

@@ -318,7 +318,7 @@ fn main() -> common::Outcome {
     assert_eq!((walk.stands.len() - 1) % 60, 0);
 
     let curve = |points: &[[f64; 2]]| points.iter().map(|p| (p[0], p[1])).collect::<Vec<_>>();
-    let samples: Vec<State<Machine>> = motion.sample(common::times(3.0, 600)).collect();
+    let samples: Vec<State<Machine>> = motion.sample(common::times(1.0, 600)).collect();
     Chart::new("Jansen's linkage")
         .panel(Panel::new(Axis::new("x in m"), Axis::new("y in m")).line("path of a foot", curve(&path)).equal_axes())
         .panel(

@@ -96,11 +96,12 @@ impl QuickReturn {
             .circle(Vec2::ZERO, self.radius)
             .line([-0.4, self.height - 0.02], [0.6, self.height - 0.02])
             .plain()
+            .fill(Color::Blue)
+            .rectangle(self.pin(q), 0.04, 0.025, 0.5 * PI - q.arm)
+            .rectangle(self.tool(q), 0.2, 0.04, 0.0)
             .line(Vec2::ZERO, self.pin(q))
             .line(pivot, self.arm_end(q))
             .line(self.arm_end(q), self.tool(q))
-            .rectangle(self.pin(q), 0.04, 0.025, 0.5 * PI - q.arm)
-            .rectangle(self.tool(q), 0.2, 0.04, 0.0)
     }
 }
 
@@ -156,7 +157,8 @@ fn main() -> common::Outcome {
         .panel(panel("ram in m/s").line("velocity", curve(&|s| s.ram_rate())))
         .panel(panel("torque in N m").line("motor", curve(&|s| motion.outputs_of(s)[0])))
         .write_svg(files.path("stroke.svg"))?;
-    motion.animate(files.path("quick_return.html"))?;
+    let film = motion.animation().title("A shaping machine").plot(["ram_rate"]);
+    film.speed(0.5).write_html(files.path("quick_return.html"))?;
     files.list();
     Ok(())
 }

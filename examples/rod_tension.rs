@@ -41,12 +41,12 @@ impl Pendulum {
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let bob = self.bob(q);
-        let pull = q.reaction(Self::rod) / (50.0 * self.length) * bob;
+        let pull = q.reaction(Self::rod) / (40.0 * self.length) * bob;
         Drawing::new()
             .tail("bob", bob, 1.0)
             .pivot([0.0, 0.0])
             .line([0.0, 0.0], bob)
-            .disc(bob, 0.06)
+            .disc(bob, 0.04)
             .color(Color::Red)
             .arrow(bob, bob + pull)
     }
@@ -95,7 +95,7 @@ fn main() -> common::Outcome {
     Chart::new("What the rod does")
         .panel(
             Panel::new(Axis::new("time in s"), Axis::new("tension in N"))
-                .line("−λ", swing.sample(common::times(5.0, 1000)).map(|s| (s.t, swing.outputs_of(&s)[0]))),
+                .line("−λ of the rod", swing.sample(common::times(5.0, 1000)).map(|s| (s.t, swing.outputs_of(&s)[0]))),
         )
         .panel(
             Panel::new(Axis::new("time in s"), Axis::log("error of the length in m"))

@@ -58,9 +58,11 @@ impl SliderCrank {
             .line([0.0, 0.0], pin)
             .line(pin, slider)
             .disc(pin, 0.006)
+            .pivot([0.0, 0.0])
+            .fill(Color::Blue)
             .rectangle(slider, 0.06, 0.06, 0.0)
             .color(Color::Red)
-            .arrow(slider, slider + 2e-4 * q.reaction(Self::closure))
+            .arrow(slider, slider + 1.2e-3 * q.reaction(Self::closure))
     }
 }
 
@@ -154,7 +156,8 @@ fn main() -> common::Outcome {
             Panel::new(angle(), Axis::new("force of the rod in N")).line(&along.0, along.1).line(&across.0, across.1),
         )
         .write_svg(files.path("torque.svg"))?;
-    motion.animate(files.path("slider_crank.html"))?;
+    let film = motion.animation().title("A driven slider-crank").plot(["phi"]);
+    film.speed(0.05).write_html(files.path("slider_crank.html"))?;
     files.list();
     Ok(())
 }

@@ -146,6 +146,23 @@ fn quantized(values: &[f64]) -> String {
         unit if unit.is_normal() && unit > 0.0 => unit,
         _ => 1.0,
     };
+    // What is far below the resolution is zero, not 1.2e-33.
+    let lo = if hi > lo && lo.abs() < 1e-6 * unit { 0.0 } else { lo };
     let integers = values.iter().map(|value| (value.abs() < 1e300).then(|| libm::round((value - lo) / unit) as i64));
     format!("\"lo\":{},\"unit_of_values\":{},\"values\":{}", json_number(lo), json_number(unit), differences(integers))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quantized;
+
+    /// Labels of the strip come from these: 0, not 1.2×10⁻³³; but what is small altogether keeps its digits.
+    #[test]
+    fn what_is_far_below_the_resolution_is_zero() {
+        assert!(quantized(&[1.2e-33, 1.0]).starts_with("\"lo\":0,"));
+        assert!(quantized(&[-1.2e-33, 1.0]).starts_with("\"lo\":0,"));
+        for values in [&[1e-4, 1.0][..], &[2e-33, 3e-33], &[1.2e-33; 2]] {
+            assert!(!quantized(values).starts_with("\"lo\":0,"), "{values:?}");
+        }
+    }
 }
