@@ -192,6 +192,7 @@ fn published() -> Andrews {
     }
 }
 
+#[allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 fn main() -> common::Outcome {
     let mechanism = published();
     // One angle is given; the others are found from rough guesses, which choose the branch.
@@ -245,18 +246,19 @@ fn main() -> common::Outcome {
     assert!((change - work).abs() < 1e-9);
 
     let mut files = common::Files::of("andrews");
-    let angles: [(&str, fn(&State<Andrews>) -> f64); 4] =
-        [("γ", |s| s.gamma()), ("Φ", |s| s.phi()), ("δ", |s| s.delta()), ("ε", |s| s.epsilon())];
-    let mut panel = Panel::new(Axis::new("time in s"), Axis::new("angles in rad"));
-    for (name, value) in angles {
-        panel = panel.line(name, motion.sample(common::times(0.03, 1500)).map(|s| (s.t, value(&s))));
-    }
+    let over_time =
+        |value: fn(&State<Andrews>) -> f64| motion.sample(common::times(0.03, 1500)).map(move |s| (s.t, value(&s)));
+    let angles = Panel::new(Axis::new("time in s"), Axis::new("angles in rad"))
+        .line("γ", over_time(|s| s.gamma()))
+        .line("Φ", over_time(|s| s.phi()))
+        .line("δ", over_time(|s| s.delta()))
+        .line("ε", over_time(|s| s.epsilon()));
     let force = |s: State<Andrews>| {
         let [x, y] = motion.outputs_of(&s)[..] else { unreachable!("one vector") };
         (s.t, f64::hypot(x, y))
     };
     Chart::new("Andrews' squeezing mechanism")
-        .panel(panel)
+        .panel(angles)
         .panel(
             Panel::new(Axis::new("time in s"), Axis::new("force at the pin in N"))
                 .line("on body 2", motion.sample(common::times(0.03, 1500)).map(force)),

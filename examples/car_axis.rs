@@ -71,6 +71,7 @@ impl CarAxis {
     }
 }
 
+#[allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 fn main() -> common::Outcome {
     let eps: f64 = 1e-2;
     let car = CarAxis { mass: 10.0 * eps * eps / 2.0, length: 1.0, rest: 0.5, bump: 0.1, frequency: 10.0, g: 1.0 };
