@@ -277,16 +277,27 @@ impl<'w> Factored<'w> {
         active: impl Fn(usize) -> bool,
         workspace: &'w mut [f64],
     ) -> Result<Option<Self>, SolveError> {
-        Self::in_memory(model, state, active, Memory::new(workspace, M::Vector::LEN, M::Rows::LEN))
+        Self::in_memory(model, state, active, true, Memory::new(workspace, M::Vector::LEN, M::Rows::LEN))
+    }
+
+    /// For whoever brings forces of their own, or none: Q is 0, whatever inputs that were not set make of it. `None` where M is not finite.
+    fn without_force<M: Constraints>(
+        model: &M,
+        state: &M::State,
+        active: impl Fn(usize) -> bool,
+        workspace: &'w mut [f64],
+    ) -> Result<Option<Self>, SolveError> {
+        Self::in_memory(model, state, active, false, Memory::new(workspace, M::Vector::LEN, M::Rows::LEN))
     }
 
     fn in_memory<M: Constraints>(
         model: &M,
         state: &M::State,
         active: impl Fn(usize) -> bool,
+        forces: bool,
         mut memory: Memory<'w>,
     ) -> Result<Option<Self>, SolveError> {
-        let Some(read) = read(model, state, &active, &mut memory)? else { return Ok(None) };
+        let Some(read) = read(model, state, &active, forces, &mut memory)? else { return Ok(None) };
         let Read { mass, force, jacobian, gamma } = read;
         let floor = memory.take(M::Rows::LEN);
         for (floor, row) in floor.iter_mut().zip(jacobian.chunks_exact(M::Vector::LEN)) {
@@ -319,17 +330,21 @@ fn holds<M: Constraints>(modes: Modes, row: usize) -> bool {
     constraint.and_then(|c| c.switched).is_none_or(|index| modes.holds(index))
 }
 
-/// M, Q, Φ_q and γ at a state; `None` where M or Q is not finite, an error where Φ_q or γ is not.
+/// M, Q (0 unless `forces`), Φ_q and γ at a state; `None` where M or Q is not finite, an error where Φ_q or γ is not.
 fn read<'w, M: Constraints>(
     model: &M,
     state: &M::State,
     active: impl Fn(usize) -> bool,
+    forces: bool,
     memory: &mut Memory<'w>,
 ) -> Result<Option<Read<'w>>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let read = Read::new(n, r, memory);
     let terms = &mut Terms { mass: read.mass, force: read.force, jacobian: read.jacobian, gamma: read.gamma };
     all_terms(model, state, terms);
+    if !forces {
+        terms.force.fill(0.0);
+    }
     let row_is_finite = |i: usize| read.gamma[i].is_finite() && max_abs(&read.jacobian[i * n..(i + 1) * n]).is_finite();
     if let Some(row) = (0..r).find(|i| active(*i) && !row_is_finite(*i)) {
         return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });

@@ -32,11 +32,10 @@ pub(super) fn correct_rows<M: Constraints>(
     active: impl Fn(usize) -> bool,
     workspace: &mut [f64],
 ) -> Result<SolvedOf<M>, SolveError> {
-    let Some(mut factored) = Factored::new(model, state, active, workspace)? else {
+    let Some(mut factored) = Factored::without_force(model, state, active, workspace)? else {
         let outcome: OutcomeOf<M> = not_a_number();
         return Ok(Solved { accelerations: outcome.accelerations, multipliers: outcome.multipliers });
     };
-    factored.force.fill(0.0);
     let mut solved = Solved { accelerations: M::Vector::zeros(), multipliers: M::Rows::zeros() };
     let (delta, mu) = (solved.accelerations.as_mut_slice(), solved.multipliers.as_mut_slice());
     let _left_over = factored.system.solve(factored.force, right.as_slice(), delta, mu);

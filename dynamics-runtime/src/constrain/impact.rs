@@ -114,7 +114,7 @@ impl<M: Constraints> Set<'_, M> {
     ) -> Result<SolvedOf<M>, SolveError> {
         let held = |row: usize| self.hit(row).is_none_or(|at| self.stays(at)) && self.may_act(row);
         let mut solved = Solved { accelerations: M::Vector::zeros(), multipliers: M::Rows::zeros() };
-        let Some(mut factored) = Factored::new(model, state, held, workspace)? else {
+        let Some(mut factored) = Factored::without_force(model, state, held, workspace)? else {
             solved.accelerations.as_mut_slice().fill(f64::NAN);
             return Ok(solved);
         };

@@ -370,13 +370,17 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     /// Puts the start onto the constraints, once it is known to lie there to within what was typed.
     fn place(&mut self, checked: &Checked<'m, M>) -> Result<(), SimulationError<M>> {
         let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
-        let mut start = self.start;
+        // Constraints may contain inputs; what is held stays what it was.
+        let (mut start, held) = (with_inputs::<M>(self.law.as_ref(), self.start), *self.start.inputs());
         let mut upkeep = Upkeep::new(formulation, self.drift_limit);
         for guard in &checked.guards {
             guard.turn(start.modes(), self.model, &mut start, &mut upkeep);
         }
         match upkeep.begin(self.model, &mut start) {
-            Ok(()) => self.start = start,
+            Ok(()) => {
+                *start.inputs_mut() = held;
+                self.start = start;
+            }
             Err(PlaceError::State(error)) => return Err(self.refused(SimulationErrorKind::Start(Box::new(error)))),
             Err(PlaceError::Solve(error)) => return Err(self.refused(error.into())),
         }

@@ -1,0 +1,58 @@
+//! Switched constraints of generated models: with inputs from a law, on the side that the velocity says, hit and left by actions.
+
+use dynamics::prelude::*;
+
+/// A pendulum that is pushed, with a stop to its left.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+#[inputs(push)]
+struct Pushed {
+    m: f64,
+    l: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Pushed {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y
+    }
+    #[force]
+    fn pushing(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, 1.0 * q.push)
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Expr {
+        (q.x.powi(2) + q.y.powi(2)).sqrt() - self.l
+    }
+    #[holonomic(switched)]
+    fn stop(&self, q: &Coordinates<Self>) -> Expr {
+        1.1 + q.x
+    }
+}
+
+/// A start is put onto the constraints whether the inputs are known there or come from the law, and whether a value was set or not.
+#[test]
+fn a_law_supplies_the_inputs_where_a_constraint_is_released() {
+    let model = Pushed { m: 1.0, l: 1.3, g: 9.81 };
+    let (sin, cos) = 0.71f64.sin_cos();
+    let state = || model.state().x(1.3 * sin + 1e-9).y(-1.3 * cos).release("stop");
+    let run = |start: PushedState| {
+        let run = model.simulate(start).contact("stop", 0.5).inputs(|t, _| [t.sin()]).until(1.0);
+        *run.run().unwrap().end().q()
+    };
+    let (unset, set) = (run(state().build().unwrap()), run(state().push(0.0).build().unwrap()));
+    assert_eq!(unset, set);
+    assert!((unset.norm() - 1.3).abs() < 1e-12);
+    // The projection itself asks for no forces.
+    let mut start = state().build().unwrap();
+    let moved = dynamics::constrain::with_workspace::<Pushed, _>(|workspace| {
+        dynamics::constrain::project_positions(&model, &mut start, workspace)
+    });
+    assert!(moved.unwrap().general > 0 && (start.q().norm() - 1.3).abs() < 1e-15);
+}
