@@ -437,3 +437,126 @@ fn stopping_in_a_change_stops() {
     assert_eq!((motion.events().len(), motion.events()[0].stopped), (1, true));
     assert!(motion.end().u[1] > 0.0, "after the rebound");
 }
+
+/// A plank of mass m and moment of inertia j over a floor that it touches at x = −a, 0 and a, under a torque −m g a t.
+struct Plank<const R: usize> {
+    j: f64,
+    load: f64,
+}
+
+const ENDS: [f64; 3] = [-1.0, 1.0, 0.0];
+
+impl<const R: usize> Held<2, R, R> for Plank<R> {
+    fn mass(&self, _: &PlainState<2, 0>) -> SMatrix<f64, 2, 2> {
+        SMatrix::from_diagonal(&SVector::from([1.0, self.j]))
+    }
+    fn force(&self, s: &PlainState<2, 0>) -> SVector<f64, 2> {
+        SVector::from([-9.81, -self.load * s.t])
+    }
+    fn energy(&self, s: &PlainState<2, 0>) -> f64 {
+        0.5 * (s.u[0] * s.u[0] + self.j * s.u[1] * s.u[1]) + 9.81 * s.q[0]
+    }
+    fn phi(&self, s: &PlainState<2, 0>) -> SVector<f64, R> {
+        SVector::from_fn(|row, _| s.q[0] + ENDS[row] * s.q[1].sin())
+    }
+    fn phi_q(&self, s: &PlainState<2, 0>) -> SMatrix<f64, R, 2> {
+        SMatrix::from_fn(|row, j| if j == 0 { 1.0 } else { ENDS[row] * s.q[1].cos() })
+    }
+    fn right(&self, s: &PlainState<2, 0>) -> SVector<f64, R> {
+        SVector::from_fn(|row, _| ENDS[row] * s.q[1].sin() * s.u[1] * s.u[1])
+    }
+}
+type TwoEnds = Plank<2>;
+type ThreePoints = Plank<3>;
+held!(TwoEnds, 2 coordinates ["y", "theta"], 2 + 0 = 2 rows ["left", "right"],
+    [switched("left", ConstraintKind::Holonomic, 0, 0), switched("right", ConstraintKind::Holonomic, 1, 1)],
+    friction false, events []);
+held!(ThreePoints, 2 coordinates ["y", "theta"], 3 + 0 = 3 rows ["left", "right", "middle"],
+    [switched("left", ConstraintKind::Holonomic, 0, 0), switched("right", ConstraintKind::Holonomic, 1, 1),
+        switched("middle", ConstraintKind::Holonomic, 2, 2)],
+    friction false, events []);
+
+/// Rocking on its left end it hits with the right one at the rate w. With j > m a² the left end parts: Λ = 2 a w/(1/m + a²/j), and no impulse
+/// pulls at it; with j < m a² it presses, Λ = (1 − j/m a²) m a w/2, and all energy is lost.
+#[test]
+fn an_end_that_rests_pushes_in_an_impact_and_does_not_pull() {
+    for (j, parts) in [(4.0, true), (0.3, false)] {
+        let plank = TwoEnds { j, load: 0.0 };
+        let tilt: f64 = 0.2;
+        let start = released(at_rest_or_not([tilt.sin(), tilt], [0.0, 0.0]), [1]);
+        let w = (2.0 * 9.81 * tilt.sin() / (1.0 + j)).sqrt();
+        for formulation in [Formulation::Projected, Formulation::BaumgarteTied] {
+            let run = plank.simulate(start).until(1.0).tolerance(1e-11).formulation(formulation);
+            let motion = run.contact("left", 0.0).contact("right", 0.0).run().unwrap();
+            let event = &motion.events()[0];
+            assert_eq!((event.name.as_str(), event.before.modes.holds(0)), ("right contact", true));
+            assert!((event.before.u[1] + w).abs() < 1e-8);
+            let impulse =
+                |name| event.impacts.iter().find(|hit| hit.constraint == name).map(|hit| (hit.held, hit.impulse[0]));
+            let (hit, lost) = (impulse("right").unwrap(), event.energy_lost());
+            assert!(!hit.0);
+            if parts {
+                let expected = 2.0 * w / (1.0 + 1.0 / j);
+                assert!(impulse("left").is_none() && (hit.1 - expected).abs() < 1e-8, "{event:?}");
+                assert!((event.after.u[0] - 0.6 * w).abs() < 1e-8 && (event.after.u[1] + 0.6 * w).abs() < 1e-8);
+                assert!(
+                    !event.after.modes.holds(0) && event.after.modes.holds(1) && (lost - expected * w).abs() < 1e-8
+                );
+            } else {
+                let left = impulse("left").unwrap();
+                assert!(left.0 && (left.1 - 0.5 * (1.0 - j) * w).abs() < 1e-8, "{event:?}");
+                assert!((hit.1 - 0.5 * (1.0 + j) * w).abs() < 1e-8 && event.after.modes.all_hold());
+                assert!((lost - 0.5 * (1.0 + j) * w * w).abs() < 1e-8 && motion.end().u.amax() < 1e-9);
+            }
+            assert_eq!(
+                motion.summary().impacts,
+                motion.events().iter().filter(|event| !event.impacts.is_empty()).count()
+            );
+        }
+    }
+}
+
+/// Dropped level it hits with both ends at once and rises level: one impact, in which each end takes half, whatever j.
+#[test]
+fn ends_that_hit_together_rebound_together() {
+    for (j, e) in [(4.0, 0.0), (4.0, 0.5), (4.0, 1.0), (0.3, 0.0), (0.3, 0.5), (0.3, 1.0)] {
+        let plank = TwoEnds { j, load: 0.0 };
+        let start = released(at_rest_or_not([1.0, 0.0], [0.0, 0.0]), [0, 1]);
+        let motion = plank.simulate(start).until(3.0).tolerance(1e-11).contact("left", e).contact("right", e).run();
+        let motion = motion.unwrap_or_else(|error| panic!("{j} {e}: {error}"));
+        let [first, second] = &motion.events()[..2] else { panic!("two events") };
+        let v = (2.0f64 * 9.81).sqrt();
+        assert!((first.time() - v / 9.81).abs() < 1e-9 && first.time() == second.time());
+        let impulses: Vec<_> = first.impacts.iter().map(|hit| (hit.constraint, hit.held, hit.impulse[0])).collect();
+        assert_eq!((impulses.len(), second.impacts.len()), (2, 0), "{first:?}");
+        assert!(impulses.iter().all(|(_, held, impulse)| !held && (impulse - 0.5 * (1.0 + e) * v).abs() < 1e-8));
+        assert!((second.after.u[0] - e * v).abs() < 1e-8 && second.after.u[1].abs() < 1e-12, "{second:?}");
+        assert!((first.energy_lost() - 0.5 * v * v * (1.0 - e * e)).abs() < 1e-7);
+        let end = motion.end();
+        assert!(end.q[1].abs() < 1e-9 && motion.summary().energy_drift < 1e-8, "{end:?}");
+        if e < 1.0 {
+            assert!(end.modes.all_hold() && end.q[0].abs() < 1e-14 && end.u.amax() < 1e-12, "{end:?}");
+        } else {
+            assert!((plank.energy(&end) - 9.81).abs() < 1e-7);
+        }
+    }
+}
+
+#[test]
+fn a_release_without_a_reaction_names_no_side() {
+    let block = Block { m: 2.0, k: 0.0, v: 0.3, n: 20.0, resting: 0.6, sliding: 0.0 };
+    let run = |action: fn(&mut Change<'_, Block>)| {
+        let run = block.simulate(at_rest_or_not([0.0], [block.v])).until(1.0).event("mark", |s| s.q[0] - 0.1);
+        run.on_event_with("mark", Direction::Rising, action).run()
+    };
+    let released = run(|change| {
+        change.release_to("stick", -1.0);
+        // What is released stays so, to the side it was released to.
+        change.release("stick");
+    });
+    assert_eq!(released.unwrap().end().modes.side(0), -1.0);
+    match run(|change| change.release("stick")).unwrap_err().kind {
+        SimulationErrorKind::Change { error, .. } => assert_eq!(*error, ChangeError::NoSide { constraint: "stick" }),
+        other => panic!("{other:?}"),
+    }
+}

@@ -10,17 +10,30 @@ use super::upkeep::{PlaceError, Upkeep};
 use crate::error::{SolveError, StateError};
 use crate::model::{Constraint, ConstraintKind, ModelState, Vector};
 
-/// An impact on a constraint: a jump of the velocities, M Δu = Φ_qᵀΛ, with the other constraints held.
+/// What a constraint took in an impact: a jump of the velocities, M Δu = Φ_qᵀΛ, with all constraints that act in it together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impact {
-    /// The constraint that was hit.
+    /// The constraint.
     pub constraint: &'static str,
+    /// Whether it held before: it was not hit, but others were.
+    pub held: bool,
     /// Φ̇ (or A q̇ + b) of its rows just before.
     pub approach: Vec<f64>,
     /// Λ of its rows: multiplier times time.
     pub impulse: Vec<f64>,
-    /// Kinetic energy ½ q̇ᵀMq̇ before less that after; negative where a moving constraint strikes.
+    /// Its share −½ Λᵀ Φ_q(q̇⁺ + q̇⁻) of the kinetic energy ½ q̇ᵀMq̇ before less that after; negative where a moving constraint strikes.
     pub energy_lost: f64,
+}
+
+/// How a constraint is struck.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Blow {
+    /// By the law of its contact.
+    Contact,
+    /// With this coefficient of restitution.
+    Rebound(f64),
+    /// It stops, pushed or pulled, and holds.
+    Hold,
 }
 
 /// Why a change cannot be made.
@@ -45,6 +58,11 @@ pub enum ChangeError {
         row: &'static str,
         /// Φ there.
         residual: f64,
+    },
+    /// The side to which a constraint is released cannot be told from its reaction: there is none, or one for each of several rows.
+    NoSide {
+        /// Its name.
+        constraint: &'static str,
     },
     /// A coefficient of restitution outside 0 to 1.
     Restitution {
@@ -88,6 +106,10 @@ impl core::fmt::Display for ChangeError {
                 f,
                 "`{row}` is to engage where its residual is {residual:e}; engage it where it crosses zero, or move the state there first"
             ),
+            Self::NoSide { constraint } => write!(
+                f,
+                "the reaction of `{constraint}` does not say to which side it is released; say so with `release_to(\"{constraint}\", side)`"
+            ),
             Self::Restitution { value } => {
                 write!(f, "a coefficient of restitution of {value} is not possible; give one from 0 to 1")
             }
@@ -106,6 +128,8 @@ impl core::error::Error for ChangeError {}
 pub struct Change<'c, M: Simulate> {
     model: &'c M,
     constants: &'c M::Constants,
+    /// The state at the event, before the first action there.
+    instant: M::State,
     state: &'c mut M::State,
     upkeep: &'c mut Upkeep<M>,
     impacts: Vec<Impact>,
@@ -116,10 +140,16 @@ impl<'c, M: Simulate> Change<'c, M> {
     pub(super) fn new(
         model: &'c M,
         constants: &'c M::Constants,
+        instant: M::State,
         state: &'c mut M::State,
         upkeep: &'c mut Upkeep<M>,
     ) -> Self {
-        Self { model, constants, state, upkeep, impacts: Vec::new(), error: None }
+        Self { model, constants, instant, state, upkeep, impacts: Vec::new(), error: None }
+    }
+
+    /// The state at the event, before the first action there.
+    pub(super) fn instant(&self) -> &M::State {
+        &self.instant
     }
 
     /// The state at the event, with the changes so far.
@@ -137,7 +167,7 @@ impl<'c, M: Simulate> Change<'c, M> {
         self.model
     }
 
-    /// The impacts so far.
+    /// The impacts so far: what was hit, and with it what held and took an impulse.
     pub fn impacts(&self) -> &[Impact] {
         &self.impacts
     }
@@ -158,35 +188,51 @@ impl<'c, M: Simulate> Change<'c, M> {
         .unwrap_or_default()
     }
 
-    /// An impact on a constraint, switched or not: its rows rebound, Φ̇⁺ = −e Φ̇⁻ with the coefficient of restitution e, while
-    /// the constraints that hold go on holding. Source: Brogliato, *Nonsmooth Mechanics*, §4.3 (Newton's law of impact).
+    /// An impact on a constraint, switched or not, by Poisson's hypothesis: what its rows take while they are stopped they give back e times, with the
+    /// coefficient of restitution e. Where nothing else is hit that is Newton's Φ̇⁺ = −e Φ̇⁻. A released holonomic constraint of one row pushes only.
+    ///
+    /// Constraints that hold go on holding, except for contacts declared with [`contact`](super::Simulation::contact): they do not pull here either, but part where
+    /// the impact opens them, and those that are closed but released are hit along by their own law. See
+    /// [`constrain::impact`](crate::constrain::impact).
     pub fn impact(&mut self, name: &str, restitution: f64) {
-        self.attempt(|change| change.hit(find::<M>(name)?, restitution));
+        self.attempt(|change| change.strike(find::<M>(name)?, Blow::Rebound(restitution)));
     }
 
-    /// Lets a switched constraint hold from here on, after a plastic impact that stops its rows.
+    /// A contact that closes rebounds or holds by its own law, together with those that touch at the same instant.
+    pub(super) fn close(&mut self, constraint: &'static Constraint) {
+        self.attempt(|change| change.strike(constraint, Blow::Contact));
+    }
+
+    /// Lets a switched constraint hold from here on, after a plastic impact that stops its rows, pushing or pulling. Contacts
+    /// take part as in [`Change::impact`].
     pub fn engage(&mut self, name: &str) {
         self.attempt(|change| {
             let (constraint, index) = change.switched(name)?;
             change.check_place(constraint)?;
             if !change.state.modes().holds(index) {
-                change.hit(constraint, 0.0)?;
-                change.state.modes_mut().engage(index);
+                change.strike(constraint, Blow::Hold)?;
             }
             Ok(())
         });
     }
 
-    /// Releases a switched constraint: a holonomic one to the side where Φ grows, a nonholonomic one to the side to which its reaction
-    /// held back, against the sign of λ.
+    /// Releases a switched constraint that holds: a holonomic one to the side where Φ grows, a nonholonomic one of one row to the side from which its
+    /// reaction held it back, against the sign of λ. Several rows, or λ = 0, name no side: that ends the simulation, and
+    /// [`Change::release_to`] is what to use.
     pub fn release(&mut self, name: &str) {
         self.attempt(|change| {
             let (constraint, index) = change.switched(name)?;
+            if !change.state.modes().holds(index) {
+                return Ok(());
+            }
             let side = match constraint.kind {
                 ConstraintKind::Holonomic => 1.0,
                 ConstraintKind::Nonholonomic => {
                     let solved = change.upkeep.reactions(change.model, change.constants, change.state)?;
-                    -solved[constraint.first].signum()
+                    match solved[constraint.first] {
+                        reaction if constraint.rows == 1 && reaction.abs() > 0.0 => -reaction.signum(),
+                        _ => return Err(ChangeError::NoSide { constraint: constraint.name }),
+                    }
                 }
             };
             change.state.modes_mut().release(index, side);
@@ -219,20 +265,67 @@ impl<'c, M: Simulate> Change<'c, M> {
         }
     }
 
-    fn hit(&mut self, constraint: &'static Constraint, restitution: f64) -> Result<(), ChangeError> {
-        if !(0.0..=1.0).contains(&restitution) {
-            return Err(ChangeError::Restitution { value: restitution });
+    /// One impact on a constraint and on all contacts that touch: none of those pulls, and those that end at rest hold.
+    fn strike(&mut self, constraint: &'static Constraint, blow: Blow) -> Result<(), ChangeError> {
+        if let Blow::Rebound(value) = blow
+            && !(0.0..=1.0).contains(&value)
+        {
+            return Err(ChangeError::Restitution { value });
         }
-        let before = self.model.velocity_residual(self.state);
         let index = M::CONSTRAINTS.iter().position(|known| known == constraint).expect("found in this very list");
-        let jump = self.upkeep.impact(self.model, self.state, index, restitution)?;
-        self.impacts.push(Impact {
-            constraint: constraint.name,
-            approach: rows_of(constraint, before.as_slice()),
-            impulse: rows_of(constraint, jump.impulses.as_slice()),
-            energy_lost: jump.energy_lost,
-        });
+        let held = self.state.modes();
+        let touching = self.upkeep.touching(self.model, self.state, held)?;
+        let (start, before) = (*self.state, self.model.velocity_residual(self.state));
+        let mut hits = Vec::with_capacity(touching.len() + 1);
+        match blow {
+            Blow::Rebound(restitution) => hits.push((index, restitution)),
+            Blow::Hold => {
+                constraint.switched.iter().for_each(|switch| self.state.modes_mut().engage(*switch));
+                hits.push((index, 0.0));
+            }
+            Blow::Contact => hits.push((index, self.upkeep.restitution(index, &before))),
+        }
+        for contact in touching.iter().copied().filter(|contact| *contact != index) {
+            let holds = M::CONSTRAINTS[contact].switched.is_none_or(|switch| held.holds(switch));
+            hits.push((contact, if holds { 0.0 } else { self.upkeep.restitution(contact, &before) }));
+        }
+        let closing = |contact: usize| contact == index && blow == Blow::Contact || touching.contains(&contact);
+        let contacts =
+            hits.iter().map(|hit| hit.0).filter(|hit| closing(*hit) && !(*hit == index && blow == Blow::Hold));
+        let contacts: Vec<(usize, usize)> =
+            contacts.filter_map(|hit| Some((hit, M::CONSTRAINTS[hit].switched?))).collect();
+        contacts.iter().for_each(|(_, switch)| self.state.modes_mut().release(*switch, 1.0));
+        let jump = self.upkeep.impact(self.model, self.state, &hits)?;
+        for (contact, switch) in contacts {
+            if rests(self.model, &start, self.state, M::CONSTRAINTS[contact].first) {
+                self.state.modes_mut().engage(switch);
+            }
+        }
+        self.record(&start, constraint, before.as_slice(), jump.impulses.as_slice());
         Ok(())
+    }
+
+    /// Records what was struck, and what else took an impulse with it.
+    fn record(&mut self, start: &M::State, struck: &'static Constraint, before: &[f64], impulses: &[f64]) {
+        let jacobian = self.model.jacobian(start);
+        let (u, v) = (start.u(), self.state.u());
+        let rate = |row: usize| (0..M::Vector::LEN).map(|j| jacobian[(row, j)] * (u[j] + v[j])).sum::<f64>();
+        for constraint in M::CONSTRAINTS {
+            let rows = constraint.first..constraint.first + constraint.rows;
+            if constraint != struck && impulses[rows.clone()].iter().all(|impulse| *impulse == 0.0) {
+                continue;
+            }
+            self.impacts.push(Impact {
+                constraint: constraint.name,
+                held: constraint != struck && constraint.switched.is_none_or(|switch| start.modes().holds(switch)),
+                approach: rows_of(constraint, before),
+                impulse: rows_of(constraint, impulses),
+                energy_lost: -rows
+                    .filter(|row| impulses[*row] != 0.0)
+                    .map(|row| 0.5 * impulses[row] * rate(row))
+                    .sum::<f64>(),
+            });
+        }
     }
 
     /// A holonomic constraint can hold only where its Φ is 0.
@@ -258,6 +351,13 @@ pub(super) fn find<M: Simulate>(name: &str) -> Result<&'static Constraint, Chang
         let suggestion = suggest(name, M::CONSTRAINTS.iter().map(|constraint| constraint.name));
         ChangeError::UnknownConstraint { name: name.into(), suggestion }
     })
+}
+
+/// Whether a row is at rest after an impact, but for rounding.
+fn rests<M: Simulate>(model: &M, before: &M::State, after: &M::State, row: usize) -> bool {
+    let jacobian = model.jacobian(after);
+    let largest = (0..M::Vector::LEN).map(|j| jacobian[(row, j)].abs() * before.u()[j].abs().max(after.u()[j].abs()));
+    model.velocity_residual(after)[row].abs() <= 1e-10 * largest.fold(0.0, f64::max)
 }
 
 fn rows_of(constraint: &Constraint, rows: &[f64]) -> Vec<f64> {

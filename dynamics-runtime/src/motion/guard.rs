@@ -15,7 +15,7 @@ use alloc::vec::Vec;
 use super::change::{Change, find};
 use super::error::OptionError;
 use super::simulate::Simulate;
-use super::upkeep::Upkeep;
+use super::upkeep::{Closing, Upkeep};
 use crate::error::SolveError;
 use crate::model::{Constraint, ConstraintKind, ModelState, Modes};
 
@@ -45,10 +45,7 @@ impl From<f64> for Contact {
 /// What a guard watches.
 #[derive(Clone, Copy, Debug)]
 enum Law {
-    Contact {
-        contact: Contact,
-        hardest: f64,
-    },
+    Contact(Contact),
     /// Index of the breakaway event among those of the model and of the simulation.
     Stick {
         breakaway: usize,
@@ -75,7 +72,7 @@ impl Guard {
         number("restitution", restitution, (0.0..=1.0).contains(&restitution), "a coefficient from 0 to 1")?;
         let speed = rest_speed.unwrap_or(0.0);
         number("rest_speed", speed, speed >= 0.0 && speed.is_finite(), "a speed of 0 or more")?;
-        Self::new::<M>(name, "contact", ConstraintKind::Holonomic, Law::Contact { contact, hardest: 0.0 })
+        Self::new::<M>(name, "contact", ConstraintKind::Holonomic, Law::Contact(contact))
     }
 
     pub(super) fn stick<M: Simulate>(name: &str, breakaway: usize) -> Result<Self, OptionError> {
@@ -86,7 +83,7 @@ impl Guard {
         let constraint = find::<M>(name).map_err(|error| OptionError::Constraint(Box::new(error)))?;
         match constraint.switched {
             Some(switch) if constraint.kind == kind && constraint.rows == 1 => {
-                let what = if matches!(law, Law::Contact { .. }) { "contact" } else { "slip" };
+                let what = if matches!(law, Law::Contact(_)) { "contact" } else { "slip" };
                 Ok(Self { name: format!("{name} {what}"), constraint, switch, law })
             }
             _ => Err(OptionError::NotForGuard { option, constraint: constraint.name, kind }),
@@ -104,8 +101,8 @@ impl Guard {
         let row = self.constraint.first;
         let modes = state.modes();
         Ok(match self.law {
-            Law::Contact { .. } if modes.holds(self.switch) => reactions()?[row],
-            Law::Contact { .. } => model.residual(state)[row],
+            Law::Contact(_) if modes.holds(self.switch) => reactions()?[row],
+            Law::Contact(_) => model.residual(state)[row],
             Law::Stick { breakaway } if modes.holds(self.switch) => events[breakaway],
             Law::Stick { .. } => model.velocity_residual(state)[row] * modes.side(self.switch),
         })
@@ -118,7 +115,7 @@ impl Guard {
 
     /// Whether it is a contact, which has to be open where it is released.
     pub(crate) fn is_contact(&self) -> bool {
-        matches!(self.law, Law::Contact { .. })
+        matches!(self.law, Law::Contact(_))
     }
 
     /// What slipped before a change and slips after it slips to the side of its velocity, to which the change may have turned it.
@@ -132,21 +129,30 @@ impl Guard {
         }
     }
 
-    /// Does what is due where the function has fallen to zero.
-    pub(crate) fn act<M: Simulate>(&mut self, change: &mut Change<'_, M>) {
+    /// A contact with its law, for the impacts of a run.
+    pub(super) fn closing<M: Simulate>(&self) -> Option<Closing> {
+        let Law::Contact(law) = self.law else { return None };
+        let constraint = M::CONSTRAINTS.iter().position(|known| known == self.constraint)?;
+        Some(Closing { constraint, law, hardest: 0.0 })
+    }
+
+    /// Does what is due where the function has fallen to zero, unless an action at the same instant has dealt with it: contacts that close together
+    /// are hit together, and whether one that was to lift off still does when velocities have jumped is for its new reaction to say.
+    pub(crate) fn act<M: Simulate>(&self, change: &mut Change<'_, M>) {
         let name = self.constraint.name;
         let holds = self.holds(change.state());
-        match &mut self.law {
-            Law::Contact { .. } | Law::Stick { .. } if holds => change.release(name),
+        if holds != self.holds(change.instant()) {
+            return;
+        }
+        let jumped = change.state().u() != change.instant().u();
+        match self.law {
+            Law::Contact(_) if holds && jumped => {}
+            Law::Contact(_) | Law::Stick { .. } if holds => change.release(name),
             Law::Stick { .. } => change.engage(name),
-            Law::Contact { contact, hardest } => {
-                let approach = -change.model().velocity_residual(change.state())[self.constraint.first];
-                *hardest = hardest.max(approach);
-                let rest = contact.rest_speed.unwrap_or(1e-3 * *hardest);
-                if contact.restitution == 0.0 || approach <= rest {
-                    change.engage(name);
-                } else {
-                    change.impact(name, contact.restitution);
+            Law::Contact(_) => {
+                let rate = change.model().velocity_residual(change.state())[self.constraint.first];
+                if !(jumped && rate >= 0.0) {
+                    change.close(self.constraint);
                 }
             }
         }

@@ -60,7 +60,7 @@ pub struct EventRecord<S> {
     pub before: S,
     /// The state just after; differs where a reset changed it.
     pub after: S,
-    /// Impacts on constraints.
+    /// Impacts on constraints; those that are hit at the same instant are hit together and listed at the first of their events.
     pub impacts: Vec<Impact>,
     /// Whether the simulation ended here.
     pub stopped: bool,

@@ -107,7 +107,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let start = self.now();
         self.plan.watch.begin(&start).map_err(at)?;
         let (mut after, mut events) = (start, Vec::new());
-        self.switch_back(&start, &mut after, &mut events).map_err(at)?;
+        self.switch_back(&mut after, &mut events).map_err(at)?;
         if !events.is_empty() {
             self.go_on_from(sink, &start, &after)?;
             events.into_iter().for_each(|event| sink.event(event));
@@ -257,7 +257,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         for crossing in &crossings {
             events.push(self.change(crossing, &before, &mut after).map_err(at)?);
         }
-        self.switch_back(&before, &mut after, &mut events).map_err(at)?;
+        self.switch_back(&mut after, &mut events).map_err(at)?;
         if events.iter().any(|event| event.stopped) {
             flow = Flow::Stop;
         }
@@ -286,7 +286,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let Plan { plant, watch, .. } = &mut *self.plan;
         let name: String = watch.name(crossing.index).into();
         let from = *after;
-        let mut change = Change::new(plant.model, plant.constants, after, &mut plant.upkeep);
+        let mut change = Change::new(plant.model, plant.constants, *before, after, &mut plant.upkeep);
         let stopped = watch.act(crossing, &mut change);
         let impacts = change.finish().map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error) })?;
         check_reset::<M>(&name, before, after)?;
@@ -302,19 +302,15 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     }
 
     /// Guards that cannot stay as the actions left them act at once: a contact that would pull lifts off, what sticks and would break away slips.
-    fn switch_back(
-        &mut self,
-        before: &M::State,
-        after: &mut M::State,
-        events: &mut Vec<EventRecord<M::State>>,
-    ) -> Result<(), Kind> {
+    fn switch_back(&mut self, after: &mut M::State, events: &mut Vec<EventRecord<M::State>>) -> Result<(), Kind> {
         let most = 2 * self.plan.watch.guards().count();
         for _ in 0..=most {
             let Some(index) = self.plan.watch.untenable(after)? else {
                 return Ok(());
             };
             let crossing = Crossing { index, theta: 1.0, direction: Direction::Falling };
-            events.push(self.change(&crossing, before, after)?);
+            let now = *after;
+            events.push(self.change(&crossing, &now, after)?);
         }
         let event = events.last().map_or_else(String::new, |event| event.name.clone());
         Err(Kind::EventRepeats { event })

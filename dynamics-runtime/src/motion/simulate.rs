@@ -309,6 +309,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         };
         let law = self.law.take();
         let (method, reason) = checked.method;
+        let contacts = checked.guards.iter().filter_map(Guard::closing::<M>).collect();
         let mut plan = Plan {
             plant: Plant {
                 model: self.model,
@@ -333,6 +334,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             #[cfg(not(feature = "progress"))]
             progress: Progress::none(),
         };
+        plan.plant.upkeep.contacts = contacts;
         #[cfg(feature = "std")]
         let begun = std::time::Instant::now();
         #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]

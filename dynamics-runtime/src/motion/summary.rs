@@ -65,7 +65,7 @@ pub struct Summary {
     pub upkept: Upkept,
     /// There is generated code for accelerations and reactions, so that evaluations by the general solver are fallbacks.
     pub falls_back: bool,
-    /// Number of impacts on constraints.
+    /// How often constraints were hit.
     pub impacts: usize,
     /// Energy that was lost in them.
     pub energy_lost: f64,
@@ -115,7 +115,7 @@ impl<M: Simulate> Motion<'_, M> {
             constraints: self.constraint_drift(),
             upkept: self.trajectory.upkept,
             falls_back: matches!(M::ROUTE, Route::Unrolled { .. }),
-            impacts: self.events().iter().map(|event| event.impacts.len()).sum(),
+            impacts: self.events().iter().flat_map(|event| &event.impacts).filter(|impact| !impact.held).count(),
             energy_lost: self.events().iter().map(EventRecord::energy_lost).sum(),
             conditioning: self.conditioning(),
             events,

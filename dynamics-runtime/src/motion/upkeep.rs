@@ -6,11 +6,12 @@ use alloc::vec::Vec;
 use super::conditioning::Conditioning;
 use super::drift::rows_that_hold;
 use super::formulation::Formulation;
+use super::guard::Contact;
 use crate::constrain::{self, Diagnosis, Embedding};
 use crate::error::{SolveError, StateError};
 use crate::integrate::{Phase, zip};
 use crate::math;
-use crate::model::{Constraint, Constraints, ModelState, Terms, Vector};
+use crate::model::{Constraint, Constraints, ModelState, Modes, Terms, Vector};
 
 /// How often a run had to leave the straight way to keep its constraints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -63,6 +64,8 @@ pub(crate) struct Upkeep<M: Constraints> {
     push: M::Vector,
     drift_limit: f64,
     embedding: Option<Embedding<M>>,
+    /// The contacts of the run, which take part in every impact where they touch.
+    pub(super) contacts: Vec<Closing>,
     workspace: Vec<f64>,
 }
 
@@ -81,6 +84,7 @@ impl<M: Constraints> Upkeep<M> {
             push: M::Vector::zeros(),
             drift_limit,
             embedding: None,
+            contacts: Vec::new(),
             workspace,
         }
     }
@@ -261,15 +265,41 @@ impl<M: Constraints> Upkeep<M> {
         rows.find_map(drifted)
     }
 
-    /// An impact on the rows of a constraint; the state's velocities jump.
+    /// The contacts that hold, and those that touch; by index of their constraints. What holds comes to rest before, where it has drifted.
+    pub(super) fn touching(&mut self, model: &M, state: &mut M::State, modes: Modes) -> Result<Vec<usize>, SolveError> {
+        if self.contacts.is_empty() {
+            return Ok(Vec::new());
+        }
+        constrain::project_velocities(model, state, &mut self.workspace)?;
+        let residual = model.residual(state);
+        let distances = Distances::of(model, state, &mut self.workspace);
+        let touches = |at: usize| {
+            let Constraint { first, switched, .. } = M::CONSTRAINTS[at];
+            let near = residual[first] <= 0.0 || distances.along(first, residual[first]) <= TOUCHING * distances.size;
+            switched.is_some_and(|switch| modes.holds(switch)) || near
+        };
+        Ok(self.contacts.iter().map(|contact| contact.constraint).filter(|at| touches(*at)).collect())
+    }
+
+    /// The coefficient of restitution with which a contact is hit: 0 where it comes too slowly to rebound.
+    pub(super) fn restitution(&mut self, constraint: usize, rates: &M::Rows) -> f64 {
+        let Some(contact) = self.contacts.iter_mut().find(|contact| contact.constraint == constraint) else {
+            return 0.0;
+        };
+        let approach = -rates[M::CONSTRAINTS[constraint].first];
+        contact.hardest = contact.hardest.max(approach);
+        let rest = contact.law.rest_speed.unwrap_or(1e-3 * contact.hardest);
+        if approach <= rest { 0.0 } else { contact.law.restitution }
+    }
+
+    /// An impact on the rows of constraints, by index with their coefficients of restitution; the state's velocities jump.
     pub(crate) fn impact(
         &mut self,
         model: &M,
         state: &mut M::State,
-        constraint: usize,
-        restitution: f64,
+        hits: &[(usize, f64)],
     ) -> Result<constrain::Impact<M::Rows>, SolveError> {
-        constrain::impact(model, state, &[(constraint, restitution)], &mut self.workspace)
+        constrain::impact(model, state, hits, &mut self.workspace)
     }
 
     /// The side to which a released nonholonomic constraint of one row slips; `None` where it slips no faster than a start may miss it.
@@ -289,6 +319,18 @@ impl<M: Constraints> Upkeep<M> {
         apart(model, state, constraint, &mut self.workspace)
     }
 }
+
+/// A contact of a run.
+pub(crate) struct Closing {
+    /// Its constraint, by index.
+    pub(super) constraint: usize,
+    pub(super) law: Contact,
+    /// The largest speed with which it was hit.
+    pub(super) hardest: f64,
+}
+
+/// Contacts closer than this, in parts of 1 + |q|, touch: they are hit at the same instant.
+const TOUCHING: f64 = 1e-11;
 
 /// A constraint that has drifted too far.
 pub(crate) struct Drifted {
