@@ -232,6 +232,25 @@ fn general<M: Constraints>(
     Ok(Outcome { accelerations, multipliers, diagnosis: Some(diagnosis(system)) })
 }
 
+/// That the reaction of a row that holds is decided, whatever other rows repeat each other.
+///
+/// # Errors
+/// [`SolveError::ReactionNotUnique`] where it is not. As [`solve`].
+#[cfg(feature = "alloc")]
+pub(crate) fn check_unique<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    row: usize,
+    workspace: &mut [f64],
+) -> Result<(), SolveError> {
+    let modes = state.modes();
+    let factored = Factored::new(model, state, |row| holds::<M>(modes, row), workspace)?;
+    match factored.is_none_or(|mut factored| factored.system.is_unique(row)) {
+        true => Ok(()),
+        false => Err(SolveError::ReactionNotUnique { row: names::<M>().row(row) }),
+    }
+}
+
 fn diagnosis(system: &System<'_>) -> Diagnosis {
     Diagnosis { active: system.active(), rank: system.rank(), condition: system.condition() }
 }

@@ -64,7 +64,7 @@ pub enum SolveError {
         /// The row of the first of them.
         row: &'static str,
     },
-    /// Applied forces depend on a reaction that the constraints leave undecided, because they repeat each other.
+    /// Applied forces, or whether a contact lifts off, depend on a reaction that the constraints leave undecided, because they repeat each other.
     ReactionNotUnique {
         /// Its row.
         row: &'static str,
@@ -142,8 +142,8 @@ impl fmt::Display for SolveError {
             ),
             Self::ReactionNotUnique { row } => write!(
                 f,
-                "a force depends on the reaction of `{row}`, which is not decided: other constraints repeat this one; leave one of them \
-                 out, or make them compliant"
+                "a force, or a contact that may lift off, depends on the reaction of `{row}`, which is not decided: other constraints \
+                 repeat this one; leave one of them out, or make them compliant"
             ),
             Self::OffConstraint { what, row, residual, distance } => write!(
                 f,

@@ -542,6 +542,26 @@ fn ends_that_hit_together_rebound_together() {
     }
 }
 
+/// Three points that bear a plank: which of them lifts off is not for the reactions of least norm to say. The left one would at t = 2/3 by
+/// those; without the middle one it does at t = 1.
+#[test]
+fn reactions_that_are_not_unique_let_no_contact_lift_off() {
+    let plank = ThreePoints { j: 4.0, load: 9.81 };
+    let run = |until| {
+        let run = plank.simulate(at_rest_or_not([0.0, 0.0], [0.0, 0.0])).until(until);
+        run.contact("left", 0.0).contact("right", 0.0).contact("middle", 0.0).run()
+    };
+    assert!(run(0.6).unwrap().events().is_empty());
+    let error = run(0.95).unwrap_err();
+    let kind = SimulationErrorKind::Solve(SolveError::ReactionNotUnique { row: "left" });
+    assert_eq!(error.kind, kind, "{error}");
+    assert!(error.time <= 2.0 / 3.0);
+    let plank = TwoEnds { j: 4.0, load: 9.81 };
+    let run = plank.simulate(at_rest_or_not([0.0, 0.0], [0.0, 0.0])).until(1.01);
+    let motion = run.contact("left", 0.0).contact("right", 0.0).run().unwrap();
+    assert!((motion.events()[0].time() - 1.0).abs() < 1e-8 && motion.events()[0].name == "left contact");
+}
+
 #[test]
 fn a_release_without_a_reaction_names_no_side() {
     let block = Block { m: 2.0, k: 0.0, v: 0.3, n: 20.0, resting: 0.6, sliding: 0.0 };

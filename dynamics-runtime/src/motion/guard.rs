@@ -16,6 +16,7 @@ use super::change::{Change, find};
 use super::error::OptionError;
 use super::simulate::Simulate;
 use super::upkeep::{Closing, Upkeep};
+use crate::constrain::OutcomeOf;
 use crate::error::SolveError;
 use crate::model::{Constraint, ConstraintKind, ModelState, Modes};
 
@@ -96,12 +97,12 @@ impl Guard {
         model: &M,
         state: &M::State,
         events: &[f64],
-        reactions: impl FnOnce() -> Result<M::Rows, SolveError>,
+        reactions: impl FnOnce() -> Result<OutcomeOf<M>, SolveError>,
     ) -> Result<f64, SolveError> {
         let row = self.constraint.first;
         let modes = state.modes();
         Ok(match self.law {
-            Law::Contact(_) if modes.holds(self.switch) => reactions()?[row],
+            Law::Contact(_) if modes.holds(self.switch) => reactions()?.multipliers[row],
             Law::Contact(_) => model.residual(state)[row],
             Law::Stick { breakaway } if modes.holds(self.switch) => events[breakaway],
             Law::Stick { .. } => model.velocity_residual(state)[row] * modes.side(self.switch),

@@ -9,6 +9,8 @@
 //!   on the floor), the event would happen again at once: an error, because a motion that is held needs a constraint.
 //! * Events that follow each other in ever shorter time are an error that names the time they approach.
 
+//! * Contacts whose reactions of least norm push bear what they have to, unique or not. One of them that pulls may do so for another choice of reactions
+//!   only: then which one lifts off is not decided, and that is an error.
 //! * A guard (see `guard.rs`) acts where its function falls through zero. Where its constraint was switched, the function is another
 //!   one, and starts afresh; a guard that leaves zero to the wrong side acts again at once, and doing so twice at one instant is an error.
 
@@ -24,7 +26,7 @@ use super::guard::{Guard, Guards};
 use super::leave::{Leave, leave};
 use super::simulate::Simulate;
 use super::upkeep::apart;
-use crate::constrain;
+use crate::constrain::{self, OutcomeOf};
 use crate::error::SolveError;
 use crate::integrate::{Crossing, Dense, Direction, Scan, Step};
 use crate::model::{Events, ModelState};
@@ -146,6 +148,10 @@ impl<'m, M: Simulate> Functions<'m, M> {
                 Some(reactions) => Ok(reactions),
                 None => self.reactions(state).inspect(|reactions| known = Some(*reactions)),
             })?;
+            let is_contact = guard.is_contact() && guard.holds(state);
+            if is_contact && *value < 0.0 && known.is_some_and(|reactions| !reactions.unique()) {
+                constrain::check_unique(self.model, state, guard.constraint.first, &mut self.workspace.borrow_mut())?;
+            }
         }
         Ok(())
     }
@@ -166,9 +172,8 @@ impl<'m, M: Simulate> Functions<'m, M> {
         }
     }
 
-    fn reactions(&self, state: &M::State) -> Result<M::Rows, SolveError> {
+    fn reactions(&self, state: &M::State) -> Result<OutcomeOf<M>, SolveError> {
         constrain::solve(self.model, &self.constants, state, &mut self.workspace.borrow_mut())
-            .map(|solved| solved.multipliers)
     }
 }
 
