@@ -73,15 +73,19 @@ pub trait System<V: Vector> {
     fn attempting(&mut self, _start: &Knot<V>, _h: f64) -> Result<(), Self::Error> {
         Ok(())
     }
+    /// Whether the ends of steps are settled.
+    #[inline(always)]
+    fn settles(&self) -> bool {
+        false
+    }
     /// Is asked where the error of a step is too large: the part of it that stays when the end `y` of the step is settled. `None`: all of it.
     #[inline(always)]
     fn lasting(&mut self, _t: f64, _y: &Phase<V>, _error: &Phase<V>) -> Result<Option<Phase<V>>, Self::Error> {
         Ok(None)
     }
-    /// Puts the end of a step that is about to be accepted where it belongs: back onto the constraints. Returns by how much it moved, as
-    /// the norm of the error is measured (1: as much as the tolerance permits); `None` where it stayed.
+    /// Puts the end of a step that is about to be accepted where it belongs: back onto the constraints. `None` where it stayed.
     #[inline(always)]
-    fn settle(&mut self, _t: f64, _y: &mut Phase<V>, _tolerances: &Tolerances) -> Result<Option<f64>, Self::Error> {
+    fn settle(&mut self, _t: f64, _y: &mut Phase<V>, _tolerances: &Tolerances) -> Result<Option<Settled>, Self::Error> {
         Ok(None)
     }
 }
@@ -92,6 +96,17 @@ impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> System<V> for F {
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, E> {
         self(t, q, u)
     }
+}
+
+/// How the end of a step was settled, as the norm of the error is measured (1: as much as the tolerance permits).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settled {
+    /// By how much it moved.
+    pub by: f64,
+    /// How far it was from where it belongs, along what holds it: less than it moved where that nearly loses a direction.
+    pub violation: f64,
+    /// What rounding errors make uncertain where it is settled: large near a position where what holds it nearly loses a direction.
+    pub noise: f64,
 }
 
 /// Where a step starts: time, phase and the accelerations there.

@@ -24,6 +24,15 @@ pub struct Projection {
     pub general: u32,
     /// Greatest change of a coordinate or velocity x, over 1 + |x|.
     pub change: f64,
+    /// Greatest |δ|/|r| of a correction δ for the residuals r, in the units of the coordinates and rows: grows without limit toward a position
+    /// where the constraints lose rank.
+    pub sensitivity: f64,
+}
+
+impl Projection {
+    fn note(&mut self, correction: &[f64], residual: f64) {
+        self.sensitivity = self.sensitivity.max(super::memory::max_abs(correction) / residual);
+    }
 }
 
 /// Moves q to Φ(q, t) = 0, to rounding level; constraints that are released are not looked at. Velocities stay.
@@ -49,6 +58,7 @@ pub fn project_positions<M: Constraints>(
             return Err(if halvings >= 8 { vanishing(model, state) } else { off(model, state, "positions") });
         }
         let solved = correction(model, state, &right, true, &mut projection, workspace)?;
+        projection.note(solved.accelerations.as_slice(), size);
         let change = relative(solved.accelerations.as_slice(), state.q().as_slice());
         add(state.q_mut().as_mut_slice(), solved.accelerations.as_slice());
         let before = size;
@@ -89,10 +99,12 @@ pub fn project_velocities<M: Constraints>(
     // The second pass takes the rounding errors of a large first one.
     for _ in 0..2 {
         let right = velocity_right(model, state)?;
-        if size(&right) == 0.0 {
+        let size = size(&right);
+        if size == 0.0 {
             break;
         }
         let solved = correction(model, state, &right, false, &mut projection, workspace)?;
+        projection.note(solved.accelerations.as_slice(), size);
         let change = relative(solved.accelerations.as_slice(), state.u().as_slice());
         add(state.u_mut().as_mut_slice(), solved.accelerations.as_slice());
         if !change.is_finite() {

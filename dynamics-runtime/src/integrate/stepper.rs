@@ -2,6 +2,7 @@
 
 use super::first_step::first_step;
 use super::{Controller, Knot, Phase, Scheme, System, Tolerances};
+use crate::math;
 use crate::model::Vector;
 
 /// How steps are chosen.
@@ -55,6 +56,13 @@ const MOST_REJECTIONS: u32 = 60;
 /// A step whose end is settled by more than so many permitted errors is rejected: what holds it in place would then decide the
 /// motion, and not the method.
 const MOST_MOVE: f64 = 10.0;
+/// Attempts to make a step whose end and stages avoid a singular position of what holds it, each shorter than the one before by
+/// [`DETOUR`]: the position is then passed between stages. At the position itself rounding errors decide, and shorter steps come nearer to it.
+const MOST_DETOURS: u32 = 5;
+/// See [`MOST_DETOURS`].
+const DETOUR: f64 = 0.8;
+/// An error this large is no matter of a step that is a little too long.
+const SURPRISE: f64 = 30.0;
 /// Steps between two looks at stiffness while nothing is suspected.
 const STIFFNESS_INTERVAL: u64 = 32;
 
@@ -158,19 +166,30 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     #[inline]
     pub fn step<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<Step<V>, StepError<Y::Error>> {
         let start = self.now;
+        let mut detours = 0;
         for attempt in 0.. {
-            let (end_t, h) = self.next_time(limit);
+            let (mut end_t, mut h) = self.next_time(limit);
+            if detours > 0 {
+                end_t = start.t + h * math::powi(DETOUR, detours as i32);
+                h = end_t - start.t;
+            }
             if end_t == start.t {
                 // Time does not resolve the step: at a large t, or where the first or fixed step is absurdly small.
                 return Err(StepError::StepTooSmall { coordinate: 0, h: self.h });
             }
             let failure = match self.try_step(system, end_t, h) {
-                Ok((end, error)) => match self.judge(error) {
-                    true => return Ok(self.commit(start, end, h)),
+                Ok(trial) if detours < MOST_DETOURS && !self.is_fixed() && trial.is_awkward(system.settles()) => {
+                    detours += 1;
+                    self.rejected += 1;
+                    continue;
+                }
+                Ok(trial) => match self.judge(trial.error) {
+                    true => return Ok(self.commit(start, trial.end, h)),
                     false => Failure::Error,
                 },
                 Err(failure) => failure,
             };
+            detours = 0;
             self.rejected += 1;
             if !matches!(failure, Failure::Error) {
                 self.h = 0.25 * h.abs();
@@ -195,7 +214,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.origin = (end_t, 0);
         let h = end_t - step.start.t;
         match self.try_step(system, end_t, h) {
-            Ok((end, _)) => {
+            Ok(Trial { end, .. }) => {
                 self.now = end;
                 Ok(Step { end, h, ..*step })
             }
@@ -258,12 +277,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     #[inline(always)]
-    fn try_step<Y: System<V>>(
-        &mut self,
-        system: &mut Y,
-        end_t: f64,
-        h: f64,
-    ) -> Result<(Knot<V>, f64), Failure<Y::Error>> {
+    fn try_step<Y: System<V>>(&mut self, system: &mut Y, end_t: f64, h: f64) -> Result<Trial<V>, Failure<Y::Error>> {
         let tolerances = &self.options.tolerances;
         system.attempting(&self.now, h).map_err(Failure::Evaluation)?;
         let (mut y, mut error) = self.scheme.attempt(system, &self.now, h, tolerances).map_err(Failure::Evaluation)?;
@@ -278,9 +292,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let moved =
             if acceptable { system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)? } else { None };
         // Stages of the step lie where it ended before it was settled.
+        let end_is_awkward = moved.as_ref().is_some_and(|moved| moved.noise > 1.0);
         let a = match moved {
             Some(moved) => {
-                error = error.max(moved / MOST_MOVE);
+                error = error.max(moved.violation / MOST_MOVE);
                 system.accelerations(end_t, &y.q, &y.u)
             }
             None => self.scheme.finish(system, end_t, &y),
@@ -288,7 +303,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let a = a.map_err(Failure::Evaluation)?;
         match a.as_slice().iter().position(|x| !x.is_finite()) {
             Some(coordinate) => Err(Failure::NotFinite(coordinate)),
-            None => Ok((Knot { t: end_t, y, a }, error)),
+            None => Ok(Trial { end: Knot { t: end_t, y, a }, error, end_is_awkward }),
         }
     }
 
@@ -369,6 +384,22 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 StepError::StepTooSmall { coordinate, h }
             }
         }
+    }
+}
+
+/// A step that could be made.
+struct Trial<V> {
+    end: Knot<V>,
+    /// Its error, 1: as much as the tolerance permits.
+    error: f64,
+    /// Rounding errors decide at its end: it is near a singular position of what holds it.
+    end_is_awkward: bool,
+}
+
+impl<V> Trial<V> {
+    /// Whether it is worth trying a slightly shorter step; `settles`: whether something holds the ends of steps.
+    fn is_awkward(&self, settles: bool) -> bool {
+        self.end_is_awkward || settles && self.error > SURPRISE
     }
 }
 

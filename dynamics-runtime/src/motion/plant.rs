@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 
 use super::upkeep::Upkeep;
 use crate::error::SolveError;
-use crate::integrate::{Knot, Phase, System, Tolerances, zip};
+use crate::integrate::{Knot, Phase, Settled, System, Tolerances, zip};
 use crate::model::{Constraints, Model, ModelState, Modes, Vector};
 
 /// Input values as a function of time and state.
@@ -17,6 +17,11 @@ pub(crate) enum EvaluationError {
     /// Index of the input whose value is not finite.
     Input(usize),
 }
+
+/// A move onto the constraints by more permitted errors than this is looked at more closely.
+const FAR: f64 = 1.0;
+/// How much larger than what is violated such a move may be: constraints that are so near to losing rank decide nothing any more.
+const WEAK: f64 = 1e6;
 
 /// q̈ of a model whose inputs are held or come from a law, and whose constraints are kept by a formulation.
 pub(crate) struct Plant<'r, 'm, M: Constraints> {
@@ -77,6 +82,11 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         self.upkeep.prepare(self.model, &state, h).map_err(EvaluationError::Solve)
     }
 
+    #[inline(always)]
+    fn settles(&self) -> bool {
+        !M::ROWS.is_empty() && self.upkeep.settles()
+    }
+
     fn lasting(
         &mut self,
         t: f64,
@@ -96,17 +106,24 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         t: f64,
         y: &mut Phase<M::Vector>,
         tolerances: &Tolerances,
-    ) -> Result<Option<f64>, EvaluationError> {
+    ) -> Result<Option<Settled>, EvaluationError> {
         if M::ROWS.is_empty() || !self.upkeep.settles() {
             return Ok(None);
         }
-        let mut state = self.state(t, &y.q, &y.u);
-        self.upkeep.settle(self.model, &mut state).map_err(EvaluationError::Solve)?;
+        let before = self.state(t, &y.q, &y.u);
+        let mut state = before;
+        let noise = self.upkeep.settle(self.model, &mut state).map_err(EvaluationError::Solve)?;
         let settled = Phase { q: *state.q(), u: *state.u() };
         let moved = zip(&settled, y, |to, from| to - from);
-        let size = tolerances.norm(&moved, y, &settled);
-        self.upkeep.upkept.note_move(size);
+        let by = tolerances.norm(&moved, y, &settled);
+        self.upkeep.upkept.note_move(by);
+        let mut violation = by;
+        if by > FAR {
+            // Near a singular position a small violation takes a large move, along the direction that the constraints lose.
+            violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
+        }
         *y = settled;
-        Ok(Some(size))
+        let permitted = tolerances.absolute + tolerances.relative * super::upkeep::largest(settled.u.as_slice());
+        Ok(Some(Settled { by, violation, noise: noise / permitted }))
     }
 }

@@ -9,7 +9,7 @@ use super::formulation::Formulation;
 use super::guard::Contact;
 use crate::constrain::{self, Diagnosis, Embedding};
 use crate::error::{SolveError, StateError};
-use crate::integrate::{Phase, zip};
+use crate::integrate::{Phase, Tolerances, zip};
 use crate::math;
 use crate::model::{Constraint, Constraints, ModelState, Modes, Terms, Vector};
 
@@ -135,6 +135,20 @@ impl<M: Constraints> Upkeep<M> {
         Ok(zip(change, &Phase { q, u }, |change, across| change - across))
     }
 
+    /// By how much a state violates its constraints, |Φ|/‖Φ_q‖ and |Φ̇|/‖Φ_q‖ of the worst row, in parts of what the tolerance permits.
+    #[cold]
+    pub(crate) fn violation(&mut self, model: &M, state: &M::State, tolerances: &Tolerances) -> f64 {
+        let (position, velocity) = (model.residual(state), model.velocity_residual(state));
+        let permitted = |values: &M::Vector| tolerances.absolute + tolerances.relative * largest(values.as_slice());
+        let (of_q, of_u) = (permitted(state.q()), permitted(state.u()));
+        let distances = Distances::of(model, state, &mut self.workspace);
+        rows_that_hold::<M>(state).fold(0.0f64, |worst, row| {
+            let of_row = |residual: f64, permitted: f64| distances.along(row, residual) / permitted;
+            let at = if row < M::Residual::LEN { of_row(position[row], of_q) } else { 0.0 };
+            worst.max(at).max(of_row(velocity[row], of_u))
+        })
+    }
+
     /// What a step from a state adds to the accelerations all along, to take back what has drifted up to there.
     fn push_back(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
         let (position, mut right) = (model.residual(state), model.velocity_residual(state));
@@ -214,19 +228,23 @@ impl<M: Constraints> Upkeep<M> {
         }
     }
 
-    /// Puts a state onto the constraints, to rounding level.
-    pub(crate) fn settle(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
+    /// Puts a state onto the constraints, to rounding level. Returns by how much it may then still be wrong in its velocities: rounding errors of Φ, as
+    /// the constraints amplify them.
+    pub(crate) fn settle(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
         if self.formulation == Some(Formulation::Embedded) {
             self.restore(model, state)?;
             if let Some(embedding) = &mut self.embedding {
                 embedding.renew(model, state, &mut self.workspace)?;
                 self.upkept.note_blocks(state.t(), embedding.renewals, embedding.worst);
             }
-            return Ok(());
+            return Ok(0.0);
         }
-        constrain::project_positions(model, state, &mut self.workspace)?;
-        constrain::project_velocities(model, state, &mut self.workspace)?;
-        Ok(())
+        let positions = constrain::project_positions(model, state, &mut self.workspace)?;
+        let velocities = constrain::project_velocities(model, state, &mut self.workspace)?;
+        // Φ is known to ε(1 + |q|). With A = 1/σ, the direction that is nearly lost is wrong by A of that, and, moving on, its velocity by A²|u|.
+        let amplified = positions.sensitivity.max(velocities.sensitivity);
+        let (q, u) = (largest(state.q().as_slice()), largest(state.u().as_slice()));
+        Ok(f64::EPSILON * (1.0 + q) * amplified * (1.0 + amplified * u))
     }
 
     /// Checks a start, and puts it onto the constraints where the formulation keeps it there.
@@ -236,7 +254,10 @@ impl<M: Constraints> Upkeep<M> {
         }
         constrain::check_start(model, state)?;
         constrain::check_gradients(model, state, &mut self.workspace)?;
-        if self.settles() { Ok(self.settle(model, state)?) } else { Ok(()) }
+        if self.settles() {
+            self.settle(model, state)?;
+        }
+        Ok(())
     }
 
     /// The same for a state that an action left. Where constraints may drift it has drifted.
@@ -377,7 +398,7 @@ pub(crate) fn apart<M: Constraints>(
     (distance.is_nan() || distance > START * distances.size).then(|| (M::ROWS[row].name, residual[row]))
 }
 
-fn largest(values: &[f64]) -> f64 {
+pub(super) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0f64, |largest, x| largest.max(x.abs()))
 }
 
