@@ -84,7 +84,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn settles(&self) -> bool {
-        !M::ROWS.is_empty() && self.upkeep.settles()
+        !M::ROWS.is_empty() && self.upkeep.projects()
     }
 
     fn lasting(
@@ -118,7 +118,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         let by = tolerances.norm(&moved, y, &settled);
         self.upkeep.upkept.note_move(by);
         let mut violation = by;
-        if by > FAR {
+        if by > FAR && self.upkeep.projects() {
             // Near a singular position a small violation takes a large move, along the direction that the constraints lose.
             violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
         }

@@ -54,6 +54,9 @@ impl Upkept {
     }
 }
 
+/// Weight of the last step in the mean sensitivity.
+const FADE: f64 = 0.1;
+
 /// Keeps the constraints of one run; what it works in is allocated once.
 pub(crate) struct Upkeep<M: Constraints> {
     pub(crate) formulation: Option<Formulation>,
@@ -66,6 +69,8 @@ pub(crate) struct Upkeep<M: Constraints> {
     embedding: Option<Embedding<M>>,
     /// The contacts of the run, which take part in every impact where they touch.
     pub(super) contacts: Vec<Closing>,
+    /// Mean of the sensitivities of the projections so far, on a logarithmic scale.
+    usual: Option<f64>,
     workspace: Vec<f64>,
 }
 
@@ -85,6 +90,7 @@ impl<M: Constraints> Upkeep<M> {
             drift_limit,
             embedding: None,
             contacts: Vec::new(),
+            usual: None,
             workspace,
         }
     }
@@ -165,6 +171,12 @@ impl<M: Constraints> Upkeep<M> {
         self.formulation.is_some_and(Formulation::is_exact)
     }
 
+    /// Whether they are put there by projection.
+    #[inline(always)]
+    pub(crate) fn projects(&self) -> bool {
+        self.formulation == Some(Formulation::Projected)
+    }
+
     /// λ at a state.
     pub(crate) fn reactions(
         &mut self,
@@ -241,8 +253,15 @@ impl<M: Constraints> Upkeep<M> {
         }
         let positions = constrain::project_positions(model, state, &mut self.workspace)?;
         let velocities = constrain::project_velocities(model, state, &mut self.workspace)?;
-        // Φ is known to ε(1 + |q|). With A = 1/σ, the direction that is nearly lost is wrong by A of that, and, moving on, its velocity by A²|u|.
-        let amplified = positions.sensitivity.max(velocities.sensitivity);
+        // Φ is known to ε(1 + |q|). Where corrections are A times as large as usual, the direction that is nearly lost is wrong by A of that, and,
+        // moving on, its velocity by A²|u|.
+        let sensitivity = positions.sensitivity.max(velocities.sensitivity);
+        if sensitivity == 0.0 || !sensitivity.is_finite() {
+            return Ok(0.0);
+        }
+        let usual = *self.usual.get_or_insert(sensitivity);
+        self.usual = Some(math::powf(usual, 1.0 - FADE) * math::powf(sensitivity, FADE));
+        let amplified = (sensitivity / usual).max(1.0);
         let (q, u) = (largest(state.q().as_slice()), largest(state.u().as_slice()));
         Ok(f64::EPSILON * (1.0 + q) * amplified * (1.0 + amplified * u))
     }
