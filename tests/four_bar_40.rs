@@ -1,5 +1,6 @@
 //! Forty windows in absolute coordinates through their singular positions: 243 coordinates, 242 constraint rows; IFToMM problem A02, González
 //! et al. 2006. In its own file, because a model of this size takes seconds to compile.
+#![allow(clippy::excessive_precision, reason = "reference values as published")]
 
 use core::f64::consts::FRAC_PI_2;
 
