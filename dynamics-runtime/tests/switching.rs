@@ -399,6 +399,9 @@ fn guards_that_cannot_be_are_refused() {
     let rest = Contact { rest_speed: Some(-1.0), ..Contact::default() };
     assert!(matches!(refused(open().contact("floor", rest)), OptionError::Number { option: "rest_speed", .. }));
     assert!(matches!(refused(open().stick_slip("floor", "x")), OptionError::UnknownEvent { .. }));
+    let back = open().contact("floor", 0.8).until(-2.0).run().unwrap_err().kind;
+    let expected = OptionError::Backwards { option: "contact", constraint: "floor".into() };
+    assert_eq!(back, SimulationErrorKind::Option(expected));
     let sticky = open().event("x", |_| 1.0).stick_slip("floor", "x");
     assert!(matches!(refused(sticky), OptionError::NotForGuard { option: "stick_slip", constraint: "floor", .. }));
     let below = ball.simulate(released(at_rest_or_not([0.0, -0.5], [0.0, 0.0]), [0])).until(1.0).contact("floor", 0.0);

@@ -168,6 +168,13 @@ pub enum OptionError {
         /// What it would have to be.
         kind: ConstraintKind,
     },
+    /// A contact or sticking constraint in a simulation that runs back in time: from which impact a state came cannot be told.
+    Backwards {
+        /// `contact` or `stick_slip`.
+        option: &'static str,
+        /// The constraint.
+        constraint: String,
+    },
     /// A formulation was chosen for a model without constraints.
     NothingToHold,
     /// A gain of Baumgarte's stabilization is negative, infinite or not a number.
@@ -235,6 +242,11 @@ impl fmt::Display for OptionError {
                     "`.{option}(..)` is not possible for `{constraint}`; declare it with `#[{role}(switched)]` and let it return one `Expr`"
                 )
             }
+            Self::Backwards { option, constraint } => write!(
+                f,
+                "`.{option}(\"{constraint}\", ..)` cannot run back in time: what was lost in an impact or by sticking is not known; give an end \
+                 after the start, or drop it"
+            ),
             Self::NothingToHold => {
                 write!(f, "`.formulation(..)` says how constraints are kept, and the model has none; drop it")
             }

@@ -402,7 +402,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let output_times = self.output_list()?;
         let formulation = Formulation::choose::<M>(self.formulation)?;
         number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
-        let guards = self.check_guards()?;
+        let guards = self.check_guards(end)?;
         let rules = self.check_events(&guards)?;
         Ok(Checked { end, options, method, output_times, formulation, guards, rules })
     }
@@ -501,7 +501,14 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         })
     }
 
-    fn check_guards(&self) -> Result<Guards, OptionError> {
+    fn check_guards(&self, end: f64) -> Result<Guards, OptionError> {
+        let contacts = self.contacts.iter().map(|(name, _)| ("contact", name));
+        let sticking = self.sticking.iter().map(|(name, _)| ("stick_slip", name));
+        if let Some((option, name)) = contacts.chain(sticking).next()
+            && end < self.start.t()
+        {
+            return Err(OptionError::Backwards { option, constraint: name.clone() });
+        }
         let mut guards = Vec::with_capacity(self.contacts.len() + self.sticking.len());
         for (name, contact) in &self.contacts {
             guards.push(Guard::contact::<M>(name, *contact)?);
