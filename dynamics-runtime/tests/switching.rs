@@ -519,6 +519,23 @@ fn an_end_that_rests_pushes_in_an_impact_and_does_not_pull() {
     }
 }
 
+/// It rocks from end to end, each time at three fifths of the rate, and is at rest after rates below a thousandth of the first.
+#[test]
+fn a_plank_that_rocks_comes_to_rest() {
+    let plank = TwoEnds { j: 4.0, load: 0.0 };
+    let tilt: f64 = 0.2;
+    let start = released(at_rest_or_not([tilt.sin(), tilt], [0.0, 0.0]), [1]);
+    let run = plank.simulate(start).until(4.0).tolerance(1e-10);
+    let motion = run.contact("left", 0.0).contact("right", 0.0).run().unwrap();
+    let rates: Vec<f64> = motion.events().iter().map(|event| event.before.u[1].abs()).collect();
+    // 0.6ⁿ ≤ 1e-3 first for n = 14 against the right end's first rate, n = 15 against the left one's, which was 0.6 of that.
+    assert!(rates.len() == 15, "{rates:?}");
+    assert!(rates.windows(2).all(|pair| (pair[1] / pair[0] - 0.6).abs() < 1e-5), "{rates:?}");
+    let end = motion.end();
+    assert!(end.modes.all_hold() && end.q.amax() < 1e-12 && end.u.amax() < 1e-12, "{end:?}");
+    assert!((motion.summary().energy_lost - 9.81 * tilt.sin()).abs() < 1e-8);
+}
+
 /// Dropped level it hits with both ends at once and rises level: one impact, in which each end takes half, whatever j.
 #[test]
 fn ends_that_hit_together_rebound_together() {

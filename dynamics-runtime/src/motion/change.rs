@@ -294,7 +294,15 @@ impl<'c, M: Simulate> Change<'c, M> {
             hits.iter().map(|hit| hit.0).filter(|hit| closing(*hit) && !(*hit == index && blow == Blow::Hold));
         let contacts: Vec<(usize, usize)> =
             contacts.filter_map(|hit| Some((hit, M::CONSTRAINTS[hit].switched?))).collect();
-        contacts.iter().for_each(|(_, switch)| self.state.modes_mut().release(*switch, 1.0));
+        // Rocking comes to rest as bouncing does: where all are slow they hold, and nothing parts any more.
+        let settles = blow == Blow::Contact
+            && contacts.iter().all(|(hit, switch)| held.holds(*switch) || self.upkeep.is_slow(*hit, &before));
+        for (_, switch) in &contacts {
+            match settles {
+                true => self.state.modes_mut().engage(*switch),
+                false => self.state.modes_mut().release(*switch, 1.0),
+            }
+        }
         let jump = self.upkeep.impact(self.model, self.state, &hits)?;
         for (contact, switch) in contacts {
             if rests(self.model, &start, self.state, M::CONSTRAINTS[contact].first) {

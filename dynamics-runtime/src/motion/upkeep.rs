@@ -332,6 +332,13 @@ impl<M: Constraints> Upkeep<M> {
         if approach <= rest { 0.0 } else { contact.law.restitution }
     }
 
+    /// Whether a contact moves no faster than what closes instead of rebounding.
+    pub(super) fn is_slow(&self, constraint: usize, rates: &M::Rows) -> bool {
+        let rate = rates[M::CONSTRAINTS[constraint].first];
+        let contact = self.contacts.iter().find(|contact| contact.constraint == constraint);
+        contact.is_some_and(|contact| rate.abs() <= contact.law.rest_speed.unwrap_or(1e-3 * contact.hardest))
+    }
+
     /// An impact on the rows of constraints, by index with their coefficients of restitution; the state's velocities jump.
     pub(crate) fn impact(
         &mut self,
