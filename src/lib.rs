@@ -92,11 +92,11 @@ pub mod __private {
     pub use core::ops::Fn;
     pub use core::option::Option;
     pub use core::prelude::v1::derive;
-    pub use core::primitive::{bool, f64, str, usize};
+    pub use core::primitive::{bool, f64, str, u32, usize};
     pub use core::result::Result::{self, Err, Ok};
     pub use core::{assert, fmt, unreachable};
     pub use dynamics_macros::__model;
-    pub use dynamics_runtime::constrain::{assemble, check_start, solve_once, workspace_len};
+    pub use dynamics_runtime::constrain::{assemble, check_sides, check_start, set_sides, solve_once, workspace_len};
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
     pub use dynamics_runtime::generated::{
         OnlyOneDynamicsImplPerModel, matrix, name_singular, no_derivatives, released, singular, solved_or_nan, vector,

@@ -1,5 +1,6 @@
 //! Switched constraints of generated models: with inputs from a law, on the side that the velocity says, hit and left by actions.
 
+use dynamics::error::StateError;
 use dynamics::prelude::*;
 
 /// A pendulum that is pushed, with a stop to its left.
@@ -55,4 +56,55 @@ fn a_law_supplies_the_inputs_where_a_constraint_is_released() {
         dynamics::constrain::project_positions(&model, &mut start, workspace)
     });
     assert!(moved.unwrap().general > 0 && (start.q().norm() - 1.3).abs() < 1e-15);
+}
+
+/// A block that rubs where it slips.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Block {
+    m: f64,
+    rubbing: f64,
+}
+
+#[dynamics]
+impl Block {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn friction(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.rubbing * q.slip(Self::stick))
+    }
+    #[nonholonomic(switched, integrable)]
+    fn stick(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.dt()
+    }
+}
+
+/// Friction never drives: a start is released to the side to which it slips, and a side that contradicts the velocity is refused.
+#[test]
+fn what_slips_is_released_to_the_side_of_its_velocity() {
+    let model = Block { m: 2.0, rubbing: 3.0 };
+    for rate in [-1.0, 1.0] {
+        let given = model.state().x_rate(rate).release("stick");
+        for start in [given.build().unwrap(), given.assemble().unwrap()] {
+            assert_eq!(start.modes.side(0), rate);
+            assert!((model.accelerations(&start).unwrap()[0] + 1.5 * rate).abs() < 1e-14);
+        }
+        let given = given.release_to("stick", -rate);
+        for error in [given.build().unwrap_err(), given.assemble().unwrap_err()] {
+            assert_eq!(error, StateError::WrongSide { row: "stick", slip: rate });
+            assert!(error.to_string().contains(&format!("`.release_to(name, {rate})`")), "{error}");
+        }
+        assert_eq!(given.release_to("stick", rate).build().unwrap().modes.side(0), rate);
+        // By hand, and found where the motion starts.
+        let mut start = model.state().x_rate(rate).release("stick").build().unwrap();
+        start.release_to("stick", -rate).unwrap();
+        let error = model.simulate(start).until(0.1).run().unwrap_err();
+        assert!(error.to_string().contains("is released to the side"), "{error}");
+    }
+    // At rest the side is what was asked for.
+    assert_eq!(model.state().release("stick").build().unwrap().modes.side(0), 1.0);
+    assert_eq!(model.state().release_to("stick", -1.0).build().unwrap().modes.side(0), -1.0);
 }

@@ -37,7 +37,7 @@ pub mod assemble;
 pub(crate) mod involved;
 pub(crate) mod svd;
 
-pub use assemble::{assemble, check_start};
+pub use assemble::{assemble, check_sides, check_start, set_sides};
 pub use involved::Involved;
 
 /// Length of the memory that the general solvers need for n coordinates and r constraint rows.

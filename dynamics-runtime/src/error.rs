@@ -209,6 +209,13 @@ pub enum StateError {
         /// |Φ̇| / ‖Φ_q‖: how far the velocities are from fulfilling it.
         distance: f64,
     },
+    /// A nonholonomic constraint is released to one side, and the velocities slip to the other.
+    WrongSide {
+        /// The row.
+        row: &'static str,
+        /// A q̇ + b.
+        slip: f64,
+    },
     /// A constraint holds, but its gradient Φ_q vanishes there (Φ is a square, for example): it holds nothing.
     VanishingGradient {
         /// The row.
@@ -296,6 +303,12 @@ impl fmt::Display for StateError {
                 f,
                 "the velocities violate constraint `{row}`: its residual is {residual:e}, they are {distance:e} away from it; give \
                  velocities that fulfil it, or only some of them and `.assemble()`"
+            ),
+            Self::WrongSide { row, slip } => write!(
+                f,
+                "constraint `{row}` is released to the side of {} values, but slips with {slip:e}; release it with `.release_to(name, {})`",
+                if *slip < 0.0 { "growing" } else { "falling" },
+                slip.signum()
             ),
             Self::VanishingGradient { row } => write!(
                 f,

@@ -32,6 +32,8 @@ pub(super) fn builder(surface: &Surface) -> TokenStream {
             /// What must not be changed where the rest is assembled.
             given_q: [#bool; #n],
             given_u: [#bool; #n],
+            /// Released constraints whose side was given, by bits.
+            sided: #private::u32,
             /// The first name that is no switched constraint.
             error: #private::Option<#private::StateError>,
         }
@@ -93,7 +95,8 @@ fn setter(
 fn build(surface: &Surface) -> TokenStream {
     let (vis, private) = (&surface.vis, surface.private());
     let (model, state, t, name) = (&surface.name, surface.state_type(), local("t"), local("name"));
-    let (index, error) = (local("index"), local("error"));
+    let (index, error, side) = (local("index"), local("error"), local("side"));
+    let assembled = local("assembled");
     let result = quote!(#private::Result<#state, #private::StateError>);
     let check_names = quote! {
         if let #private::Option::Some(#error) = self.error {
@@ -107,11 +110,27 @@ fn build(surface: &Surface) -> TokenStream {
             self.state.t = #t;
             self
         }
-        /// Releases a switched constraint, to the side of growing values: the state need not fulfil it. That no switched constraint has
-        /// this name is said by [`Self::build`] and [`Self::assemble`].
+        /// Releases a switched constraint: the state need not fulfil it. A nonholonomic one of one row is released to the side to which the
+        /// velocities slip, others and what is at rest to that of growing values. That no switched constraint has this name is said by
+        /// [`Self::build`] and [`Self::assemble`].
         #vis fn release(mut self, #name: &'static #private::str) -> Self {
             match #private::switched::<#model>(#name) {
-                #private::Ok(#index) => self.state.modes.release(#index, 1.0),
+                #private::Ok(#index) => {
+                    self.state.modes.release(#index, 1.0);
+                    self.sided &= !(1 << #index);
+                }
+                #private::Err(#error) => self.error = self.error.or(#private::Option::Some(#error)),
+            }
+            self
+        }
+        /// Releases a switched constraint to a side: that of growing values where `side` is not negative. [`Self::build`] and
+        /// [`Self::assemble`] refuse a side to which a nonholonomic constraint of one row does not slip.
+        #vis fn release_to(mut self, #name: &'static #private::str, #side: #private::f64) -> Self {
+            match #private::switched::<#model>(#name) {
+                #private::Ok(#index) => {
+                    self.state.modes.release(#index, #side);
+                    self.sided |= 1 << #index;
+                }
                 #private::Err(#error) => self.error = self.error.or(#private::Option::Some(#error)),
             }
             self
@@ -121,8 +140,9 @@ fn build(surface: &Surface) -> TokenStream {
         /// # Errors
         /// Where a value is not finite, or where the state does not fulfil a constraint: with its name, its value and how far away it is
         /// fulfilled.
-        #vis fn build(self) -> #result {
+        #vis fn build(mut self) -> #result {
             #check_names
+            #private::set_sides::<#model>(self.model, &mut self.state, self.sided);
             #private::check_start::<#model>(self.model, &self.state)?;
             #private::Ok(self.state)
         }
@@ -133,7 +153,10 @@ fn build(surface: &Surface) -> TokenStream {
         /// Where a value is not finite, or where the constraints cannot be fulfilled: with the one that is missed, and by how much.
         #vis fn assemble(self) -> #result {
             #check_names
-            #private::assemble::<#model>(self.model, self.state, &self.given_q, &self.given_u)
+            let mut #assembled = #private::assemble::<#model>(self.model, self.state, &self.given_q, &self.given_u)?;
+            #private::set_sides::<#model>(self.model, &mut #assembled, self.sided);
+            #private::check_sides::<#model>(self.model, &#assembled)?;
+            #private::Ok(#assembled)
         }
     }
 }
@@ -157,6 +180,7 @@ fn constructor(surface: &Surface) -> TokenStream {
                 ),
                 given_q: [false; #n],
                 given_u: [false; #n],
+                sided: 0,
                 error: #private::Option::None,
             }
         }

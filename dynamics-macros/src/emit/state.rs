@@ -56,6 +56,7 @@ fn modes(surface: &Surface) -> TokenStream {
     let (name, str) = (local("name"), quote!(#private::str));
     let result = |ty: TokenStream| quote!(#private::Result<#ty, #private::StateError>);
     let (changed, held) = (result(quote!(())), result(quote!(#private::bool)));
+    let side = local("side");
     let index = quote!(#private::switched::<#model>(#name)?);
     quote! {
         /// Whether a switched constraint holds.
@@ -74,12 +75,21 @@ fn modes(surface: &Surface) -> TokenStream {
             self.modes.engage(#index);
             #private::Ok(())
         }
-        /// Releases a switched constraint, to the side of growing values.
+        /// Releases a switched constraint, to the side of growing values: one that slips to the other side is refused where a motion starts, see
+        /// [`Self::release_to`].
         ///
         /// # Errors
         /// Where no switched constraint has this name.
         #vis fn release(&mut self, #name: &'static #str) -> #changed {
             self.modes.release(#index, 1.0);
+            #private::Ok(())
+        }
+        /// Releases a switched constraint to a side: that of growing values where `side` is not negative.
+        ///
+        /// # Errors
+        /// Where no switched constraint has this name.
+        #vis fn release_to(&mut self, #name: &'static #str, #side: #private::f64) -> #changed {
+            self.modes.release(#index, #side);
             #private::Ok(())
         }
     }

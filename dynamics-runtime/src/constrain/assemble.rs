@@ -29,15 +29,66 @@ pub const CONSISTENT: f64 = 1e-6;
 /// The same for what [`assemble`] returns: rounding, with a margin for residuals of long expressions.
 const ASSEMBLED: f64 = 1e-10;
 
-/// Checks that a state is finite and fulfils the constraints that hold: positions, then velocities, each to [`CONSISTENT`].
+/// Checks that a state is finite and fulfils the constraints that hold: positions, then velocities, each to [`CONSISTENT`]; and that what is
+/// released slips to the side that the state says.
 ///
 /// # Errors
 /// With the row that is violated most, its residual and the distance from fulfilling it.
 pub fn check_start<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
+    check_held(model, state)?;
+    check_sides(model, state)
+}
+
+/// [`check_start`] for the constraints that hold alone.
+pub(crate) fn check_held<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
     StateError::check::<M>(state)?;
     check_positions(model, state, CONSISTENT)?;
     check_gradients(model, state)?;
     check_velocities(model, state, CONSISTENT)
+}
+
+/// The released nonholonomic constraints of one row: their rows and their indices among the switched ones. Those of more rows have a
+/// side by declaration only.
+fn slipping<M: Constraints>(modes: Modes) -> impl Iterator<Item = (usize, usize)> {
+    let of_one_row = |c: &&Constraint| c.kind == ConstraintKind::Nonholonomic && c.rows == 1;
+    let released = move |c: &Constraint| c.switched.filter(|index| !modes.holds(*index)).map(|index| (c.first, index));
+    M::CONSTRAINTS.iter().filter(of_one_row).filter_map(released)
+}
+
+/// Releases nonholonomic constraints that are released to the side to which the velocities slip, but for those whose bit is set in `given`.
+/// What is at rest, and what has more than one row, stays as it is.
+pub fn set_sides<M: Constraints>(model: &M, state: &mut M::State, given: u32) {
+    let modes = state.modes();
+    if modes.all_hold() {
+        return;
+    }
+    let slips = model.velocity_residual(state);
+    for (row, index) in slipping::<M>(modes).filter(|(_, index)| given >> index & 1 == 0) {
+        if slips[row].abs() > 0.0 {
+            state.modes_mut().release(index, slips[row]);
+        }
+    }
+}
+
+/// Checks that released nonholonomic constraints of one row do not slip to the other side than the state says: friction would drive them.
+///
+/// # Errors
+/// [`StateError::WrongSide`]
+pub fn check_sides<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
+    let modes = state.modes();
+    if modes.all_hold() {
+        return Ok(());
+    }
+    let (slips, jacobian) = (model.velocity_residual(state), model.jacobian(state));
+    let rest = CONSISTENT * size(state.u().as_slice());
+    for (row, index) in slipping::<M>(modes) {
+        let slip = slips[row];
+        let square: f64 = (0..M::COORDINATES.len()).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum();
+        if slip * modes.side(index) < -rest * crate::math::sqrt(square) {
+            return Err(StateError::WrongSide { row: M::ROWS[row].name, slip });
+        }
+    }
+    Ok(())
 }
 
 /// Completes a state: solves the positions, then the velocities that were not given, so that the constraints hold to rounding.

@@ -271,7 +271,13 @@ impl<M: Constraints> Upkeep<M> {
         if M::ROWS.is_empty() {
             return Ok(());
         }
-        constrain::check_start(model, state)?;
+        self.put(model, state)?;
+        Ok(constrain::check_sides(model, state)?)
+    }
+
+    /// The same for the constraints that hold alone.
+    fn put(&mut self, model: &M, state: &mut M::State) -> Result<(), PlaceError> {
+        constrain::assemble::check_held(model, state)?;
         constrain::check_gradients(model, state, &mut self.workspace)?;
         if self.settles() {
             self.settle(model, state)?;
@@ -281,7 +287,7 @@ impl<M: Constraints> Upkeep<M> {
 
     /// The same for a state that an action left. Where constraints may drift it has drifted.
     pub(crate) fn place(&mut self, model: &M, state: &mut M::State) -> Result<(), PlaceError> {
-        if self.settles() { self.begin(model, state) } else { Ok(()) }
+        if self.settles() { self.put(model, state) } else { Ok(()) }
     }
 
     /// The row that has drifted further than permitted.
