@@ -58,6 +58,19 @@ fn a_law_supplies_the_inputs_where_a_constraint_is_released() {
     assert!(moved.unwrap().general > 0 && (start.q().norm() - 1.3).abs() < 1e-15);
 }
 
+/// Output between steps is put onto the constraints, with a law as without.
+#[test]
+fn consistent_output_with_a_law_is_on_the_constraints() {
+    let model = Pushed { m: 1.0, l: 1.3, g: 9.81 };
+    let start = model.state().y(-1.3).x_rate(0.4).release("stop").build().unwrap();
+    let run = model.simulate(start).consistent_output().inputs(|t, _| [t.sin()]).until(1.0);
+    let motion = run.run().unwrap();
+    for k in 1..20 {
+        let state = motion.at(0.049 * f64::from(k) + 0.0123);
+        assert!((state.q().norm() - 1.3).abs() < 1e-14 && state.push() == state.t.sin(), "{state:?}");
+    }
+}
+
 /// A block that rubs where it slips.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x)]

@@ -355,9 +355,12 @@ impl<M: Simulate> Sampler<'_, '_, M> {
         *between.modes_mut() = state.modes();
         if let Some(upkeep) = &mut self.upkeep
             && !M::ROWS.is_empty()
-            && upkeep.settle(self.motion.model, &mut between).is_err()
         {
-            (*between.q_mut(), *between.u_mut()) = (nan(), nan());
+            // Constraints may contain inputs; the law sees those that are held.
+            let mut settled = self.motion.complete(between);
+            let found = upkeep.settle(self.motion.model, &mut settled);
+            (*between.q_mut(), *between.u_mut()) =
+                if found.is_ok() { (*settled.q(), *settled.u()) } else { (nan(), nan()) };
         }
         self.motion.complete(between)
     }
