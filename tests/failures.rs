@@ -255,7 +255,7 @@ mod drift {
         let start = model.state().x(1.0).build().unwrap();
         let run = |formulation| model.simulate(start).until(1000.0).tolerance(1e-6).formulation(formulation).run();
         let error = run(Formulation::Augmented).unwrap_err();
-        let SimulationErrorKind::Drift { row, residual, distance, limit } = error.kind else { panic!("{error}") };
+        let SimulationErrorKind::Drift { row, residual, distance, limit, .. } = error.kind else { panic!("{error}") };
         assert_eq!(row, "rod");
         assert!(residual.abs() > 1e-4 && distance > limit, "{error}");
         assert!(error.time > 1.0 && error.time < 1000.0, "{error}");
@@ -270,6 +270,50 @@ mod drift {
         let tight = model.simulate(start).until(1000.0).tolerance(1e-12).formulation(Formulation::Augmented).run();
         let tight = tight.unwrap().summary().constraints[0].residual;
         assert!(tight > 1e-10 && tight < 1e-3, "{tight:e}");
+    }
+
+    /// A sleigh on a spring to the origin, its knife in (x, y) and its centre of mass behind it.
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m, y: m, heading: rad)]
+    #[units(mass: kg, inertia: kg * m^2, behind: m, stiffness: N / m)]
+    struct Sleigh {
+        mass: f64,
+        inertia: f64,
+        behind: f64,
+        stiffness: f64,
+    }
+
+    #[dynamics]
+    impl Sleigh {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            let centre = vec2(q.x, q.y) + self.behind * vec2(q.heading.cos(), q.heading.sin());
+            0.5 * self.mass * centre.dt().norm_squared() + 0.5 * self.inertia * q.heading.dt().powi(2)
+        }
+        #[potential]
+        fn spring(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.stiffness * (q.x.powi(2) + q.y.powi(2))
+        }
+        #[nonholonomic]
+        fn knife(&self, q: &Coordinates<Self>) -> Expr {
+            q.y.dt() * q.heading.cos() - q.x.dt() * q.heading.sin()
+        }
+    }
+
+    /// A knife has no position to drift in; what it slips ends the run all the same.
+    #[test]
+    fn a_knife_that_slips_ends_an_unstabilised_motion() {
+        let model = Sleigh { mass: 1.0, inertia: 0.3, behind: 0.2, stiffness: 2.0 };
+        let start = model.state().x(1.0).x_rate(0.5).heading_rate(2.0).build().unwrap();
+        let run = |formulation| model.simulate(start).until(2000.0).tolerance(1e-3).formulation(formulation).run();
+        let error = run(Formulation::Augmented).unwrap_err();
+        let SimulationErrorKind::Drift { what, row, distance, limit, .. } = error.kind else { panic!("{error}") };
+        assert_eq!((what, row), ("velocities", "knife"));
+        // cos² + sin² = 1: the distance is the slip, and the limit is relative to the velocities.
+        assert!(distance > limit && distance < 10.0 * limit && limit >= 1e-3, "{error}");
+        assert!(error.time > 0.1 && error.time < 1000.0, "{error}");
+        let kept = run(Formulation::Projected).unwrap().summary();
+        assert!(kept.constraints[0].velocity_residual < 1e-12, "{kept}");
     }
 
     /// Gains beyond the region of stability of the method: errors of the constraint grow from step to step.

@@ -84,11 +84,13 @@ pub enum SimulationErrorKind {
     Start(Box<StateError>),
     /// A constraint has drifted further than `.drift_limit(..)` permits.
     Drift {
+        /// `positions` or `velocities`.
+        what: &'static str,
         /// Its row, `closure.x`.
         row: &'static str,
-        /// Φ there.
+        /// Φ there; Φ̇ or A q̇ + b where velocities have drifted.
         residual: f64,
-        /// |Φ|/‖Φ_q‖.
+        /// |residual|/‖Φ_q‖, or /‖A‖.
         distance: f64,
         /// The largest distance permitted there.
         limit: f64,
@@ -311,9 +313,9 @@ impl fmt::Display for SimulationErrorKind {
             ),
             Self::Change { event, error } => write!(f, "at event `{event}`: {error}"),
             Self::Start(error) => write!(f, "the start is not on the constraints: {error}"),
-            Self::Drift { row, residual, distance, limit } => write!(
+            Self::Drift { what, row, residual, distance, limit } => write!(
                 f,
-                "constraint `{row}` has drifted to {residual:e}, a distance of {distance:e} where {limit:e} is the limit; choose \
+                "constraint `{row}` has drifted in its {what} to {residual:e}, a distance of {distance:e} where {limit:e} is the limit; choose \
                  `Formulation::Projected`, tighten the tolerance, or raise `.drift_limit(..)`"
             ),
             Self::Penetration { row, residual } => write!(

@@ -141,7 +141,9 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         }
         let state = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
         match plant.upkeep.drifted(plant.model, &state) {
-            Some(Drifted { row, residual, distance, limit }) => Err(Kind::Drift { row, residual, distance, limit }),
+            Some(Drifted { what, row, residual, distance, limit }) => {
+                Err(Kind::Drift { what, row, residual, distance, limit })
+            }
             None => Ok(()),
         }
     }

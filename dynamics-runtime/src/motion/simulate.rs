@@ -226,8 +226,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Ends the simulation with an error where a constraint has drifted by more than this part of 1 + |q|, as |Φ|/‖Φ_q‖; infinite: never. Default
-    /// 1e-3. Matters to formulations that let constraints drift.
+    /// Ends the simulation with an error where a constraint has drifted by more than this part of 1 + |q|, as |Φ|/‖Φ_q‖, or its
+    /// velocities by more than this part of 1 + |q̇|, as |Φ̇|/‖Φ_q‖ or |A q̇ + b|/‖A‖; infinite: never. Default 1e-3. Matters to formulations that let constraints drift.
     pub fn drift_limit(mut self, limit: f64) -> Self {
         self.drift_limit = limit;
         self

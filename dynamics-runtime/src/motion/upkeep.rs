@@ -41,9 +41,7 @@ impl Upkept {
             self.largest_move = size;
         }
     }
-}
 
-impl Upkept {
     /// How the blocks of dependent coordinates fared: their least pivot bounds the loss of digits.
     fn note_blocks(&mut self, time: f64, renewals: u64, least: f64) {
         self.repartitions = renewals;
@@ -290,25 +288,26 @@ impl<M: Constraints> Upkeep<M> {
         if self.settles() { self.put(model, state) } else { Ok(()) }
     }
 
-    /// The row that has drifted further than permitted.
+    /// The row that has drifted further than permitted, in its positions or its velocities.
     pub(crate) fn drifted(&mut self, model: &M, state: &M::State) -> Option<Drifted> {
-        if M::Residual::LEN == 0 || !self.drift_limit.is_finite() {
+        if M::Rows::LEN == 0 || !self.drift_limit.is_finite() {
             return None;
         }
-        let residual = model.residual(state);
+        let (position, velocity) = (model.residual(state), model.velocity_residual(state));
         let distances = Distances::of(model, state, &mut self.workspace);
-        let limit = self.drift_limit * distances.size;
-        let mut rows = rows_that_hold::<M>(state).filter(|row| *row < M::Residual::LEN);
-        let drifted = |row: usize| {
-            let distance = distances.along(row, residual[row]);
-            (distance.is_nan() || distance > limit).then(|| Drifted {
-                row: M::ROWS[row].name,
-                residual: residual[row],
-                distance,
-                limit,
-            })
+        let of_positions = self.drift_limit * distances.size;
+        let of_velocities = self.drift_limit * (1.0 + largest(state.u().as_slice()));
+        let drifted = |what, row: usize, residual, limit| {
+            let distance = distances.along(row, residual);
+            let row = M::ROWS[row].name;
+            (distance.is_nan() || distance > limit).then_some(Drifted { what, row, residual, distance, limit })
         };
-        rows.find_map(drifted)
+        rows_that_hold::<M>(state).find_map(|row| {
+            let position = (row < M::Residual::LEN).then(|| position[row]);
+            position
+                .and_then(|position| drifted("positions", row, position, of_positions))
+                .or_else(|| drifted("velocities", row, velocity[row], of_velocities))
+        })
     }
 
     /// The contacts that hold, and those that touch; by index of their constraints. What holds comes to rest before, where it has drifted.
@@ -387,6 +386,7 @@ const TOUCHING: f64 = 1e-11;
 
 /// A constraint that has drifted too far.
 pub(crate) struct Drifted {
+    pub(crate) what: &'static str,
     pub(crate) row: &'static str,
     pub(crate) residual: f64,
     pub(crate) distance: f64,
