@@ -8,7 +8,6 @@
 //!   new crossing, however soon; going on with a slope, it has passed (a kick); at rest and going on from there (a ball laid down
 //!   on the floor), the event would happen again at once: an error, because a motion that is held needs a constraint.
 //! * Events that follow each other in ever shorter time are an error that names the time they approach.
-
 //! * Contacts whose reactions of least norm push bear what they have to, unique or not. One of them that pulls may do so for another choice of reactions
 //!   only: then which one lifts off is not decided, and that is an error.
 //! * A guard (see `guard.rs`) acts where its function falls through zero. Where its constraint was switched, the function is another
