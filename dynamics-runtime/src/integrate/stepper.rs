@@ -166,8 +166,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     #[inline]
     pub fn step<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<Step<V>, StepError<Y::Error>> {
         let start = self.now;
-        let mut detours = 0;
-        for attempt in 0.. {
+        let (mut detours, mut failures) = (0, 0);
+        loop {
             let (mut end_t, mut h) = self.next_time(limit);
             if detours > 0 {
                 end_t = start.t + h * math::powi(DETOUR, detours as i32);
@@ -190,17 +190,17 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 Err(failure) => failure,
             };
             detours = 0;
+            failures += 1;
             self.rejected += 1;
             if !matches!(failure, Failure::Error) {
                 self.h = 0.25 * h.abs();
                 self.control.iter_mut().for_each(Controller::failed);
             }
-            let hopeless = self.h <= 4.0 * f64::EPSILON * start.t.abs() || attempt >= MOST_REJECTIONS;
+            let hopeless = self.h <= 4.0 * f64::EPSILON * start.t.abs() || failures > MOST_REJECTIONS;
             if hopeless || self.is_fixed() {
                 return Err(self.give_up(failure, h));
             }
         }
-        unreachable!("attempts are counted and bounded")
     }
 
     /// The step just made, again with another size (not longer): ends it exactly at an event. The stepper stands there then.
