@@ -68,9 +68,10 @@ pub trait System<V: Vector> {
     type Error;
     /// q̈ at time t for coordinates q and velocities u = q̇.
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, Self::Error>;
-    /// Is told before every attempt where the step starts and how long it is, with its sign.
+    /// Is told before every attempt where the step starts and how long it is, with its sign. Where the accelerations depend on the step, those
+    /// of the start, its first stage, become those of this one.
     #[inline(always)]
-    fn attempting(&mut self, _start: &Knot<V>, _h: f64) -> Result<(), Self::Error> {
+    fn attempting(&mut self, _start: &mut Knot<V>, _h: f64) -> Result<(), Self::Error> {
         Ok(())
     }
     /// Whether the ends of steps are settled.

@@ -4,6 +4,7 @@ mod common;
 
 use common::constrained::Rod;
 use common::*;
+use dynamics_runtime::model::Constraints;
 use dynamics_runtime::motion::{Formulation, Method, Motion, Simulate};
 
 const ROD: Rod = Rod { m: 2.0, l: 1.5, g: 9.81 };
@@ -90,5 +91,31 @@ fn constrained_steps_do_not_allocate() {
         let ((few, short), (many, long)) = (observed(1.0), observed(30.0));
         assert!(many > 20 * few, "{formulation}: {few} {many}");
         assert_eq!(short, long, "{formulation}");
+    }
+}
+
+/// Gains tied to the step take an error back in two steps, down to what the curvature of the constraint leaves of it.
+#[test]
+fn tied_gains_take_an_error_back_in_two_steps() {
+    let off = 1e-6;
+    let mut start = on_rod(0.5 * core::f64::consts::PI, 0.0);
+    start.q[0] += off / ROD.l;
+    for h in [1e-2, 1e-3, -1e-3] {
+        let run = ROD.simulate(start).until(6.0 * h).method(Method::Rk4).fixed_step(f64::abs(h));
+        let motion = run.formulation(Formulation::BaumgarteTied).run().unwrap();
+        let residuals: Vec<f64> = motion.steps().map(|state| ROD.residual(&state)[0]).collect();
+        // [½, ¼; −1, −½] halves Φ, and then leaves nothing.
+        assert!((residuals[1] / off - 0.5).abs() < 1e-2, "{h}: {residuals:?}");
+        assert!(residuals[2..].iter().all(|residual| residual.abs() < 1e-3 * off), "{h}: {residuals:?}");
+        // What lies between two steps is the step's own.
+        let middle = ROD.residual(&motion.at(0.5 * h))[0];
+        assert!(middle < off && middle > 0.5 * off, "{h}: {middle:e}");
+    }
+    // Where the step is chosen it is not the push of the step before that chooses it.
+    for method in [Method::DormandPrince5, Method::Dop853] {
+        let run = ROD.simulate(start).until(1.0).tolerance(1e-9).method(method);
+        let motion = run.formulation(Formulation::BaumgarteTied).run().unwrap();
+        let drift = ROD.residual(&motion.end())[0];
+        assert!(drift.abs() < 1e-8 && motion.counts().steps < 100, "{method}: {drift:e}, {}", motion.summary());
     }
 }

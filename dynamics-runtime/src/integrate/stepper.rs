@@ -240,7 +240,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 
     /// The interpolant of the step just made.
     pub fn dense<Y: System<V>>(&mut self, system: &mut Y, step: &Step<V>) -> Result<S::Dense, Y::Error> {
-        self.scheme.dense(system, &step.start, &step.end, step.h)
+        // The first stage may be the step's own: see `System::attempting`.
+        let start = Knot { a: self.scheme.stages()[0].u, ..step.start };
+        self.scheme.dense(system, &start, &step.end, step.h)
     }
 
     /// Makes a recorded step once more, for its interpolant; the stepper's own place does not change.
@@ -250,9 +252,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         step: &Step<V>,
         tolerances: &Tolerances,
     ) -> Result<S::Dense, Y::Error> {
-        system.attempting(&step.start, step.h)?;
-        scheme.attempt(system, &step.start, step.h, tolerances)?;
-        scheme.dense(system, &step.start, &step.end, step.h)
+        let mut start = step.start;
+        system.attempting(&mut start, step.h)?;
+        scheme.attempt(system, &start, step.h, tolerances)?;
+        scheme.dense(system, &start, &step.end, step.h)
     }
 
     fn is_fixed(&self) -> bool {
@@ -279,8 +282,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     #[inline(always)]
     fn try_step<Y: System<V>>(&mut self, system: &mut Y, end_t: f64, h: f64) -> Result<Trial<V>, Failure<Y::Error>> {
         let tolerances = &self.options.tolerances;
-        system.attempting(&self.now, h).map_err(Failure::Evaluation)?;
-        let (mut y, mut error) = self.scheme.attempt(system, &self.now, h, tolerances).map_err(Failure::Evaluation)?;
+        let mut start = self.now;
+        system.attempting(&mut start, h).map_err(Failure::Evaluation)?;
+        let (mut y, mut error) = self.scheme.attempt(system, &start, h, tolerances).map_err(Failure::Evaluation)?;
         if !(y.is_finite() && error.is_finite()) {
             return Err(Failure::NotFinite(self.culprit()));
         }

@@ -25,7 +25,7 @@ pub enum Formulation {
         beta: f64,
     },
     /// Baumgarte with gains tied to the step h: α = 3/(4h), β = 1/h, taken at the start of each step and held during it. Then the step maps
-    /// (Φ, hΦ̇) by [[½, ¼], [−1, −½]], which is nilpotent: errors are gone after two steps, whatever h is, and as nothing is fed back within the
+    /// (Φ, hΦ̇) by [[½, ¼], [−1, −½]], which is nilpotent: errors are gone after two steps of one size, whatever that is, and as nothing is fed back within the
     /// step, neither its stability nor its order suffer. (Fed back at every stage, gains of 1/h bring the order of any Runge–Kutta method down to
     /// that of its stages.) What is left is the drift of the last two steps.
     BaumgarteTied,

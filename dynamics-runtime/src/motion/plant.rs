@@ -74,12 +74,17 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn attempting(&mut self, start: &Knot<M::Vector>, h: f64) -> Result<(), EvaluationError> {
+    fn attempting(&mut self, start: &mut Knot<M::Vector>, h: f64) -> Result<(), EvaluationError> {
         if M::ROWS.is_empty() || !self.upkeep.prepares() {
             return Ok(());
         }
         let state = self.state(start.t, &start.y.q, &start.y.u);
-        self.upkeep.prepare(self.model, &state, h).map_err(EvaluationError::Solve)
+        self.upkeep.prepare(self.model, &state, h).map_err(EvaluationError::Solve)?;
+        // What the step before took back is none of this one's.
+        if self.upkeep.is_tied() {
+            start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
+        }
+        Ok(())
     }
 
     #[inline(always)]

@@ -10,6 +10,7 @@ use super::record::{Counts, EventRecord, Record, Trajectory};
 use super::simulate::Simulate;
 use super::upkeep::Upkeep;
 use crate::constrain;
+use crate::integrate::System as _;
 use crate::integrate::{
     Dense, Dop853, DormandPrince5, Hermite, Method, Nested, Phase, Scheme, Step, Stepper, Tolerances,
 };
@@ -305,7 +306,13 @@ impl<'m, M: Simulate> Motion<'m, M> {
             Method::Dop853 => again::<M, Dop853<_>>(plant, &step, tolerances).ok().map(Interpolant::Dop853),
         };
         // A step that was made once can be made again unless the law changed its mind; both ends are known in any case.
-        again.unwrap_or_else(|| Interpolant::Hermite(Hermite::new(start.y, &start.a, &end.y, &end.a, *h)))
+        again.unwrap_or_else(|| {
+            let mut first = *start;
+            if !self.is_repeatable() || plant.attempting(&mut first, *h).is_err() {
+                first = *start;
+            }
+            Interpolant::Hermite(Hermite::new(start.y, &first.a, &end.y, &end.a, *h))
+        })
     }
 }
 

@@ -95,7 +95,7 @@ impl<M: Constraints> Upkeep<M> {
 
     /// Whether the gains follow the step.
     #[inline(always)]
-    fn is_tied(&self) -> bool {
+    pub(crate) fn is_tied(&self) -> bool {
         self.formulation == Some(Formulation::BaumgarteTied)
     }
 

@@ -144,9 +144,9 @@ impl<M: Simulate> Motion<'_, M> {
 
     /// Makes a step again and sums h bᵢ Pᵢ over its stages; false where it cannot be made again.
     fn meter<S: Scheme<M::Vector>>(&self, index: usize, work: &mut [f64]) -> bool {
-        let step = self.step(index);
+        let mut step = self.step(index);
         let mut plant = self.plant(index);
-        if plant.attempting(&step.start, step.h).is_err() {
+        if plant.attempting(&mut step.start, step.h).is_err() {
             return false;
         }
         let mut meter = Meter { plant, weights: S::WEIGHTS, h: step.h, stage: 0, powers: vec![0.0; work.len()], work };
