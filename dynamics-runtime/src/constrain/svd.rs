@@ -132,7 +132,8 @@ fn turn(columns: &mut [f64], m: usize, i: usize, j: usize, c: f64, s: f64) {
     }
 }
 
-#[cfg(test)]
+// Matrices of dynamic size, to compare with, need the standard library.
+#[cfg(all(test, feature = "std"))]
 mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
