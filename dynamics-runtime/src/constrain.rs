@@ -9,6 +9,7 @@ mod compare;
 mod correct;
 mod embed;
 mod friction;
+mod gradients;
 mod impact;
 mod lu;
 #[cfg(feature = "alloc")]
@@ -22,10 +23,12 @@ mod system;
 pub use compare::{Comparison, Formulated};
 pub use correct::{correct, solve_baumgarte};
 pub use embed::Embedding;
+pub use gradients::check_gradients;
+pub(crate) use gradients::{Gradients, distance};
 pub use impact::{Impact, impact};
 #[cfg(feature = "alloc")]
 pub use mechanism::{Mechanism, Reaction};
-pub use project::{Projection, check_gradients, project_positions, project_velocities};
+pub use project::{Projection, project_positions, project_velocities};
 
 use memory::{Memory, max_abs};
 use system::{Miss, Names, Read, System};
@@ -50,7 +53,8 @@ pub const fn workspace_len(n: usize, r: usize) -> usize {
         embed::memory(n, r),
         assemble::memory(n, r),
         friction::memory_in_all(n, r),
-        project::gradient_memory(n, r),
+        gradients::memory(n, r),
+        gradients::check_memory(n, r),
     ])
 }
 
@@ -263,11 +267,12 @@ fn slack<M: Constraints>(model: &M, state: &M::State, jacobian: &[f64], active: 
     }
     let off = |values: &[f64], at: &M::Vector| {
         let rows = values.iter().zip(jacobian.chunks_exact(M::Vector::LEN)).enumerate();
-        let distance = rows.filter(|(row, _)| active(*row)).map(|(_, (x, row))| match memory::norm(row) {
-            0.0 => 0.0,
-            length => x.abs() / length,
-        });
-        distance.fold(0.0, f64::max) / (1.0 + max_abs(at.as_slice()))
+        // A row that is zero, at a change point, says nothing.
+        let of = |(_, (x, row)): (usize, (&f64, &[f64]))| {
+            Some(distance(*x, row)).filter(|distance| *distance < f64::INFINITY)
+        };
+        let distances = rows.filter(|(row, _)| active(*row)).filter_map(of);
+        distances.fold(0.0, f64::max) / (1.0 + max_abs(at.as_slice()))
     };
     let (residual, rate) = (model.residual(state), model.velocity_residual(state));
     let distance = off(residual.as_slice(), state.q()).max(off(rate.as_slice(), state.u()));
@@ -360,7 +365,7 @@ fn read<'w, M: Constraints>(
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let read = Read::new(n, r, memory);
     let terms = &mut Terms { mass: read.mass, force: read.force, jacobian: read.jacobian, gamma: read.gamma };
-    all_terms(model, state, terms);
+    model.terms(state, terms);
     if !forces {
         terms.force.fill(0.0);
     }
@@ -370,16 +375,6 @@ fn read<'w, M: Constraints>(
     }
     let finite = max_abs(read.mass).is_finite() && max_abs(read.force).is_finite();
     Ok(finite.then_some(read))
-}
-
-/// M, Q, Φ_q and γ; models without constraints have no function that gives them together.
-fn all_terms<M: Constraints>(model: &M, state: &M::State, terms: &mut Terms<'_>) {
-    if M::ROUTE != Route::Unconstrained {
-        return model.terms(state, terms);
-    }
-    let (n, mass) = (M::Vector::LEN, model.mass_matrix(state));
-    terms.mass.iter_mut().enumerate().for_each(|(i, x)| *x = mass[(i / n, i % n)]);
-    terms.force.copy_from_slice(model.generalized_force(state).as_slice());
 }
 
 fn not_a_number<V: Vector, R: Vector>() -> Outcome<V, R> {

@@ -9,8 +9,8 @@ use common::by_jets::{Jets, Mechanism, holonomic};
 use common::constrained::{FourBar, Held, PainleveRod, Rod, Sleigh, SliderCrank, SquaredRod, TripleRod, TwiceRod};
 use dynamics_runtime::Expr;
 use dynamics_runtime::constrain::{
-    Embedding, check_gradients, impact, project_positions, project_velocities, solve_baumgarte, solve_general,
-    solve_once, with_workspace,
+    Embedding, assemble, check_gradients, check_start, impact, project_positions, project_velocities, solve_baumgarte,
+    solve_general, solve_once, with_workspace,
 };
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{Constraint, Constraints, Dynamics};
@@ -342,4 +342,97 @@ fn a_general_solve_reads_and_factors_once() {
     let state = at_rest_or_not([0.6, -0.8], [0.8, 0.6]);
     with_workspace::<Jets<Counted, 2, 1>, _>(|w| solve_general(&model, &state, w)).unwrap();
     assert_eq!(model.0.0.load(Ordering::Relaxed), 1);
+}
+
+/// (x² + y² − 1)², without derivatives of the constraint, as models have none that are too large for them.
+struct Squared;
+
+impl Mechanism<2, 1> for Squared {
+    const COORDINATES: [&'static str; 2] = ["x", "y"];
+    const CONSTRAINTS: &'static [Constraint] = &[holonomic("rod", 0, 1)];
+    const ROWS: [&'static str; 1] = ["rod"];
+    fn rows(&self, q: &[Expr; 2], _: Expr) -> [Expr; 1] {
+        let phi = q[0] * q[0] + q[1] * q[1] - 1.0;
+        [phi * phi]
+    }
+}
+
+#[test]
+fn a_vanishing_gradient_is_found_without_second_derivatives() {
+    let near = at_rest_or_not([0.6, -0.8 - 1e-8], [0.0, 0.0]);
+    with_workspace::<Jets<Squared, 2, 1>, _>(|w| {
+        assert_eq!(check_gradients(&Jets(Squared), &near, w), Err(SolveError::VanishingGradient { row: "rod" }));
+    });
+}
+
+/// z = 0 and x² − z² = 0: the second touches zero only where the first holds.
+struct Groove;
+
+impl Mechanism<3, 2> for Groove {
+    const COORDINATES: [&'static str; 3] = ["x", "y", "z"];
+    const CONSTRAINTS: &'static [Constraint] = &[holonomic("plane", 0, 1), holonomic("groove", 1, 1)];
+    const ROWS: [&'static str; 2] = ["plane", "groove"];
+    fn rows(&self, [x, _, z]: &[Expr; 3], _: Expr) -> [Expr; 2] {
+        [*z, *x * *x - *z * *z]
+    }
+}
+
+/// Links in line: cos a + cos b = 2 cos c touches zero nowhere but here, where it crosses.
+struct Flat;
+
+impl Mechanism<3, 1> for Flat {
+    const COORDINATES: [&'static str; 3] = ["a", "b", "c"];
+    const CONSTRAINTS: &'static [Constraint] = &[holonomic("loop", 0, 1)];
+    const ROWS: [&'static str; 1] = ["loop"];
+    fn rows(&self, [a, b, c]: &[Expr; 3], _: Expr) -> [Expr; 1] {
+        [a.cos() + b.cos() - 2.0 * c.cos()]
+    }
+}
+
+#[test]
+fn what_touches_only_within_other_constraints_is_found_and_what_crosses_is_not() {
+    let touching = at_rest_or_not([0.0, 0.4, 0.0], [0.0; 3]);
+    let error = dynamics_runtime::error::StateError::VanishingGradient { row: "groove" };
+    assert_eq!(check_start(&Jets(Groove), &touching), Err(error));
+    let crossing = at_rest_or_not([0.0; 3], [0.0; 3]);
+    assert_eq!(check_start(&Jets(Flat), &crossing), Ok(()));
+}
+
+/// So many links of a chain in polar angles, held together by a belt each: large enough that its matrices do not belong on a stack.
+const LINKS: usize = 40;
+
+struct Chain;
+
+impl Mechanism<LINKS, { LINKS - 1 }> for Chain {
+    const COORDINATES: [&'static str; LINKS] = ["link"; LINKS];
+    const CONSTRAINTS: &'static [Constraint] = &[holonomic("belts", 0, LINKS - 1)];
+    const ROWS: [&'static str; LINKS - 1] = ["belt"; LINKS - 1];
+    fn rows(&self, q: &[Expr; LINKS], _: Expr) -> [Expr; LINKS - 1] {
+        core::array::from_fn(|i| q[i + 1].sin() - 0.9 * q[i])
+    }
+    fn by_value(&self) {
+        panic!("matrices of large models are not taken by value");
+    }
+}
+
+#[test]
+fn matrices_of_large_models_stay_off_the_stack() {
+    let model = Jets(Chain);
+    let guess = at_rest_or_not([0.5; LINKS], [0.0; LINKS]);
+    let mut given = [false; LINKS];
+    given[0] = true;
+    let mut state = assemble(&model, guess, &given, &[false; LINKS]).unwrap();
+    check_start(&model, &state).unwrap();
+    with_workspace::<Jets<Chain, LINKS, { LINKS - 1 }>, _>(|w| {
+        check_gradients(&model, &state, w).unwrap();
+        let mut embedding = Embedding::new(&model, &state, w).unwrap();
+        state.q[3] += 1e-3;
+        embedding.restore(&model, &mut state, w).unwrap();
+        embedding.renew(&model, &state, w).unwrap();
+        state.q[3] += 1e-3;
+        project_positions(&model, &mut state, w).unwrap();
+        project_velocities(&model, &mut state, w).unwrap();
+        solve_general(&model, &state, w).unwrap();
+    });
+    assert!(model.residual(&state).amax() < 1e-14, "{:e}", model.residual(&state).amax());
 }

@@ -15,6 +15,9 @@ mod positions;
 mod room;
 mod velocities;
 
+use super::gradients::vanishing_row;
+use super::memory::norm;
+use super::{Gradients, distance, with_workspace};
 use crate::error::StateError;
 use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Vector};
 use room::Room;
@@ -42,9 +45,14 @@ pub fn check_start<M: Constraints>(model: &M, state: &M::State) -> Result<(), St
 /// [`check_start`] for the constraints that hold alone.
 pub(crate) fn check_held<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
     StateError::check::<M>(state)?;
-    check_positions(model, state, CONSISTENT)?;
-    check_gradients(model, state)?;
-    check_velocities(model, state, CONSISTENT)
+    if M::ROWS.is_empty() {
+        return Ok(());
+    }
+    with_workspace::<M, _>(|memory| {
+        check_positions(model, state, &Gradients::of(model, state, memory))?;
+        refuse::<M>(vanishing_row(model, state, memory))?;
+        check_velocities(model, state, &Gradients::of(model, state, memory))
+    })
 }
 
 /// The released nonholonomic constraints of one row: their rows and their indices among the switched ones. Those of more rows have a
@@ -79,16 +87,19 @@ pub fn check_sides<M: Constraints>(model: &M, state: &M::State) -> Result<(), St
     if modes.all_hold() {
         return Ok(());
     }
-    let (slips, jacobian) = (model.velocity_residual(state), model.jacobian(state));
+    let slips = model.velocity_residual(state);
     let rest = CONSISTENT * size(state.u().as_slice());
-    for (row, index) in slipping::<M>(modes) {
-        let slip = slips[row];
-        let square: f64 = (0..M::COORDINATES.len()).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum();
-        if slip * modes.side(index) < -rest * crate::math::sqrt(square) {
-            return Err(StateError::WrongSide { row: M::ROWS[row].name, slip });
-        }
-    }
-    Ok(())
+    with_workspace::<M, _>(|memory| {
+        let gradients = Gradients::of(model, state, memory);
+        let against = |(row, index): &(usize, usize)| slips[*row] * modes.side(*index) < 0.0;
+        let mut wrong = slipping::<M>(modes).filter(against);
+        let wrong = wrong.find(|(row, _)| gradients.distance(*row, slips[*row]) > rest);
+        wrong.map_or(Ok(()), |(row, _)| Err(StateError::WrongSide { row: M::ROWS[row].name, slip: slips[row] }))
+    })
+}
+
+fn refuse<M: Constraints>(row: Option<usize>) -> Result<(), StateError> {
+    row.map_or(Ok(()), |row| Err(StateError::VanishingGradient { row: M::ROWS[row].name }))
 }
 
 /// Completes a state: solves the positions, then the velocities that were not given, so that the constraints hold to rounding.
@@ -117,11 +128,10 @@ pub fn assemble<M: Constraints>(
     if M::ROWS.is_empty() {
         return Ok(state);
     }
-    crate::constrain::with_workspace::<M, _>(|memory| {
-        let mut room = Room::new(memory, n, M::ROWS.len());
-        positions::solve(model, &mut state, &given_q[..n], &mut room)?;
-        check_gradients(model, &state)?;
-        velocities::solve(model, &mut state, &given_u[..n], &mut room)
+    with_workspace::<M, _>(|memory| {
+        positions::solve(model, &mut state, &given_q[..n], &mut Room::new(memory, n, M::ROWS.len()))?;
+        refuse::<M>(vanishing_row(model, &state, memory))?;
+        velocities::solve(model, &mut state, &given_u[..n], &mut Room::new(memory, n, M::ROWS.len()))
     })?;
     Ok(state)
 }
@@ -134,11 +144,10 @@ pub(crate) fn positions_of<M: Constraints>(
     given: &[bool],
 ) -> Result<M::State, StateError> {
     StateError::check::<M>(&state)?;
-    crate::constrain::with_workspace::<M, _>(|memory| {
-        let mut room = Room::new(memory, M::COORDINATES.len(), M::ROWS.len());
-        positions::solve(model, &mut state, given, &mut room)
+    with_workspace::<M, _>(|memory| {
+        positions::solve(model, &mut state, given, &mut Room::new(memory, M::COORDINATES.len(), M::ROWS.len()))?;
+        refuse::<M>(vanishing_row(model, &state, memory))
     })?;
-    check_gradients(model, &state)?;
     Ok(state)
 }
 
@@ -165,23 +174,22 @@ struct Violation {
     distance: f64,
 }
 
+/// `jacobian`: Φ_q at the state, row by row.
 fn worst<M: Constraints>(
-    model: &M,
-    state: &M::State,
+    modes: Modes,
     holonomic: bool,
     values: &[f64],
+    jacobian: &[f64],
     tolerance: f64,
 ) -> Result<Option<Violation>, StateError> {
-    let jacobian = model.jacobian(state);
     let n = M::COORDINATES.len();
     let mut worst: Option<Violation> = None;
-    for row in active_rows::<M>(state.modes(), holonomic) {
-        let norm = crate::math::sqrt((0..n).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum());
-        let residual = values[row];
-        if !residual.is_finite() || !norm.is_finite() {
+    for row in active_rows::<M>(modes, holonomic) {
+        let (residual, gradient) = (values[row], &jacobian[row * n..][..n]);
+        if !residual.is_finite() || !norm(gradient).is_finite() {
             return Err(StateError::ConstraintNotFinite { row: M::ROWS[row].name });
         }
-        let distance = if residual == 0.0 { 0.0 } else { residual.abs() / norm };
+        let distance = distance(residual, gradient);
         if distance > worst.as_ref().map_or(tolerance, |worst| worst.distance) {
             worst = Some(Violation { row, residual, distance });
         }
@@ -194,9 +202,10 @@ fn size(values: &[f64]) -> f64 {
     values.iter().fold(1.0, |most, value| f64::max(most, 1.0 + value.abs()))
 }
 
-fn check_positions<M: Constraints>(model: &M, state: &M::State, tolerance: f64) -> Result<(), StateError> {
+fn check_positions<M: Constraints>(model: &M, state: &M::State, gradients: &Gradients<'_>) -> Result<(), StateError> {
     let values = model.residual(state);
-    match worst(model, state, true, values.as_slice(), tolerance * size(state.q().as_slice()))? {
+    let tolerance = CONSISTENT * size(state.q().as_slice());
+    match worst::<M>(state.modes(), true, values.as_slice(), gradients.rows, tolerance)? {
         Some(Violation { row, residual, distance }) => {
             Err(StateError::ConstraintViolated { row: M::ROWS[row].name, residual, distance })
         }
@@ -204,9 +213,10 @@ fn check_positions<M: Constraints>(model: &M, state: &M::State, tolerance: f64) 
     }
 }
 
-fn check_velocities<M: Constraints>(model: &M, state: &M::State, tolerance: f64) -> Result<(), StateError> {
+fn check_velocities<M: Constraints>(model: &M, state: &M::State, gradients: &Gradients<'_>) -> Result<(), StateError> {
     let values = model.velocity_residual(state);
-    match worst(model, state, false, values.as_slice(), tolerance * size(state.u().as_slice()))? {
+    let tolerance = CONSISTENT * size(state.u().as_slice());
+    match worst::<M>(state.modes(), false, values.as_slice(), gradients.rows, tolerance)? {
         Some(Violation { row, residual, distance }) => {
             Err(StateError::VelocityViolated { row: M::ROWS[row].name, residual, distance })
         }
@@ -214,60 +224,33 @@ fn check_velocities<M: Constraints>(model: &M, state: &M::State, tolerance: f64)
     }
 }
 
-/// A holonomic row whose gradient is this small against its gradient nearby holds nothing: Φ = (x² + y² − l²)², for example. Found where
-/// coordinates are within [`CONSISTENT`] of the place where it vanishes.
-const VANISHING: f64 = 1e-3;
-/// How far away "nearby" is, against 1 + |q|: a gradient that vanishes linearly has 10⁻³ of its value there at 10⁻⁶ from its zero.
+/// How far away a state [`beside`] another is, against 1 + |q|: a gradient that vanishes linearly has 10⁻³ of its value there at 10⁻⁶ from its zero.
 const NEARBY: f64 = 1e-3;
 
-/// Checks that no holonomic row that holds has a vanishing gradient, which would let it hold nothing without a word.
-fn check_gradients<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
-    let n = M::COORDINATES.len();
-    let mut beside = *state;
-    // Every coordinate by a different amount, so that no symmetry of the model hides the change.
-    for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
-        *q += NEARBY * (1.0 + q.abs()) * (1.0 + 0.37 * i as f64 / n as f64);
-    }
-    let (here, there) = (model.jacobian(state), model.jacobian(&beside));
-    let square =
-        |jacobian: &M::Jacobian, row: usize| -> f64 { (0..n).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum() };
-    for row in active_rows::<M>(state.modes(), true) {
-        let (here, there) = (square(&here, row), square(&there, row));
-        if (here <= VANISHING * VANISHING * there || here == 0.0) && holds_nothing(model, state, row) {
-            return Err(StateError::VanishingGradient { row: M::ROWS[row].name });
-        }
-    }
-    Ok(())
-}
-
-/// Whether the gradient of a row vanishes all along the constraints, and not only at this position, as it does for a component of a loop
-/// whose links are in line: a singular position, which is another matter.
-pub(crate) fn holds_nothing<M: Constraints>(model: &M, state: &M::State, row: usize) -> bool {
-    let n = M::COORDINATES.len();
-    // More coordinates than any generated model has; beyond, what is suspected counts as true.
-    const NONE: [bool; 4096] = [false; 4096];
-    let Some(none) = NONE.get(..n) else { return true };
-    let beside = beside::<M>(state);
-    let mut along = beside;
-    let placed = crate::constrain::with_workspace::<M, _>(|memory| {
-        let mut room = Room::new(memory, n, M::ROWS.len());
-        positions::solve(model, &mut along, none, &mut room)
-    });
-    let norm = |state: &M::State| {
-        let jacobian = model.jacobian(state);
-        crate::math::sqrt((0..n).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum())
-    };
-    placed.is_ok() && norm(&along) <= VANISHING * norm(&beside)
-}
-
-/// A state a little off, and a little later, where a drive has moved on: every coordinate by a different amount, so that no symmetry of the model hides the change.
-fn beside<M: Constraints>(state: &M::State) -> M::State {
+/// A state a little off, and a little later, where a drive has moved on: every coordinate by a different amount, so that no symmetry of the model
+/// hides the change.
+pub(super) fn beside<M: Constraints>(state: &M::State) -> M::State {
     let n = M::COORDINATES.len();
     let mut beside = at_time(state, state.t() + NEARBY * (1.0 + state.t().abs()));
     for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
         *q += NEARBY * (1.0 + q.abs()) * (1.0 + 0.37 * i as f64 / n as f64);
     }
     beside
+}
+
+/// A state on the constraints [`beside`] this one; `None` where none was found.
+pub(crate) fn beside_on_constraints<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    workspace: &mut [f64],
+) -> Option<M::State> {
+    let n = M::COORDINATES.len();
+    // More coordinates than any generated model has.
+    const NONE: [bool; 4096] = [false; 4096];
+    let none = NONE.get(..n)?;
+    let mut along = beside::<M>(state);
+    let placed = positions::solve(model, &mut along, none, &mut Room::new(workspace, n, M::ROWS.len()));
+    placed.ok().map(|()| along)
 }
 
 /// The state at another time.

@@ -13,11 +13,11 @@
 use super::lu::{self, Lu};
 use super::memory::{Memory, max_abs, norm};
 use super::project::{admit, project_positions, project_velocities};
-use super::system::{RANK_TOLERANCE, scale_coordinates};
-use super::{holds, names};
+use super::system::{RANK_TOLERANCE, Read, scale_coordinates};
+use super::{Gradients, gradients, holds, names};
 use crate::error::SolveError;
 use crate::math::sqrt;
-use crate::model::{Constraints, Model, ModelState, Modes, Vector};
+use crate::model::{Constraints, Model, ModelState, Modes, Terms, Vector};
 
 /// Share of the conditioning at its choice to which a block may fall before it is chosen anew: low enough that a crank is not changed at
 /// every quarter turn, high enough that no more than a digit is lost.
@@ -58,8 +58,8 @@ pub struct Embedding<M: Constraints> {
 
 /// Memory that an embedding takes.
 pub(super) const fn memory(n: usize, r: usize) -> usize {
-    let choice = n * n + 2 * n + n * r + r;
-    let block = r * r + 4 * r + lu::memory(r);
+    let choice = n * n + 3 * n + n * r + 2 * r;
+    let block = r * r + 4 * r + lu::memory(r) + gradients::memory(n, r);
     if choice > block { choice } else { block }
 }
 
@@ -210,10 +210,10 @@ impl<M: Constraints> Embedding<M> {
     /// As [`Embedding::new`]; [`SolveError::OffConstraint`] where rows that repeated the chosen ones contradict them now.
     pub fn renew(&mut self, model: &M, state: &M::State, workspace: &mut [f64]) -> Result<bool, SolveError> {
         if self.positions.rank < self.positions.active {
-            admit(model, state, "positions")?;
+            admit(model, state, "positions", workspace)?;
         }
         if self.velocities.rank < self.velocities.active {
-            admit(model, state, "velocities")?;
+            admit(model, state, "velocities", workspace)?;
         }
         let quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
             let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
@@ -247,11 +247,12 @@ impl<V: Vector, R: Vector> Partition<V, R> {
         memory: &mut Memory<'w>,
     ) -> Option<Block<'w>> {
         let k = self.rank;
-        let jacobian = model.jacobian(state);
         let (block, weight, scale) = (memory.take(k * k), memory.take(k), memory.take(k));
+        let gradients = Gradients::alone(model, state, memory.take(gradients::memory(V::LEN, R::LEN)));
         (0..k).for_each(|j| scale[j] = self.scale[self.columns[j] as usize]);
         for (i, row) in block.chunks_exact_mut(k.max(1)).enumerate() {
-            let of = |j: usize| jacobian[(self.rows[i] as usize, j)] * self.scale[j];
+            let gradient = gradients.row(self.rows[i] as usize);
+            let of = |j: usize| gradient[j] * self.scale[j];
             weight[i] = 1.0 / sqrt((0..V::LEN).map(|j| of(j) * of(j)).sum());
             (0..k).for_each(|j| row[j] = weight[i] * of(self.columns[j] as usize));
         }
@@ -290,13 +291,13 @@ fn partition<M: Constraints>(
 ) -> Result<PartitionOf<M>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut memory = Memory::new(workspace, n, r);
-    let (matrix, mass, scale) = (memory.take(r * n), memory.take(n * n), memory.take(n));
+    let Read { mass, force, jacobian: matrix, gamma } = Read::new(n, r, &mut memory);
+    model.terms(state, &mut Terms { mass, force, jacobian: matrix, gamma });
+    let scale = memory.take(n);
     let (mut rows, mut columns) = (memory.indices(r), memory.indices(n));
-    let (jacobian, inertia) = (model.jacobian(state), model.mass_matrix(state));
-    (0..n * n).for_each(|i| mass[i] = inertia[(i / n, i % n)]);
     let mut m = 0;
     for row in (0..r).filter(|row| active(*row)) {
-        (0..n).for_each(|j| matrix[m * n + j] = jacobian[(row, j)]);
+        matrix.copy_within(row * n..(row + 1) * n, m * n);
         if !max_abs(&matrix[m * n..(m + 1) * n]).is_finite() {
             return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
         }

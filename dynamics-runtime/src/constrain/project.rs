@@ -6,7 +6,7 @@
 //! Solving ODEs II, §VII.2. Converges quadratically from what a step leaves behind: one correction as a rule.
 
 use super::correct::correct_rows;
-use super::{SolvedOf, holds, names};
+use super::{Gradients, SolvedOf, holds, names};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
 
@@ -55,7 +55,11 @@ pub fn project_positions<M: Constraints>(
     let mut halvings = 0;
     while size > 0.0 {
         if projection.iterations == MOST {
-            return Err(if halvings >= 8 { vanishing(model, state) } else { off(model, state, "positions") });
+            return Err(if halvings >= 8 {
+                vanishing(model, state, workspace)
+            } else {
+                off(model, state, "positions", workspace)
+            });
         }
         let solved = correction(model, state, &right, true, &mut projection, workspace)?;
         projection.note(solved.accelerations.as_slice(), size);
@@ -65,7 +69,7 @@ pub fn project_positions<M: Constraints>(
         right = position_right(model, state)?;
         size = self::size(&right);
         if !change.is_finite() || (projection.iterations > 1 && size > 10.0 * before && change > 1e-3) {
-            return Err(off(model, state, "positions"));
+            return Err(off(model, state, "positions", workspace));
         }
         halvings += u32::from((0.2..0.3).contains(&(size / before)));
         // The next correction would be about this; where that is rounding, or nothing is gained any more, it is not made.
@@ -77,7 +81,7 @@ pub fn project_positions<M: Constraints>(
     projection.change = difference(start.as_slice(), state.q().as_slice());
     // Unrolled code has full rank: what it converged to satisfies all rows. The general solver may have had to compromise.
     if projection.general > 0 {
-        admit(model, state, "positions")?
+        admit(model, state, "positions", workspace)?
     }
     Ok(projection)
 }
@@ -108,7 +112,7 @@ pub fn project_velocities<M: Constraints>(
         let change = relative(solved.accelerations.as_slice(), state.u().as_slice());
         add(state.u_mut().as_mut_slice(), solved.accelerations.as_slice());
         if !change.is_finite() {
-            return Err(off(model, state, "velocities"));
+            return Err(off(model, state, "velocities", workspace));
         }
         if change <= 1e-4 {
             break;
@@ -116,7 +120,7 @@ pub fn project_velocities<M: Constraints>(
     }
     projection.change = difference(start.as_slice(), state.u().as_slice());
     if projection.general > 0 {
-        admit(model, state, "velocities")?
+        admit(model, state, "velocities", workspace)?
     }
     Ok(projection)
 }
@@ -168,21 +172,30 @@ fn held_and_finite<M: Constraints>(state: &M::State, mut right: M::Rows) -> Resu
 }
 
 /// The distance of a state from each row's constraint, |Φ|/‖Φ_q‖, is admissible.
-pub(super) fn admit<M: Constraints>(model: &M, state: &M::State, what: &'static str) -> Result<(), SolveError> {
-    let (_, _, distance) = worst(model, state, what)?;
+pub(super) fn admit<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    what: &'static str,
+    workspace: &mut [f64],
+) -> Result<(), SolveError> {
+    let (_, _, distance) = worst(model, state, what, workspace)?;
     let at = if what == "positions" { state.q() } else { state.u() };
     let admissible = ADMISSIBLE * (1.0 + super::memory::max_abs(at.as_slice()));
-    if distance <= admissible { Ok(()) } else { Err(off(model, state, what)) }
+    if distance <= admissible { Ok(()) } else { Err(off(model, state, what, workspace)) }
 }
 
 /// The row that is missed most: its index, residual and distance.
-fn worst<M: Constraints>(model: &M, state: &M::State, what: &'static str) -> Result<(usize, f64, f64), SolveError> {
+fn worst<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    what: &'static str,
+    workspace: &mut [f64],
+) -> Result<(usize, f64, f64), SolveError> {
     let right = if what == "positions" { position_right(model, state)? } else { velocity_right(model, state)? };
-    let jacobian = model.jacobian(state);
+    let gradients = Gradients::of(model, state, workspace);
     let mut worst = (0, 0.0, 0.0);
     for (row, x) in right.as_slice().iter().enumerate().filter(|(_, x)| **x != 0.0) {
-        let square: f64 = (0..M::Vector::LEN).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum();
-        let distance = x.abs() / crate::math::sqrt(square);
+        let distance = gradients.distance(row, *x);
         if distance.is_nan() || distance > worst.2 {
             worst = (row, -x, distance);
         }
@@ -191,8 +204,8 @@ fn worst<M: Constraints>(model: &M, state: &M::State, what: &'static str) -> Res
 }
 
 #[cold]
-fn off<M: Constraints>(model: &M, state: &M::State, what: &'static str) -> SolveError {
-    match worst(model, state, what) {
+fn off<M: Constraints>(model: &M, state: &M::State, what: &'static str, workspace: &mut [f64]) -> SolveError {
+    match worst(model, state, what, workspace) {
         Ok((row, residual, distance)) => {
             SolveError::OffConstraint { what, row: names::<M>().row(row), residual, distance }
         }
@@ -202,76 +215,12 @@ fn off<M: Constraints>(model: &M, state: &M::State, what: &'static str) -> Solve
 
 /// The row whose gradient is shortest.
 #[cold]
-fn vanishing<M: Constraints>(model: &M, state: &M::State) -> SolveError {
-    let jacobian = model.jacobian(state);
-    let square = |row: usize| (0..M::Vector::LEN).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum::<f64>();
-    let rows = (0..M::Residual::LEN).filter(|row| holds::<M>(state.modes(), *row)).map(|row| (row, square(row)));
-    let least = rows.fold((0, f64::INFINITY), |least, next| if next.1 < least.1 { next } else { least });
+fn vanishing<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> SolveError {
+    let gradients = Gradients::of(model, state, workspace);
+    let rows = (0..M::Residual::LEN).filter(|row| holds::<M>(state.modes(), *row));
+    let lengths = rows.map(|row| (row, super::memory::norm(gradients.row(row))));
+    let least = lengths.fold((0, f64::INFINITY), |least, next| if next.1 < least.1 { next } else { least });
     SolveError::VanishingGradient { row: names::<M>().row(least.0) }
-}
-
-/// Memory of [`check_gradients`].
-pub(super) const fn gradient_memory(n: usize, r: usize) -> usize {
-    n * n + 2 * r * n
-}
-
-/// The holonomic constraints that hold have gradients that are good for something. A gradient may vanish at a change point, where the
-/// branches of a mechanism cross: Φ is then a saddle, and velocities decide the branch. Where Φ touches zero without crossing it, as (x² + y² − l²)² does,
-/// the gradient vanishes on the whole manifold: the equations of motion know nothing of the constraint, and what they give is noise.
-///
-/// A gradient counts as vanishing if moving the coordinates by 10⁻⁵ of their size makes as much, ‖Φ_q‖ ≤ 10⁻⁵ ‖Φ_qq q‖; the
-/// second derivatives then say whether Φ touches (semidefinite) or crosses. To be called at a start: it costs an evaluation per row.
-///
-/// `workspace`: as long as for [`super::solve`].
-///
-/// # Errors
-/// [`SolveError::VanishingGradient`].
-pub fn check_gradients<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
-    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let values = super::Memory::new(workspace, n, r).zeros(gradient_memory(n, r));
-    let jacobian = model.jacobian(state);
-    for row in (0..M::Residual::LEN).filter(|row| holds::<M>(state.modes(), *row)) {
-        let mut one = M::Rows::zeros();
-        one[row] = 1.0;
-        model.constraint_derivatives(state, &one, values);
-        let hessian = &mut values[..n * n];
-        // Angles count revolutions: beyond a few radians their size says nothing.
-        let moved = |k: usize| (0..n).map(|j| hessian[k * n + j].abs() * state.q()[j].abs().min(10.0)).sum::<f64>();
-        let curvature = (0..n).map(moved).fold(0.0, f64::max);
-        let length = (0..n).map(|j| jacobian[(row, j)].abs()).fold(0.0, f64::max);
-        if length <= 1e-5 * curvature && is_semidefinite(hessian, n) {
-            return Err(SolveError::VanishingGradient { row: names::<M>().row(row) });
-        }
-    }
-    Ok(())
-}
-
-/// Whether a symmetric matrix, which is overwritten, has no eigenvalues of both signs, up to 10⁻⁴ of the largest: Cholesky with pivoting.
-fn is_semidefinite(h: &mut [f64], n: usize) -> bool {
-    let diagonal = (0..n).map(|i| h[i * n + i]);
-    let largest = diagonal.fold(0.0_f64, |most, x| if x.abs() > most.abs() { x } else { most });
-    let tolerance = 1e-4 * super::memory::max_abs(h);
-    if largest < 0.0 {
-        h.iter_mut().for_each(|x| *x = -*x);
-    }
-    for k in 0..n {
-        let remaining = (k..n).map(|i| (i, h[i * n + i]));
-        let (at, pivot) =
-            remaining.fold((k, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
-        if pivot <= tolerance {
-            // What is left must be zero.
-            return (k..n).all(|i| (k..n).all(|j| h[i * n + j].abs() <= tolerance));
-        }
-        super::memory::swap_rows(h, n, k, at);
-        (0..n).for_each(|i| h.swap(i * n + k, i * n + at));
-        for i in k + 1..n {
-            let factor = h[i * n + k] / h[k * n + k];
-            for j in k + 1..n {
-                h[i * n + j] -= factor * h[k * n + j];
-            }
-        }
-    }
-    true
 }
 
 fn size<V: Vector>(x: &V) -> f64 {
@@ -289,19 +238,4 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 
 fn add(to: &mut [f64], more: &[f64]) {
     to.iter_mut().zip(more).for_each(|(to, more)| *to += more);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::is_semidefinite;
-
-    #[test]
-    fn squares_are_semidefinite_and_saddles_are_not() {
-        for sign in [1.0, -1.0] {
-            let semidefinite = |h: [f64; 4]| is_semidefinite(&mut h.map(|x| sign * x), 2);
-            assert!(semidefinite([4.0, 2.0, 2.0, 1.0]) && semidefinite([0.0; 4]) && semidefinite([0.0, 0.0, 0.0, 3.0]));
-            assert!(!semidefinite([1.0, 0.0, 0.0, -1.0]) && !semidefinite([0.0, 1.0, 1.0, 0.0]));
-            assert!(!semidefinite([1.0, 2.0, 2.0, 1.0]));
-        }
-    }
 }

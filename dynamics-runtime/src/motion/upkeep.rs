@@ -7,11 +7,12 @@ use super::conditioning::Conditioning;
 use super::drift::rows_that_hold;
 use super::formulation::Formulation;
 use super::guard::Contact;
-use crate::constrain::{self, Diagnosis, Embedding};
+use crate::constrain::assemble::CONSISTENT;
+use crate::constrain::{self, Diagnosis, Embedding, Gradients};
 use crate::error::{SolveError, StateError};
 use crate::integrate::{Phase, Tolerances, zip};
 use crate::math;
-use crate::model::{Constraint, Constraints, ModelState, Modes, Terms, Vector};
+use crate::model::{Constraint, Constraints, ModelState, Modes, Vector};
 
 /// How often a run had to leave the straight way to keep its constraints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -131,7 +132,7 @@ impl<M: Constraints> Upkeep<M> {
             }
             across
         };
-        let jacobian = Distances::of(model, state, &mut self.workspace).jacobian;
+        let jacobian = Gradients::of(model, state, &mut self.workspace).rows;
         let of_q = across(&change.q, M::Residual::LEN, jacobian);
         let of_u = across(&change.u, M::Rows::LEN, jacobian);
         let q = constrain::correct(model, state, &of_q, &mut self.workspace)?.accelerations;
@@ -276,7 +277,6 @@ impl<M: Constraints> Upkeep<M> {
     /// The same for the constraints that hold alone.
     fn put(&mut self, model: &M, state: &mut M::State) -> Result<(), PlaceError> {
         constrain::assemble::check_held(model, state)?;
-        constrain::check_gradients(model, state, &mut self.workspace)?;
         if self.settles() {
             self.settle(model, state)?;
         }
@@ -358,7 +358,7 @@ impl<M: Constraints> Upkeep<M> {
     pub(crate) fn slip_side(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> Option<f64> {
         let slip = model.velocity_residual(state)[constraint.first];
         let distance = Distances::of(model, state, &mut self.workspace).along(constraint.first, slip);
-        (distance > START * (1.0 + largest(state.u().as_slice()))).then_some(slip.signum())
+        (distance > CONSISTENT * (1.0 + largest(state.u().as_slice()))).then_some(slip.signum())
     }
 
     /// The row of a holonomic constraint that is missed most, if it is missed.
@@ -412,9 +412,6 @@ impl From<SolveError> for PlaceError {
     }
 }
 
-/// What a start may miss its constraints by, as |Φ|/‖Φ_q‖ in parts of 1 + |q|: see the builders of states.
-const START: f64 = 1e-6;
-
 /// The row of a holonomic constraint that is missed most, if it is missed by more than a start may.
 pub(crate) fn apart<M: Constraints>(
     model: &M,
@@ -427,37 +424,28 @@ pub(crate) fn apart<M: Constraints>(
     let rows = constraint.first..constraint.first + constraint.rows;
     let far = rows.map(|row| (row, distances.along(row, residual[row])));
     let (row, distance) = far.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (distance.is_nan() || distance > START * distances.size).then(|| (M::ROWS[row].name, residual[row]))
+    (distance.is_nan() || distance > CONSISTENT * distances.size).then(|| (M::ROWS[row].name, residual[row]))
 }
 
+/// The greatest absolute value; what is not a number does not count.
 pub(super) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0f64, |largest, x| largest.max(x.abs()))
 }
 
-/// What turns residuals into distances.
+/// What turns residuals into distances, and what these are judged by.
 struct Distances<'w> {
-    jacobian: &'w [f64],
-    n: usize,
+    gradients: Gradients<'w>,
     /// 1 + |q|.
     size: f64,
 }
 
 impl<'w> Distances<'w> {
     fn of<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
-        let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-        let (mass, rest) = workspace.split_at_mut(n * n);
-        let (force, rest) = rest.split_at_mut(n);
-        let (jacobian, rest) = rest.split_at_mut(r * n);
-        let gamma = &mut rest[..r];
-        jacobian.fill(0.0);
-        model.terms(state, &mut Terms { mass, force, jacobian, gamma });
-        Self { jacobian, n, size: 1.0 + largest(state.q().as_slice()) }
+        Self { gradients: Gradients::of(model, state, workspace), size: 1.0 + largest(state.q().as_slice()) }
     }
 
-    /// |residual|/‖Φ_q‖ of a row; 0 where the residual is, infinite where the gradient vanishes and the residual does not.
+    /// |residual|/‖Φ_q‖ of a row.
     fn along(&self, row: usize, residual: f64) -> f64 {
-        let gradient = &self.jacobian[row * self.n..(row + 1) * self.n];
-        let size = math::sqrt(gradient.iter().map(|x| x * x).sum());
-        if residual == 0.0 { 0.0 } else { residual.abs() / size }
+        self.gradients.distance(row, residual)
     }
 }

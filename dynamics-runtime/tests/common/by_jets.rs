@@ -21,6 +21,8 @@ pub trait Mechanism<const N: usize, const R: usize>: Send + Sync + Sized + 'stat
     fn inertia(&self) -> [f64; N] {
         [1.0; N]
     }
+    /// Called where Φ_q or M are asked for by value.
+    fn by_value(&self) {}
     /// V, and −∂V/∂q as force.
     fn potential(&self, _q: &[f64; N]) -> (f64, [f64; N]) {
         (0.0, [0.0; N])
@@ -118,6 +120,7 @@ impl<T: Mechanism<N, R>, const N: usize, const R: usize> Dynamics for Jets<T, N,
         Ok(self.kkt(s).0)
     }
     fn mass_matrix(&self, _: &Self::State) -> Self::Matrix {
+        self.0.by_value();
         SMatrix::from_diagonal(&SVector::from(self.0.inertia()))
     }
     fn generalized_force(&self, s: &Self::State) -> Self::Vector {
@@ -152,6 +155,7 @@ impl<T: Mechanism<N, R>, const N: usize, const R: usize> Constraints for Jets<T,
         SVector::from_fn(|r, _| rates[r].0)
     }
     fn jacobian(&self, s: &Self::State) -> Self::Jacobian {
+        self.0.by_value();
         self.by_q(s)
     }
     fn velocity_jacobian(&self, _: &Self::State) -> Self::VelocityJacobian {
@@ -179,8 +183,9 @@ impl<T: Mechanism<N, R>, const N: usize, const R: usize> Constraints for Jets<T,
     fn correct_unrolled(&self, _: &Self::State, _: &Self::Rows) -> Option<Solved<Self::Vector, Self::Rows>> {
         None
     }
-    fn constraint_derivatives(&self, _: &Self::State, _: &Self::Rows, _: &mut [f64]) {
-        unreachable!("not asked for here")
+    /// None, as for models that are too large for them.
+    fn constraint_derivatives(&self, _: &Self::State, _: &Self::Rows, values: &mut [f64]) {
+        values.fill(f64::NAN);
     }
     fn constraint_of(_: TypeId) -> Option<usize> {
         None

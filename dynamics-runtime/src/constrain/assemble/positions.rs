@@ -56,10 +56,11 @@ struct Search<'s, 'w, M> {
 }
 
 impl<M: Constraints> Search<'_, '_, M> {
-    fn holds(&self, state: &M::State) -> Result<bool, StateError> {
+    fn holds(&mut self, state: &M::State) -> Result<bool, StateError> {
         let values = self.model.residual(state);
         let tolerance = ASSEMBLED * size(state.q().as_slice());
-        Ok(worst(self.model, state, true, values.as_slice(), tolerance)?.is_none())
+        self.room.evaluate(self.model, state);
+        Ok(worst::<M>(state.modes(), true, values.as_slice(), self.room.jacobian, tolerance)?.is_none())
     }
 
     fn linearise(&mut self, state: &M::State) -> Result<(), StateError> {
@@ -177,7 +178,7 @@ impl<M: Constraints> Search<'_, '_, M> {
         self.relinearise(state);
         let length = self.load(state)?;
         let values = self.model.residual(state);
-        let missed = worst(self.model, state, true, values.as_slice(), 0.0)?;
+        let missed = worst::<M>(state.modes(), true, values.as_slice(), self.room.jacobian, 0.0)?;
         // `worst` at tolerance 0 finds nothing only where everything holds exactly, which `holds` has denied.
         let Some(missed) = missed else { return Ok(StateError::ConstraintNotFinite { row: M::ROWS[0].name }) };
         let (row, residual, distance) = (M::ROWS[missed.row].name, missed.residual, missed.distance);

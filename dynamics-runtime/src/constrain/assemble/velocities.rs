@@ -32,7 +32,9 @@ pub(super) fn solve<M: Constraints>(
     }
     let values = model.velocity_residual(state);
     let tolerance = ASSEMBLED * size(state.u().as_slice());
-    let Some(missed) = worst(model, state, false, values.as_slice(), tolerance)? else { return Ok(()) };
+    let Some(missed) = worst::<M>(state.modes(), false, values.as_slice(), room.jacobian, tolerance)? else {
+        return Ok(());
+    };
     room.load::<M>(state.modes(), false, values.as_slice())?;
     Err(StateError::VelocityNotAssembled {
         row: M::ROWS[missed.row].name,
