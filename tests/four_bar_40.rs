@@ -62,8 +62,8 @@ fn a_thread_of_two_megabytes_is_enough() {
         assert!(solved.diagnosis.is_some_and(|found| found.rank < found.active), "{:?}", solved.diagnosis);
         dynamics::constrain::with_workspace::<Forty, _>(|memory| {
             dynamics::constrain::check_start(&model, &level).unwrap();
-            dynamics::constrain::project_positions(&model, &mut level, memory).unwrap();
-            dynamics::constrain::project_velocities(&model, &mut level, memory).unwrap();
+            dynamics::constrain::project_positions(&model, &constants, &mut level, memory).unwrap();
+            dynamics::constrain::project_velocities(&model, &constants, &mut level, memory).unwrap();
             let mut embedding = dynamics::constrain::Embedding::new(&model, &level, memory).unwrap();
             embedding.restore(&model, &mut level, memory).unwrap();
         });

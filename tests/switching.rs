@@ -53,7 +53,7 @@ fn a_law_supplies_the_inputs_where_a_constraint_is_released() {
     // The projection itself asks for no forces.
     let mut start = state().build().unwrap();
     let moved = dynamics::constrain::with_workspace::<Pushed, _>(|workspace| {
-        dynamics::constrain::project_positions(&model, &mut start, workspace)
+        dynamics::constrain::project_positions(&model, &model.constants().unwrap(), &mut start, workspace)
     });
     assert!(moved.unwrap().general > 0 && (start.q().norm() - 1.3).abs() < 1e-15);
 }

@@ -153,6 +153,42 @@ pub fn solve_once<M: Constraints>(
     }
 }
 
+/// q̈ at a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accelerated<V> {
+    /// q̈.
+    pub accelerations: V,
+    /// What the general solver found; `None` where the generated code did the work.
+    pub diagnosis: Option<Diagnosis>,
+}
+
+impl<V, R> From<Outcome<V, R>> for Accelerated<V> {
+    fn from(Outcome { accelerations, diagnosis, .. }: Outcome<V, R>) -> Self {
+        Self { accelerations, diagnosis }
+    }
+}
+
+/// [`solve`] without λ, which is less work.
+///
+/// # Errors
+/// As [`solve`].
+#[inline]
+pub fn accelerate<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    state: &M::State,
+    workspace: &mut [f64],
+) -> Result<Accelerated<M::Vector>, SolveError> {
+    let unrolled = match M::ROUTE {
+        Route::Unconstrained => Some(model.accelerations_with(constants, state)?),
+        _ => model.accelerate_unrolled(constants, state),
+    };
+    match unrolled {
+        Some(accelerations) => Ok(Accelerated { accelerations, diagnosis: None }),
+        None => solve_general(model, state, workspace).map(Accelerated::from),
+    }
+}
+
 /// What generated code gives for a model.
 pub type SolvedOf<M> = Solved<<M as crate::model::Model>::Vector, <M as Constraints>::Rows>;
 

@@ -257,12 +257,12 @@ pub enum Route {
     },
 }
 
-/// q̈ and λ, or a correction δ and μ, of a model with N coordinates and R rows.
+/// q̈ and λ of a model with N coordinates and R rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solved<V, R> {
-    /// q̈, or δ.
+    /// q̈.
     pub accelerations: V,
-    /// λ, or μ; 0 for rows of released constraints.
+    /// λ; 0 for rows of released constraints.
     pub multipliers: R,
 }
 
@@ -365,8 +365,18 @@ pub trait Constraints: Dynamics {
         constants: &Self::Constants,
         state: &Self::State,
     ) -> Option<Solved<Self::Vector, Self::Rows>>;
-    /// δ and μ with M δ = Φ_qᵀμ, Φ_q δ = `right`, by the generated code; `None` as for [`Constraints::solve_unrolled`].
-    fn correct_unrolled(&self, state: &Self::State, right: &Self::Rows) -> Option<Solved<Self::Vector, Self::Rows>>;
+    /// q̈ alone, as [`Constraints::solve_unrolled`] has it, where that is less work.
+    #[inline]
+    fn accelerate_unrolled(&self, constants: &Self::Constants, state: &Self::State) -> Option<Self::Vector> {
+        self.solve_unrolled(constants, state).map(|solved| solved.accelerations)
+    }
+    /// δ with M δ = Φ_qᵀμ for some μ, Φ_q δ = `right`, by the generated code; `None` as for [`Constraints::solve_unrolled`].
+    fn correct_unrolled(
+        &self,
+        constants: &Self::Constants,
+        state: &Self::State,
+        right: &Self::Rows,
+    ) -> Option<Self::Vector>;
     /// ∂(Φ_qᵀλ)/∂q (N×N), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), by rows one after the other; NaN for a model that is too large for them.
     fn constraint_derivatives(&self, state: &Self::State, multipliers: &Self::Rows, values: &mut [f64]);
     /// The constraint whose function has this type: index into [`Constraints::CONSTRAINTS`].
@@ -428,13 +438,11 @@ macro_rules! unconstrained {
             }
             fn correct_unrolled(
                 &self,
+                _: &Self::Constants,
                 _: &Self::State,
                 _: &Self::Rows,
-            ) -> ::core::option::Option<$crate::model::Solved<Self::Vector, Self::Rows>> {
-                ::core::option::Option::Some($crate::model::Solved {
-                    accelerations: $crate::model::Vector::zeros(),
-                    multipliers: Self::Rows::default(),
-                })
+            ) -> ::core::option::Option<Self::Vector> {
+                ::core::option::Option::Some($crate::model::Vector::zeros())
             }
             fn constraint_derivatives(&self, _: &Self::State, _: &Self::Rows, _: &mut [::core::primitive::f64]) {}
             fn constraint_of(_: ::core::any::TypeId) -> ::core::option::Option<::core::primitive::usize> {

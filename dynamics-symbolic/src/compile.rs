@@ -62,8 +62,8 @@ pub struct ConstraintPrograms {
     pub terms: Program,
     /// Q (N) and ∂Q/∂λ (N×R by rows), reading multipliers, where forces contain reactions.
     pub friction: Option<Program>,
-    /// δ (N), μ (R), then for every guard its pivot and scale, reading multipliers as right-hand sides; where the solution is
-    /// unrolled and this program not too large to be emitted.
+    /// δ (N), then for every guard its pivot and scale, reading multipliers as right-hand sides; where the solution is
+    /// unrolled and this program not too large to be emitted. Staged like the accelerations.
     pub correction: Option<Program>,
     /// ∂(Φ_qᵀλ)/∂q (N×N by rows), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), reading multipliers; unless it is too large to be emitted.
     pub derivatives: Result<Program, Excess>,
@@ -275,10 +275,9 @@ fn constraints(g: &Graph, e: &Equations, c: &ConstraintEquations) -> ConstraintP
         correction: match &c.solution {
             Solution::General(_) => None,
             Solution::Unrolled(u) => {
-                let (corrections, multipliers) = &u.correction;
-                let all = [corrections.as_slice(), multipliers, &guards(&u.correction_guards)].concat();
+                let all = [u.correction.as_slice(), &guards(&u.correction_guards)].concat();
                 // Where it is too large the general solver serves as well.
-                Some(inline("correction", &all)).filter(|program| excess(program).is_none())
+                Some(schedule(g, "correction", &all, Staging::Hoisted)).filter(|program| excess(program).is_none())
             }
         },
         derivatives: match &c.derivatives {

@@ -130,11 +130,10 @@ fn constraint_labels(q: &[String], c: &ConstraintEquations) -> Vec<(String, Node
     by(&gammas, "'", &derivatives.gamma_by_u);
     let Solution::Unrolled(u) = &c.solution else { panic!("{:?}", c.solution) };
     for (i, name) in q.iter().enumerate() {
-        out.extend([(format!("{name}''"), u.accelerations[i]), (format!("delta[{name}]"), u.correction.0[i])]);
+        out.extend([(format!("{name}''"), u.accelerations[i]), (format!("delta[{name}]"), u.correction[i])]);
     }
     for (r, row) in c.rows.iter().enumerate() {
-        let name = &row.name;
-        out.extend([(format!("lambda[{name}]"), u.multipliers[r]), (format!("mu[{name}]"), u.correction.1[r])]);
+        out.push((format!("lambda[{}]", row.name), u.multipliers[r]));
     }
     out
 }

@@ -5,6 +5,7 @@ mod evaluations;
 mod identity;
 mod matrices;
 mod solves;
+mod unrolled;
 
 use dynamics_symbolic::compile::{Compiled, ConstraintPrograms};
 use dynamics_symbolic::graph::{Dependence, Node, NodeId};

@@ -1,11 +1,10 @@
 //! Corrections that constraints call for: Baumgarte's terms, and what projections and impacts are made of.
 
-use super::{Factored, OutcomeOf, SolvedOf, general, holds, not_a_number, solve};
+use super::{Accelerated, Factored, OutcomeOf, SolvedOf, accelerate, general, holds, not_a_number};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Solved, Vector};
 
-/// δ and μ with M δ = Φ_qᵀ μ, Φ_q δ = `right`: the change of least M-norm that the constraints can make. In the result δ stands in the place of
-/// accelerations and μ in that of multipliers.
+/// δ with M δ = Φ_qᵀ μ for some μ, Φ_q δ = `right`: the change of least M-norm that the constraints can make.
 ///
 /// Where constraints repeat each other, `right` is met as well as it can be, by least squares: whoever corrects says what is left over.
 ///
@@ -13,18 +12,20 @@ use crate::model::{Constraints, ModelState, Solved, Vector};
 /// As [`solve`], without contradictions.
 pub fn correct<M: Constraints>(
     model: &M,
+    constants: &M::Constants,
     state: &M::State,
     right: &M::Rows,
     workspace: &mut [f64],
-) -> Result<SolvedOf<M>, SolveError> {
-    if let Some(solved) = model.correct_unrolled(state, right) {
-        return Ok(solved);
+) -> Result<M::Vector, SolveError> {
+    if let Some(delta) = model.correct_unrolled(constants, state, right) {
+        return Ok(delta);
     }
     let modes = state.modes();
-    correct_rows(model, state, right, |row| holds::<M>(modes, row), workspace)
+    let solved = correct_rows(model, state, right, |row| holds::<M>(modes, row), workspace)?;
+    Ok(solved.accelerations)
 }
 
-/// [`correct`] by the general solver, for the rows that `active` admits.
+/// [`correct`] by the general solver, for the rows that `active` admits: δ and μ, in the places of accelerations and multipliers.
 pub(super) fn correct_rows<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -42,10 +43,11 @@ pub(super) fn correct_rows<M: Constraints>(
     Ok(solved)
 }
 
-/// q̈ and λ with Baumgarte's stabilisation: Φ_q q̈ = γ − 2αΦ̇ − β²Φ; for rows A q̇ + b, which have no Φ, γ − 2α(A q̇ + b).
+/// q̈ with Baumgarte's stabilisation: Φ_q q̈ = γ − 2αΦ̇ − β²Φ; for rows A q̇ + b, which have no Φ, γ − 2α(A q̇ + b).
 ///
 /// Drift then obeys Φ̈ + 2αΦ̇ + β²Φ = 0: with α = β it decays as (1 + αt)e^{−αt}, without overshoot, and an explicit method of step h has to have αh within
-/// its region of stability. λ includes what the correction takes. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1–16.
+/// its region of stability. Reactions are those of [`super::solve`]: what keeps the drift small is no force that the model
+/// bears. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1–16.
 ///
 /// # Errors
 /// As [`solve`].
@@ -55,25 +57,22 @@ pub fn solve_baumgarte<M: Constraints>(
     state: &M::State,
     (alpha, beta): (f64, f64),
     workspace: &mut [f64],
-) -> Result<OutcomeOf<M>, SolveError> {
+) -> Result<Accelerated<M::Vector>, SolveError> {
     let mut right = model.velocity_residual(state);
     right.as_mut_slice().iter_mut().for_each(|x| *x *= -2.0 * alpha);
     let residual = model.residual(state);
     for (right, residual) in right.as_mut_slice().iter_mut().zip(residual.as_slice()) {
         *right -= beta * beta * residual;
     }
-    let unrolled = (!M::FRICTION).then(|| model.solve_unrolled(constants, state)).flatten();
-    let Some((mut solved, more)) = unrolled.zip(model.correct_unrolled(state, &right)) else {
-        if M::Rows::LEN == 0 {
-            return solve(model, constants, state, workspace);
-        }
-        return general(model, state, Some(&right), workspace);
+    if M::Rows::LEN == 0 {
+        return accelerate(model, constants, state, workspace);
+    }
+    let unrolled = (!M::FRICTION).then(|| model.accelerate_unrolled(constants, state)).flatten();
+    let Some((mut accelerations, more)) = unrolled.zip(model.correct_unrolled(constants, state, &right)) else {
+        return general(model, state, Some(&right), workspace).map(Accelerated::from);
     };
-    add(solved.accelerations.as_mut_slice(), more.accelerations.as_slice());
-    add(solved.multipliers.as_mut_slice(), more.multipliers.as_slice());
-    Ok(solved.into())
-}
-
-fn add(to: &mut [f64], more: &[f64]) {
-    to.iter_mut().zip(more).for_each(|(to, more)| *to += more);
+    for (a, more) in accelerations.as_mut_slice().iter_mut().zip(more.as_slice()) {
+        *a += more;
+    }
+    Ok(Accelerated { accelerations, diagnosis: None })
 }

@@ -116,11 +116,11 @@ impl<M: Constraints> Embedding<M> {
         if !solved {
             *state.q_mut() = start;
             self.projections += 1;
-            project_positions(model, state, workspace)?;
+            project_positions(model, &model.constants()?, state, workspace)?;
         }
         if !self.restore_velocities(model, state, workspace)? {
             self.projections += 1;
-            project_velocities(model, state, workspace)?;
+            project_velocities(model, &model.constants()?, state, workspace)?;
         }
         Ok(())
     }

@@ -6,7 +6,7 @@
 //! Solving ODEs II, §VII.2. Converges quadratically from what a step leaves behind: one correction as a rule.
 
 use super::correct::correct_rows;
-use super::{Gradients, SolvedOf, holds, names};
+use super::{Gradients, holds, names};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
 
@@ -41,6 +41,7 @@ impl Projection {
 /// [`SolveError::OffConstraint`] where there is no such q nearby; the state is then where the search ended. What [`super::correct`] says.
 pub fn project_positions<M: Constraints>(
     model: &M,
+    constants: &M::Constants,
     state: &mut M::State,
     workspace: &mut [f64],
 ) -> Result<Projection, SolveError> {
@@ -61,10 +62,10 @@ pub fn project_positions<M: Constraints>(
                 off(model, state, "positions", workspace)
             });
         }
-        let solved = correction(model, state, &right, true, &mut projection, workspace)?;
-        projection.note(solved.accelerations.as_slice(), size);
-        let change = relative(solved.accelerations.as_slice(), state.q().as_slice());
-        add(state.q_mut().as_mut_slice(), solved.accelerations.as_slice());
+        let delta = correction(model, constants, state, &right, true, &mut projection, workspace)?;
+        projection.note(delta.as_slice(), size);
+        let change = relative(delta.as_slice(), state.q().as_slice());
+        add(state.q_mut().as_mut_slice(), delta.as_slice());
         let before = size;
         right = position_right(model, state)?;
         size = self::size(&right);
@@ -92,6 +93,7 @@ pub fn project_positions<M: Constraints>(
 /// [`SolveError::OffConstraint`] where there are no such velocities. What [`super::correct`] says.
 pub fn project_velocities<M: Constraints>(
     model: &M,
+    constants: &M::Constants,
     state: &mut M::State,
     workspace: &mut [f64],
 ) -> Result<Projection, SolveError> {
@@ -107,10 +109,10 @@ pub fn project_velocities<M: Constraints>(
         if size == 0.0 {
             break;
         }
-        let solved = correction(model, state, &right, false, &mut projection, workspace)?;
-        projection.note(solved.accelerations.as_slice(), size);
-        let change = relative(solved.accelerations.as_slice(), state.u().as_slice());
-        add(state.u_mut().as_mut_slice(), solved.accelerations.as_slice());
+        let delta = correction(model, constants, state, &right, false, &mut projection, workspace)?;
+        projection.note(delta.as_slice(), size);
+        let change = relative(delta.as_slice(), state.u().as_slice());
+        add(state.u_mut().as_mut_slice(), delta.as_slice());
         if !change.is_finite() {
             return Err(off(model, state, "velocities", workspace));
         }
@@ -127,20 +129,22 @@ pub fn project_velocities<M: Constraints>(
 
 fn correction<M: Constraints>(
     model: &M,
+    constants: &M::Constants,
     state: &M::State,
     right: &M::Rows,
     positions: bool,
     projection: &mut Projection,
     workspace: &mut [f64],
-) -> Result<SolvedOf<M>, SolveError> {
+) -> Result<M::Vector, SolveError> {
     projection.iterations += 1;
-    if let Some(solved) = model.correct_unrolled(state, right) {
-        return Ok(solved);
+    if let Some(delta) = model.correct_unrolled(constants, state, right) {
+        return Ok(delta);
     }
     projection.general += 1;
     let (modes, positional) = (state.modes(), M::Residual::LEN);
     // Positions are not bound by rows that restrict velocities.
-    correct_rows(model, state, right, |row| holds::<M>(modes, row) && (!positions || row < positional), workspace)
+    let active = |row: usize| holds::<M>(modes, row) && (!positions || row < positional);
+    correct_rows(model, state, right, active, workspace).map(|solved| solved.accelerations)
 }
 
 /// −Φ, and 0 for rows without Φ or released.

@@ -69,7 +69,7 @@ impl<'m, M: Constraints> Tracer<'m, M> {
     pub(super) fn complete(&mut self, mut state: M::State, before: Option<&Frame>) -> Result<Point<M>, Kind> {
         let mut right = self.model.velocity_residual(&state);
         negate(&mut right);
-        let change = constrain::correct(self.model, &state, &right, &mut self.workspace)?.accelerations;
+        let change = constrain::correct(self.model, self.constants, &state, &right, &mut self.workspace)?;
         add(state.u_mut(), 1.0, &change);
         let solved = constrain::solve(self.model, self.constants, &state, &mut self.workspace)?;
         let not_finite = |row: usize| Kind::Solve(SolveError::ConstraintNotFinite { row: M::ROWS[row].name });
@@ -100,7 +100,7 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         let (mut last, mut contraction) = (f64::INFINITY, 0.0f64);
         for k in 0..MOST_CORRECTIONS {
             let right = self.right(state)?;
-            let step = constrain::correct(self.model, state, &right, &mut self.workspace)?.accelerations;
+            let step = constrain::correct(self.model, self.constants, state, &right, &mut self.workspace)?;
             self.effort.corrections += 1;
             let length = self.measure.length(step.as_slice()) / scale;
             let theta = length / last;

@@ -273,7 +273,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
     }
 
     fn upkeep(&self) -> Upkeep<M> {
-        Upkeep::new(self.formulation(), f64::INFINITY)
+        Upkeep::new(self.formulation(), f64::INFINITY, self.constants)
     }
 
     /// How constraints were kept; `None` for models without constraints.

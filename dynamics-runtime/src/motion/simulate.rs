@@ -303,10 +303,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Runs into a sink, with the options checked.
     fn fly(mut self, checked: Checked<'m, M>, sink: &mut impl Sink<M>) -> Result<Landed<'m, M>, SimulationError<M>> {
-        let constants = match self.model.constants() {
-            Ok(constants) => constants,
-            Err(error) => return Err(self.refused(SimulationErrorKind::SingularMassMatrix(error))),
-        };
+        let constants = self.constants()?;
         let law = self.law.take();
         let (method, reason) = checked.method;
         let contacts = checked.guards.iter().filter_map(Guard::closing::<M>).collect();
@@ -321,6 +318,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 upkeep: Upkeep::new(
                     checked.formulation.as_ref().map(|(formulation, _)| *formulation),
                     self.drift_limit,
+                    constants,
                 ),
             },
             start: self.start,
@@ -364,6 +362,10 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         Ok((Ran { model: self.model, constants, law, trajectory }, result))
     }
 
+    fn constants(&self) -> Result<M::Constants, SimulationError<M>> {
+        self.model.constants().map_err(|error| self.refused(SimulationErrorKind::SingularMassMatrix(error)))
+    }
+
     fn refused(&self, kind: SimulationErrorKind) -> SimulationError<M> {
         let start = self.start;
         SimulationError { kind, time: start.t(), step: 0.0, state: Box::new(start), trajectory: None }
@@ -374,7 +376,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
         // Constraints may contain inputs; what is held stays what it was.
         let (mut start, held) = (with_inputs::<M>(self.law.as_ref(), self.start), *self.start.inputs());
-        let mut upkeep = Upkeep::new(formulation, self.drift_limit);
+        let mut upkeep = Upkeep::new(formulation, self.drift_limit, self.constants()?);
         for guard in &checked.guards {
             guard.turn(start.modes(), self.model, &mut start, &mut upkeep);
         }

@@ -70,11 +70,12 @@ pub(crate) struct Upkeep<M: Constraints> {
     pub(super) contacts: Vec<Closing>,
     /// Mean of the sensitivities of the projections so far, on a logarithmic scale.
     usual: Option<f64>,
+    constants: M::Constants,
     workspace: Vec<f64>,
 }
 
 impl<M: Constraints> Upkeep<M> {
-    pub(crate) fn new(formulation: Option<Formulation>, drift_limit: f64) -> Self {
+    pub(crate) fn new(formulation: Option<Formulation>, drift_limit: f64, constants: M::Constants) -> Self {
         let gains = match formulation {
             Some(Formulation::Baumgarte { alpha, beta }) => (alpha, beta),
             _ => (0.0, 0.0),
@@ -90,6 +91,7 @@ impl<M: Constraints> Upkeep<M> {
             embedding: None,
             contacts: Vec::new(),
             usual: None,
+            constants,
             workspace,
         }
     }
@@ -135,8 +137,8 @@ impl<M: Constraints> Upkeep<M> {
         let jacobian = Gradients::of(model, state, &mut self.workspace).rows;
         let of_q = across(&change.q, M::Residual::LEN, jacobian);
         let of_u = across(&change.u, M::Rows::LEN, jacobian);
-        let q = constrain::correct(model, state, &of_q, &mut self.workspace)?.accelerations;
-        let u = constrain::correct(model, state, &of_u, &mut self.workspace)?.accelerations;
+        let q = constrain::correct(model, &self.constants, state, &of_q, &mut self.workspace)?;
+        let u = constrain::correct(model, &self.constants, state, &of_u, &mut self.workspace)?;
         Ok(zip(change, &Phase { q, u }, |change, across| change - across))
     }
 
@@ -160,7 +162,7 @@ impl<M: Constraints> Upkeep<M> {
         for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
             *right = if row < M::Residual::LEN { -(1.5 * *right + position[row] / h) / h } else { -*right / h };
         }
-        self.push = constrain::correct(model, state, &right, &mut self.workspace)?.accelerations;
+        self.push = constrain::correct(model, &self.constants, state, &right, &mut self.workspace)?;
         Ok(())
     }
 
@@ -199,7 +201,7 @@ impl<M: Constraints> Upkeep<M> {
         }
         let workspace = &mut self.workspace;
         let solved = match self.gains {
-            (0.0, 0.0) => constrain::solve(model, constants, state, workspace)?,
+            (0.0, 0.0) => constrain::accelerate(model, constants, state, workspace)?,
             gains => constrain::solve_baumgarte(model, constants, state, gains, workspace)?,
         };
         if let Some(diagnosis) = &solved.diagnosis {
@@ -250,8 +252,8 @@ impl<M: Constraints> Upkeep<M> {
             }
             return Ok(0.0);
         }
-        let positions = constrain::project_positions(model, state, &mut self.workspace)?;
-        let velocities = constrain::project_velocities(model, state, &mut self.workspace)?;
+        let positions = constrain::project_positions(model, &self.constants, state, &mut self.workspace)?;
+        let velocities = constrain::project_velocities(model, &self.constants, state, &mut self.workspace)?;
         // Φ is known to ε(1 + |q|). Where corrections are A times as large as usual, the direction that is nearly lost is wrong by A of that, and,
         // moving on, its velocity by A²|u|.
         let sensitivity = positions.sensitivity.max(velocities.sensitivity);
@@ -315,7 +317,7 @@ impl<M: Constraints> Upkeep<M> {
         if self.contacts.is_empty() {
             return Ok(Vec::new());
         }
-        constrain::project_velocities(model, state, &mut self.workspace)?;
+        constrain::project_velocities(model, &self.constants, state, &mut self.workspace)?;
         let residual = model.residual(state);
         let distances = Distances::of(model, state, &mut self.workspace);
         let touches = |at: usize| {

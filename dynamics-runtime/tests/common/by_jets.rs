@@ -180,7 +180,7 @@ impl<T: Mechanism<N, R>, const N: usize, const R: usize> Constraints for Jets<T,
     fn solve_unrolled(&self, (): &(), _: &Self::State) -> Option<Solved<Self::Vector, Self::Rows>> {
         None
     }
-    fn correct_unrolled(&self, _: &Self::State, _: &Self::Rows) -> Option<Solved<Self::Vector, Self::Rows>> {
+    fn correct_unrolled(&self, (): &(), _: &Self::State, _: &Self::Rows) -> Option<Self::Vector> {
         None
     }
     /// None, as for models that are too large for them.

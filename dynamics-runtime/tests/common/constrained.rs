@@ -145,7 +145,7 @@ macro_rules! held {
             fn solve_unrolled(&self, (): &(), state: &Self::State) -> Option<Solved<Self::Vector, Self::Rows>> {
                 if state.modes.all_hold() { self.unrolled(state) } else { None }
             }
-            fn correct_unrolled(&self, _: &Self::State, _: &Self::Rows) -> Option<Solved<Self::Vector, Self::Rows>> {
+            fn correct_unrolled(&self, (): &(), _: &Self::State, _: &Self::Rows) -> Option<Self::Vector> {
                 None
             }
             fn constraint_derivatives(&self, state: &Self::State, multipliers: &Self::Rows, values: &mut [f64]) {

@@ -62,6 +62,12 @@ impl MinimumDegree {
         Some(system)
     }
 
+    /// δ.
+    pub(super) fn correct(&self, g: &mut Graph, right: &[NodeId]) -> Vec<NodeId> {
+        let zero = vec![g.zero(); self.coordinates];
+        self.solve(g, &zero, right).0
+    }
+
     /// q̈ and λ.
     pub(super) fn solve(&self, g: &mut Graph, force: &[NodeId], gamma: &[NodeId]) -> (Vec<NodeId>, Vec<NodeId>) {
         let right = [force, gamma].concat();

@@ -96,14 +96,27 @@ impl NullSpace {
         unbalanced.iter_mut().for_each(|x| *x = g.neg(*x));
         for (a, (motion, momentum)) in leading.iter().zip(self.motions.iter().zip(&self.momenta)) {
             for (sums, column) in [(&mut accelerations, motion), (&mut unbalanced, momentum)] {
-                let entries: Vec<(usize, NodeId)> = column.entries(g).collect();
-                for (k, entry) in entries {
-                    let product = g.mul(entry, *a);
-                    sums[k] = g.add(sums[k], product);
-                }
+                add_multiple(g, sums, column, *a);
             }
         }
         (accelerations, self.multipliers(g, &unbalanced))
+    }
+
+    /// δ = R δ_i + s with (Rᵀ M R) δ_i = −(M R)ᵀ s: M itself is not read any more.
+    pub(super) fn correct(&self, g: &mut Graph, right: &[NodeId]) -> Vec<NodeId> {
+        let mut whole = Values::default();
+        substitute(g, &self.jacobian, &self.partition.blocks, &self.blocks, &mut whole, Some(right));
+        let against = |g: &mut Graph, momentum: &Values| {
+            let inert = product(g, &whole, momentum);
+            g.neg(inert)
+        };
+        let driving: Vec<NodeId> = self.momenta.iter().map(|momentum| against(g, momentum)).collect();
+        let leading = self.reduced.solve(g, &driving);
+        let mut delta: Vec<NodeId> = (0..self.mass.rows.len()).map(|k| whole.get(g, k)).collect();
+        for (a, motion) in leading.iter().zip(&self.motions) {
+            add_multiple(g, &mut delta, motion, *a);
+        }
+        delta
     }
 
     /// λ with Φ_qᵀλ = `unbalanced` in the dependent coordinates: the blocks transposed, from the last to the first.
@@ -164,6 +177,15 @@ fn times(g: &mut Graph, a: &Sparse, x: &Values) -> Values {
         }
     }
     sums
+}
+
+/// `sums` + column·a.
+fn add_multiple(g: &mut Graph, sums: &mut [NodeId], column: &Values, a: NodeId) {
+    let entries: Vec<(usize, NodeId)> = column.entries(g).collect();
+    for (k, entry) in entries {
+        let product = g.mul(entry, a);
+        sums[k] = g.add(sums[k], product);
+    }
 }
 
 /// xᵀ y.

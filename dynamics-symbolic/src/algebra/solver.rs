@@ -76,6 +76,15 @@ impl Solver {
         }
     }
 
+    /// δ (N) with M δ = Φ_qᵀμ for some μ, Φ_q δ = `right`.
+    #[must_use]
+    pub fn correct(&self, g: &mut Graph, right: &[NodeId]) -> Vec<NodeId> {
+        match &self.0 {
+            Way::MinimumDegree(factors) => factors.correct(g, right),
+            Way::Blocks(reduced) => reduced.correct(g, right),
+        }
+    }
+
     /// The order of elimination.
     #[must_use]
     pub fn elimination(&self) -> Elimination {
@@ -131,21 +140,17 @@ pub fn unroll(
     if operations > limit {
         return Err(Stuck::TooLarge(operations));
     }
-    let zero = vec![g.zero(); n];
     let given: Vec<NodeId> = (0..r as u32).map(|row| g.symbol(Symbol::Multiplier(row))).collect();
-    let (delta, mu) = solver.solve(g, &zero, &given);
+    let delta = solver.correct(g, &given);
     // A program of its own: what it shares with the other is no gain to it.
-    let corrected = share(g, &[&delta[..], &mu, &checked].concat());
-    let parts = |all: &[NodeId]| (all[..n].to_vec(), all[n..n + r].to_vec(), renewed(&guards, &all[n + r..]));
-    let (accelerations, multipliers, solution_guards) = parts(&shared);
-    let (delta, mu, correction_guards) = parts(&corrected);
+    let corrected = share(g, &[&delta[..], &checked].concat());
     let unrolled = Unrolled {
         elimination: solver.elimination(),
-        accelerations,
-        multipliers,
-        guards: solution_guards,
-        correction: (delta, mu),
-        correction_guards,
+        accelerations: shared[..n].to_vec(),
+        multipliers: shared[n..n + r].to_vec(),
+        guards: renewed(&guards, &shared[n + r..]),
+        correction: corrected[..n].to_vec(),
+        correction_guards: renewed(&guards, &corrected[n..]),
     };
     Ok((unrolled, solver))
 }

@@ -44,9 +44,9 @@ pub struct Unrolled {
     pub multipliers: Vec<NodeId>,
     /// Pivots to check.
     pub guards: Vec<Guard>,
-    /// δ and μ with M δ = Φ_qᵀμ, Φ_q δ = r, where the right-hand sides r are the symbols `Symbol::Multiplier`: N and R nodes. Mass-weighted
-    /// corrections of positions and velocities, Baumgarte's terms and impacts are such solutions.
-    pub correction: (Vec<NodeId>, Vec<NodeId>),
+    /// δ, N, with M δ = Φ_qᵀμ for some μ, Φ_q δ = r, where the right-hand sides r are the symbols `Symbol::Multiplier`. Mass-weighted corrections
+    /// of positions and velocities and Baumgarte's terms are such solutions.
+    pub correction: Vec<NodeId>,
     /// The same pivots, by nodes that the correction shares.
     pub correction_guards: Vec<Guard>,
 }

@@ -157,10 +157,7 @@ fn constraint_labels(model: &Model, equations: &Equations, program: &str) -> Vec
         }
         "correction" => {
             let corrections = q.iter().map(|n| format!("delta[{n}]"));
-            corrections
-                .chain(each(&|n| format!("mu[{n}]")))
-                .chain(equations.constraints.iter().flat_map(|c| guards(model, c)))
-                .collect()
+            corrections.chain(equations.constraints.iter().flat_map(|c| guards(model, c))).collect()
         }
         "constraint_derivatives" => {
             let reaction: Vec<String> = q.iter().map(|n| format!("reaction[{n}]")).collect();

@@ -232,8 +232,8 @@ pub fn hold() -> Result<(), Failure> {
         let end = stepper.now();
         state = State::<Bob>::new(end.t, end.y.q, end.y.u, start.inputs);
         with_workspace::<Bob, _>(|workspace| {
-            project_positions(&model, &mut state, workspace)?;
-            project_velocities(&model, &mut state, workspace)
+            project_positions(&model, &constants, &mut state, workspace)?;
+            project_velocities(&model, &constants, &mut state, workspace)
         })
         .map_err(refused)?;
         // T = m (g cos θ + l θ̇²), also by the general solver.

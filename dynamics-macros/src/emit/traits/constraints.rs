@@ -1,9 +1,7 @@
 //! `impl Constraints`.
 
 use dynamics_symbolic::compile::ConstraintPrograms;
-use dynamics_symbolic::mechanics::{
-    ConstraintEquations, ConstraintKind, Elimination, General, Guard, Guarded, Solution,
-};
+use dynamics_symbolic::mechanics::{ConstraintEquations, ConstraintKind, Elimination, General, Solution};
 use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -13,7 +11,7 @@ use super::super::program::Printed;
 use super::Emission;
 
 /// Functions that stand beside an impl, and a method inside it.
-type Method = (TokenStream, TokenStream);
+pub(super) type Method = (TokenStream, TokenStream);
 
 impl Emission<'_> {
     /// `impl Constraints`; a model without any says so.
@@ -44,6 +42,7 @@ impl Emission<'_> {
             self.terms(programs),
             self.friction(programs),
             self.solve_unrolled(equations),
+            self.accelerate_unrolled(equations),
             self.correct_unrolled(equations, programs),
             self.constraint_derivatives(programs),
         ];
@@ -97,11 +96,13 @@ impl Emission<'_> {
                     }
                 }
                 #[inline]
-                fn correct_unrolled(&self, _: #state, _: &Self::Rows) -> #solved {
-                    #option::Some(#private::Solved {
-                        accelerations: #private::vector([0.0; #n]),
-                        multipliers: #private::vector([]),
-                    })
+                fn correct_unrolled(
+                    &self,
+                    _: &Self::Constants,
+                    _: #state,
+                    _: &Self::Rows,
+                ) -> #option<<Self as Model>::Vector> {
+                    #option::Some(#private::vector([0.0; #n]))
                 }
                 fn constraint_derivatives(&self, _: #state, _: &Self::Rows, _: &mut [#f64]) {}
                 fn constraint_of(_: #private::TypeId) -> #option<#private::usize> { #option::None }
@@ -156,12 +157,12 @@ impl Emission<'_> {
         }
     }
 
-    fn none(&self) -> TokenStream {
+    pub(super) fn none(&self) -> TokenStream {
         let private = &self.private;
         quote!(#private::Option::None)
     }
 
-    fn some(&self) -> TokenStream {
+    pub(super) fn some(&self) -> TokenStream {
         let private = &self.private;
         quote!(#private::Option::Some)
     }
@@ -272,115 +273,6 @@ impl Emission<'_> {
         (functions, method)
     }
 
-    /// Leaves with `None` where a constraint is released.
-    fn all_hold(&self) -> TokenStream {
-        let (state, none) = (local("state"), self.none());
-        let switched = self.switched() > 0;
-        if switched { quote!(if !#state.modes.all_hold() { return #none; }) } else { TokenStream::new() }
-    }
-
-    /// Whether some guard's pivot is too small against its scale, or not a number.
-    fn unguarded(&self, guards: &[Guard], values: &[TokenStream]) -> Option<TokenStream> {
-        let tests: Vec<TokenStream> = guards
-            .iter()
-            .zip(values.chunks(2))
-            .filter(|(guard, _)| !self.is_number(guard.pivot))
-            .map(|(guard, pair)| {
-                let (pivot, scale, tolerance) = (&pair[0], &pair[1], guard.tolerance);
-                let f64 = self.float();
-                quote!(#f64::abs(#pivot) > #tolerance * #f64::abs(#scale))
-            })
-            .collect();
-        // Without branches: the common case is that all pass.
-        (!tests.is_empty()).then(|| quote!(!(#((#tests))&*)))
-    }
-
-    /// `fn solve_unrolled`.
-    fn solve_unrolled(&self, equations: &ConstraintEquations) -> Method {
-        let (k, state) = (local("k"), local("state"));
-        let head = quote!(&self, #k: &Self::Constants, #state: &<Self as Model>::State);
-        let Solution::Unrolled(unrolled) = &equations.solution else {
-            return (TokenStream::new(), self.not_unrolled("solve_unrolled", &head));
-        };
-        let program = &self.compiled.programs.accelerations;
-        let staged = self.staged();
-        let named = Program { name: "solve_unrolled".to_owned(), ..program.clone() };
-        let printed = self.body(&staged.constants).print(&named, &program.body, &program.results);
-        self.unrolled("solve_unrolled", &head, &TokenStream::new(), &unrolled.guards, printed)
-    }
-
-    /// `fn correct_unrolled`.
-    fn correct_unrolled(&self, equations: &ConstraintEquations, programs: &ConstraintPrograms) -> Method {
-        let (state, right, lambda) = (local("state"), local("right"), local("lambda"));
-        let head = quote!(&self, #state: &<Self as Model>::State, #right: &Self::Rows);
-        let (Solution::Unrolled(unrolled), Some(program)) = (&equations.solution, &programs.correction) else {
-            return (TokenStream::new(), self.not_unrolled("correct_unrolled", &head));
-        };
-        let given = quote!(let #lambda = &#right.data.0[0];);
-        self.unrolled("correct_unrolled", &head, &given, &unrolled.guards, self.print(program))
-    }
-
-    fn not_unrolled(&self, name: &str, head: &TokenStream) -> TokenStream {
-        let (name, result, none) = (local(name), self.solved(), self.none());
-        quote! {
-            fn #name(#head) -> #result { #none }
-        }
-    }
-
-    fn solved(&self) -> TokenStream {
-        let private = &self.private;
-        quote!(#private::Option<#private::Solved<<Self as Model>::Vector, Self::Rows>>)
-    }
-
-    /// A method that solves by straight-line code: N and R results, then guards.
-    fn unrolled(
-        &self,
-        name: &str,
-        head: &TokenStream,
-        given: &TokenStream,
-        guards: &[Guard],
-        printed: Printed,
-    ) -> Method {
-        let Printed { functions, statements, results } = printed;
-        let (name, result, none, some) = (local(name), self.solved(), self.none(), self.some());
-        let (accelerations, rest) = results.split_at(self.degrees());
-        let (multipliers, values) = rest.split_at(self.rows());
-        let (private, prologue, all_hold) = (&self.private, self.prologue(), self.all_hold());
-        let check = self.unguarded(guards, values).map(|unguarded| quote!(if #unguarded { return #none; }));
-        let (accelerations, multipliers) = (self.vector(accelerations), self.vector(multipliers));
-        let method = quote! {
-            #[inline]
-            fn #name(#head) -> #result {
-                #all_hold #prologue #given #statements #check
-                #some(#private::Solved { accelerations: #accelerations, multipliers: #multipliers })
-            }
-        };
-        (functions, method)
-    }
-
-    /// How many of the last results of a program of derivatives are guards, and the check: derivatives hold where the unrolled solution does.
-    pub(super) fn guarded_derivatives(
-        &self,
-        equations: &ConstraintEquations,
-        results: &[TokenStream],
-    ) -> (usize, TokenStream) {
-        let Solution::Unrolled(unrolled) = &equations.solution else { return (0, TokenStream::new()) };
-        let (private, state, count) = (&self.private, local("state"), 2 * unrolled.guards.len());
-        let values = &results[results.len() - count..];
-        let checks = unrolled.guards.iter().zip(values.chunks(2)).filter_map(|(guard, pair)| {
-            let unguarded = self.unguarded(&[*guard], pair)?;
-            let (coordinate, index, pivot) = match guard.of {
-                Guarded::Coordinate(i) => (true, i, &pair[0]),
-                Guarded::Row(i) => (false, i, &pair[0]),
-            };
-            Some(quote!(if #unguarded { return Err(#private::no_derivatives::<Self>(#coordinate, #index, #pivot)); }))
-        });
-        let released = (self.switched() > 0).then(|| {
-            quote!(if let #private::Option::Some(error) = #private::released::<Self>(#state.modes) { return Err(error); })
-        });
-        (count, quote!(#released #(#checks)*))
-    }
-
     /// `fn constraint_derivatives`; not a number where they are too large to be emitted.
     fn constraint_derivatives(&self, programs: &ConstraintPrograms) -> Method {
         let (at_state, prologue, f64, lambda) = (self.at_state(), self.prologue(), self.float(), local("lambda"));
@@ -420,52 +312,5 @@ impl Emission<'_> {
                 #none
             }
         }
-    }
-
-    /// `fn accelerations_with` of a model with constraints: by the generated code, and where that does not apply by the general solver.
-    pub(super) fn constrained_accelerations(&self) -> TokenStream {
-        let (private, k, state) = (&self.private, local("k"), local("state"));
-        let solved = quote!(Ok(#private::solve_once(self, #k, #state)?.accelerations));
-        let body = self.without_multipliers(&solved).unwrap_or(solved);
-        quote! {
-            #[inline]
-            fn accelerations_with(
-                &self,
-                #k: &Self::Constants,
-                #state: &<Self as Model>::State,
-            ) -> Result<<Self as Model>::Vector, #private::SolveError> {
-                #body
-            }
-        }
-    }
-
-    /// q̈ alone, which is what integrators ask for most: the multipliers, about a fifth of the work, are left out. A second copy of the code,
-    /// so only where that is short.
-    fn without_multipliers(&self, otherwise: &TokenStream) -> Option<TokenStream> {
-        const SHORT: usize = 1000;
-        let Solution::Unrolled(unrolled) = &self.constrained()?.0.solution else { return None };
-        let program = &self.compiled.programs.accelerations;
-        if program.body.len() > SHORT {
-            return None;
-        }
-        let (degrees, staged) = (self.degrees(), self.staged());
-        let (accelerations, rest) = program.results.split_at(degrees);
-        let wanted = [accelerations, &rest[self.rows()..]].concat();
-        let Printed { statements, results, .. } = self.body(&staged.constants).needed(program, &program.body, &wanted);
-        let (accelerations, values) = results.split_at(degrees);
-        let (private, none, some, prologue) = (&self.private, self.none(), self.some(), self.prologue());
-        let (all_hold, vector) = (self.all_hold(), self.vector(accelerations));
-        let check = self.unguarded(&unrolled.guards, values).map(|unguarded| quote!(if #unguarded { return #none; }));
-        let found = local("found");
-        Some(quote! {
-            let #found = || -> #private::Option<<Self as Model>::Vector> {
-                #all_hold #prologue #statements #check
-                #some(#vector)
-            };
-            match #found() {
-                #some(#found) => Ok(#found),
-                #none => #otherwise,
-            }
-        })
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::mechanics::Named;
-use dynamics_symbolic::schedule::Program;
+use dynamics_symbolic::schedule::{Program, Step};
 use proc_macro2::TokenStream;
 use quote::quote;
 
@@ -12,14 +12,28 @@ use super::super::local;
 use super::super::program::{Printed, defined, read};
 use super::{Emission, Names, identity};
 
-/// Accelerations in two stages.
+/// Accelerations, and corrections where there are constraints, in two stages.
 pub(super) struct Staged {
+    /// Steps that are computed once per model.
+    once: Vec<Step>,
     /// Nodes of the constants array.
     pub(super) constants: Vec<NodeId>,
     /// Pivots that the parameters alone decide: coordinate, Dᵢ, Mᵢᵢ.
     fixed: Vec<(usize, NodeId, NodeId)>,
     /// Pivots to check at every state.
     moving: Vec<(usize, NodeId, NodeId)>,
+}
+
+impl Staged {
+    /// Makes room for the constants of a further program.
+    fn join(&mut self, program: &Program) {
+        let known: BTreeSet<NodeId> = self.once.iter().flat_map(defined).collect();
+        let is_new = |step: &&Step| defined(step).iter().any(|id| !known.contains(id));
+        self.once.extend(program.hoisted.iter().filter(is_new));
+        let further: Vec<NodeId> =
+            program.constants.iter().copied().filter(|id| !self.constants.contains(id)).collect();
+        self.constants.extend(further);
+    }
 }
 
 impl Emission<'_> {
@@ -70,7 +84,11 @@ impl Emission<'_> {
         used.extend(moving.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
         let constants =
             program.constants.iter().copied().filter(|id| used.contains(id) && hoisted.contains(id)).collect();
-        Staged { constants, fixed, moving }
+        let mut staged = Staged { once: program.hoisted.clone(), constants, fixed, moving };
+        if let Some(correction) = self.constrained().and_then(|(_, programs)| programs.correction.as_ref()) {
+            staged.join(correction);
+        }
+        staged
     }
 
     /// `fn constants`.
@@ -79,7 +97,7 @@ impl Emission<'_> {
         let mut wanted = staged.constants.clone();
         wanted.extend(staged.fixed.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
         let hoisted = Program { name: "constants".to_owned(), ..program.clone() };
-        let Printed { functions, statements, results } = self.body(&[]).print(&hoisted, &program.hoisted, &wanted);
+        let Printed { functions, statements, results } = self.body(&[]).print(&hoisted, &staged.once, &wanted);
         let (constants, fixed) = results.split_at(staged.constants.len());
         let pivots: Vec<_> =
             staged.fixed.iter().zip(fixed.chunks(2)).map(|(p, v)| (p.0, v[0].clone(), v[1].clone())).collect();
