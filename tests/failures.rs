@@ -592,3 +592,64 @@ mod friction {
         }
     }
 }
+
+/// A driven slider-crank whose slider an input loads; the guide repeats the second row of the closure, so that the general solver is asked.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad, phi: rad, x: m)]
+#[inputs(load: N)]
+#[units(crank: m, rod: m, slider: kg, omega: rad / s)]
+#[nominal(crank = 0.1, rod = 0.3, omega = 10.0)]
+struct LoadedCrank {
+    crank: f64,
+    rod: f64,
+    slider: f64,
+    omega: f64,
+}
+
+#[dynamics]
+impl LoadedCrank {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.slider * q.x.dt().powi(2)
+    }
+    #[force]
+    fn push(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -q.load)
+    }
+    #[holonomic]
+    fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
+        let pin = self.crank * vec2(q.theta.cos(), q.theta.sin());
+        vec2(q.x, 0.0) - pin - self.rod * vec2(q.phi.cos(), -q.phi.sin())
+    }
+    #[holonomic]
+    #[redundant]
+    fn guide(&self, q: &Coordinates<Self>) -> Expr {
+        self.rod * q.phi.sin() - self.crank * q.theta.sin()
+    }
+    #[holonomic]
+    fn drive(&self, q: &Coordinates<Self>) -> Expr {
+        q.theta - self.omega * q.t
+    }
+}
+
+#[test]
+fn an_input_that_only_loads_a_driven_mechanism_is_asked_for_with_the_reactions_alone() {
+    let model = LoadedCrank { crank: 0.1, rod: 0.3, slider: 0.5, omega: 10.0 };
+    let start = model.state().x_guess(0.4).assemble().unwrap();
+    let motion = model.kinematics(start).until(1.0).run().unwrap_or_else(|e| panic!("{e}"));
+    // In closed form.
+    let (s, c) = 7.0_f64.sin_cos();
+    let root = (0.09 - 0.01 * s * s).sqrt();
+    assert!((motion.at(0.7).x() - (0.1 * c + root)).abs() < 1e-14);
+    let speed = -s - 0.1 * s * c / root;
+    assert!((motion.at(0.7).x_rate() - speed).abs() < 1e-12);
+    let error = motion.reaction_at("drive", 0.7).unwrap_err();
+    assert_eq!(error.to_string(), "the reactions depend on inputs, and `load` has no value; set it in the state");
+    assert_eq!(model.reactions(&motion.at(0.7)).unwrap_err(), SolveError::InputNotSet { input: "load" });
+
+    let loaded = model.state().x_guess(0.4).load(20.0).assemble().unwrap();
+    let motion = model.kinematics(loaded).until(1.0).run().unwrap_or_else(|e| panic!("{e}"));
+    let (drive, a) = (motion.reaction_at("drive", 0.7).unwrap()[0], motion.accelerations_at(0.7)[2]);
+    // The drive gives what the load takes and the slider gains.
+    assert!((drive * 10.0 - (0.5 * a + 20.0) * speed).abs() < 1e-11, "{drive}");
+}

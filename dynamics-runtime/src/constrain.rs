@@ -10,6 +10,7 @@ mod correct;
 mod embed;
 mod friction;
 mod gradients;
+pub(crate) mod held;
 mod impact;
 mod lu;
 #[cfg(feature = "alloc")]
@@ -30,11 +31,12 @@ pub use impact::{Impact, impact};
 pub use mechanism::{Mechanism, Reaction};
 pub use project::{Projection, project_positions, project_velocities};
 
+use held::holds;
 use memory::{Memory, max_abs};
 use system::{Miss, Names, Read, System};
 
 use crate::error::SolveError;
-use crate::model::{Constraints, ModelState, Modes, Route, Solved, Terms, Vector, Workspace};
+use crate::model::{Constraints, ModelState, Route, Solved, Terms, Vector, Workspace};
 
 pub mod assemble;
 pub(crate) mod involved;
@@ -250,14 +252,59 @@ fn general<M: Constraints>(
     if M::FRICTION {
         return friction::solve(model, state, more, false, workspace);
     }
+    general_with(model, state, more, true, workspace)
+}
+
+/// q̈ of a mechanism without freedom, where it follows from Φ_q q̈ = γ alone: inputs that only load it need no value.
+///
+/// # Errors
+/// As [`solve`].
+#[cfg(feature = "alloc")]
+pub(crate) fn solve_driven<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    state: &M::State,
+    workspace: &mut [f64],
+) -> Result<M::Vector, SolveError> {
+    match model.accelerate_unrolled(constants, state) {
+        Some(accelerations) if max_abs(accelerations.as_slice()).is_finite() => Ok(accelerations),
+        _ => Ok(general_with(model, state, None, false, workspace)?.accelerations),
+    }
+}
+
+/// That no multiplier is missing for want of an input.
+///
+/// # Errors
+/// [`SolveError::InputNotSet`], where one is not a number and an input is none.
+#[cfg(feature = "alloc")]
+pub(crate) fn check_inputs<M: Constraints>(state: &M::State, multipliers: &[f64]) -> Result<(), SolveError> {
+    let unset = || state.inputs().as_slice().iter().position(|x| x.is_nan());
+    match multipliers.iter().any(|x| x.is_nan()).then(unset).flatten() {
+        Some(input) => Err(SolveError::InputNotSet { input: M::INPUTS[input].name }),
+        None => Ok(()),
+    }
+}
+
+/// [`general`] without friction; Q counts as 0 unless `forces`.
+fn general_with<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    more: Option<&M::Rows>,
+    forces: bool,
+    workspace: &mut [f64],
+) -> Result<OutcomeOf<M>, SolveError> {
     let modes = state.modes();
     let active = |row: usize| holds::<M>(modes, row);
-    let Some(mut factored) = Factored::new(model, state, active, workspace)? else { return Ok(not_a_number()) };
+    let Some(mut factored) = Factored::new(model, state, active, forces, workspace)? else {
+        return Ok(not_a_number());
+    };
     if factored.system.vanished {
         // A row is zero: at a change point it may be, where constraints cross; where it always is, the constraint holds nothing. The check
         // works in the same memory.
         check_gradients(model, state, workspace)?;
-        let Some(again) = Factored::new(model, state, active, workspace)? else { return Ok(not_a_number()) };
+        let Some(again) = Factored::new(model, state, active, forces, workspace)? else {
+            return Ok(not_a_number());
+        };
         factored = again;
     }
     if let Some(more) = more {
@@ -284,7 +331,7 @@ pub(crate) fn check_unique<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<(), SolveError> {
     let modes = state.modes();
-    let factored = Factored::new(model, state, |row| holds::<M>(modes, row), workspace)?;
+    let factored = Factored::new(model, state, |row| holds::<M>(modes, row), true, workspace)?;
     match factored.is_none_or(|mut factored| factored.system.is_unique(row)) {
         true => Ok(()),
         false => Err(SolveError::ReactionNotUnique { row: names::<M>().row(row) }),
@@ -330,24 +377,16 @@ struct Factored<'w> {
 }
 
 impl<'w> Factored<'w> {
-    /// With the rows that `active` admits; `None` where M or Q is not finite.
+    /// With the rows that `active` admits. Where `forces` is not set Q is 0, whatever inputs that were not set make of it: for whoever brings
+    /// forces of their own, or none. `None` where M or Q is not finite.
     fn new<M: Constraints>(
         model: &M,
         state: &M::State,
         active: impl Fn(usize) -> bool,
+        forces: bool,
         workspace: &'w mut [f64],
     ) -> Result<Option<Self>, SolveError> {
-        Self::in_memory(model, state, active, true, Memory::new(workspace, M::Vector::LEN, M::Rows::LEN))
-    }
-
-    /// For whoever brings forces of their own, or none: Q is 0, whatever inputs that were not set make of it. `None` where M is not finite.
-    fn without_force<M: Constraints>(
-        model: &M,
-        state: &M::State,
-        active: impl Fn(usize) -> bool,
-        workspace: &'w mut [f64],
-    ) -> Result<Option<Self>, SolveError> {
-        Self::in_memory(model, state, active, false, Memory::new(workspace, M::Vector::LEN, M::Rows::LEN))
+        Self::in_memory(model, state, active, forces, Memory::new(workspace, M::Vector::LEN, M::Rows::LEN))
     }
 
     fn in_memory<M: Constraints>(
@@ -379,15 +418,6 @@ fn contradiction(miss: Miss, size: f64, slack: f64, system: &System<'_>, names: 
 
 fn names<M: Constraints>() -> Names {
     Names { rows: M::ROWS, coordinates: M::COORDINATES }
-}
-
-/// Whether the constraint of a row holds.
-fn holds<M: Constraints>(modes: Modes, row: usize) -> bool {
-    if modes.all_hold() {
-        return true;
-    }
-    let constraint = M::CONSTRAINTS.iter().find(|c| (c.first..c.first + c.rows).contains(&row));
-    constraint.and_then(|c| c.switched).is_none_or(|index| modes.holds(index))
 }
 
 /// M, Q (0 unless `forces`), Φ_q and γ at a state; `None` where M or Q is not finite, an error where Φ_q or γ is not.

@@ -102,6 +102,11 @@ pub enum SolveError {
         /// The row.
         row: &'static str,
     },
+    /// Reactions depend on inputs, and one was not set.
+    InputNotSet {
+        /// The input.
+        input: &'static str,
+    },
 }
 
 impl From<SingularMassMatrix> for SolveError {
@@ -135,6 +140,9 @@ impl fmt::Display for SolveError {
                 "{solutions} different reactions of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid \
                  model does not decide; make the contact compliant, or end the motion before"
             ),
+            Self::InputNotSet { input } => {
+                write!(f, "the reactions depend on inputs, and `{input}` has no value; set it in the state")
+            }
             Self::ImpactUndecided { row } => write!(
                 f,
                 "no impulses of `{row}` and the contacts that hit with it push all of them apart; contacts that repeat each other cannot \

@@ -123,14 +123,14 @@ impl<M: Simulate + Constraints> KinematicsError<M> {
     /// The motion up to where the analysis stopped; `None` where nothing moved.
     #[must_use]
     pub fn motion<'m>(&self, model: &'m M) -> Option<KinematicMotion<'m, M>> {
-        (**self.reached.as_ref()?).clone().into_motion(model)
+        Some((**self.reached.as_ref()?).clone().into_motion(model, model.constants().ok()?))
     }
 }
 
 impl<M: Simulate + Constraints> Reached<M> {
-    fn into_motion(self, model: &M) -> Option<KinematicMotion<'_, M>> {
-        let motion = Motion::of_positions(model, self.states, self.every, self.summary.counts())?;
-        Some(KinematicMotion { motion, summary: self.summary })
+    fn into_motion(self, model: &M, constants: M::Constants) -> KinematicMotion<'_, M> {
+        let motion = Motion::of_positions(model, constants, self.states, self.every, self.summary.counts());
+        KinematicMotion { motion, summary: self.summary }
     }
 }
 
@@ -191,10 +191,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let result = path.follow();
         let reached = path.reached(every);
         match result {
-            Ok(()) => {
-                let refused = refused(Kind::NoContinuation { row: "", residual: f64::NAN });
-                reached.into_motion(self.model).ok_or(refused)
-            }
+            Ok(()) => Ok(reached.into_motion(self.model, constants)),
             Err(Stop { kind, state }) => {
                 Err(KinematicsError { kind, time: state.t(), state: Box::new(state), reached: Some(Box::new(reached)) })
             }
@@ -242,7 +239,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let mut resting = self.guess;
         *resting.u_mut() = M::Vector::zeros();
         // Positions first: whether velocities exist is another question.
-        let rows: Vec<usize> = constrain::assemble::active_rows::<M>(resting.modes(), true).collect();
+        let rows: Vec<usize> = constrain::held::active_rows::<M>(resting.modes(), true).collect();
         let placed = constrain::assemble::positions_of(self.model, resting, &none).map_err(Kind::Start)?;
         let measure = Measure { rows, weights: frame::weights(self.model, &placed) };
         let frame = self.frame(&measure, &placed)?;

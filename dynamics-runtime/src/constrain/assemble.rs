@@ -16,6 +16,7 @@ mod room;
 mod velocities;
 
 use super::gradients::vanishing_row;
+use super::held::active_rows;
 use super::memory::norm;
 use super::{Gradients, distance, with_workspace};
 use crate::error::StateError;
@@ -149,22 +150,6 @@ pub(crate) fn positions_of<M: Constraints>(
         refuse::<M>(vanishing_row(model, &state, memory))
     })?;
     Ok(state)
-}
-
-/// The constraints that hold; the holonomic ones alone where `holonomic`.
-pub(crate) fn active<M: Constraints>(
-    modes: Modes,
-    holonomic: bool,
-) -> impl Iterator<Item = &'static Constraint> + Clone {
-    M::CONSTRAINTS.iter().filter(move |c| {
-        let right_kind = !holonomic || c.kind == ConstraintKind::Holonomic;
-        right_kind && c.switched.is_none_or(|index| modes.holds(index))
-    })
-}
-
-/// The rows of [`active`].
-pub(crate) fn active_rows<M: Constraints>(modes: Modes, holonomic: bool) -> impl Iterator<Item = usize> + Clone {
-    active::<M>(modes, holonomic).flat_map(|c| c.first..c.first + c.rows)
 }
 
 /// The row with the largest distance |value| / ‖Φ_q row‖, if that is above the tolerance against `size`.

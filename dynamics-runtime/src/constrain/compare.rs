@@ -2,11 +2,11 @@
 //!
 //! | formulation | solves | needs |
 //! |---|---|---|
-//! | null space | ZᵀMZ, complete orthogonal decomposition | M positive definite on the null space |
-//! | generated code | the order of elimination found at compile time | that it exists, all constraints hold |
-//! | augmented | [M −Φ_qᵀ; Φ_q 0] by LU with full pivoting | independent rows |
-//! | range space | Φ_q M⁻¹ Φ_qᵀ λ = γ − Φ_q M⁻¹ Q by Cholesky, twice | M positive definite, independent rows |
-//! | partitioned | dependent accelerations eliminated, Φ_D by LU | the same as null space |
+//! | general solver (null space) | ZᵀMZ, complete orthogonal decomposition | M positive definite on the null space |
+//! | generated code (order) | the order of elimination found at compile time | that it exists, all constraints hold |
+//! | augmented matrix by LU | [M −Φ_qᵀ; Φ_q 0] at once, with full pivoting | independent rows |
+//! | range space by Cholesky | Φ_q M⁻¹ Φ_qᵀ λ = γ − Φ_q M⁻¹ Q | M positive definite, independent rows |
+//! | partition by LU | dependent accelerations eliminated by Φ_D | the same as null space |
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -100,16 +100,16 @@ pub(super) fn compare<M: Constraints>(
         formulations.push(Formulated { name, solved, accelerations, reactions });
     };
     let Outcome { accelerations, multipliers, .. } = reference;
-    add("null space".to_string(), Ok(Solved { accelerations, multipliers }));
+    add("general solver (null space)".to_string(), Ok(Solved { accelerations, multipliers }));
     let name = match M::ROUTE {
         Route::Unrolled { elimination } => alloc::format!("generated code ({elimination})"),
         _ => "generated code".to_string(),
     };
     add(name, unrolled(model, constants, state));
-    add("augmented".to_string(), dense.augmented::<M>());
-    add("range space".to_string(), dense.range_space::<M>());
+    add("augmented matrix by LU".to_string(), dense.augmented::<M>());
+    add("range space by Cholesky".to_string(), dense.range_space::<M>());
     let embedding = with_workspace::<M, _>(|workspace| Embedding::new(model, state, workspace))?;
-    add("partitioned".to_string(), dense.partitioned(&embedding));
+    add("partition by LU".to_string(), dense.partitioned(&embedding));
     let found = reference.diagnosis.map_or((0, 0), |d| (d.rank, d.active));
     Ok(Comparison { formulations, unique: reference.unique(), rank: found })
 }

@@ -1,15 +1,16 @@
 //! Corrections that constraints call for: Baumgarte's terms, and what projections and impacts are made of.
 
-use super::{Accelerated, Factored, OutcomeOf, SolvedOf, accelerate, general, holds, not_a_number};
+use super::memory::add;
+use super::{Accelerated, Factored, accelerate, general, holds};
 use crate::error::SolveError;
-use crate::model::{Constraints, ModelState, Solved, Vector};
+use crate::model::{Constraints, Model, ModelState, Vector};
 
 /// δ with M δ = Φ_qᵀ μ for some μ, Φ_q δ = `right`: the change of least M-norm that the constraints can make.
 ///
 /// Where constraints repeat each other, `right` is met as well as it can be, by least squares: whoever corrects says what is left over.
 ///
 /// # Errors
-/// As [`solve`], without contradictions.
+/// As [`super::solve`], without contradictions.
 pub fn correct<M: Constraints>(
     model: &M,
     constants: &M::Constants,
@@ -21,26 +22,51 @@ pub fn correct<M: Constraints>(
         return Ok(delta);
     }
     let modes = state.modes();
-    let solved = correct_rows(model, state, right, |row| holds::<M>(modes, row), workspace)?;
-    Ok(solved.accelerations)
+    let correction = correct_rows(model, state, right, |row| holds::<M>(modes, row), workspace)?;
+    Ok(correction.change)
 }
 
-/// [`correct`] by the general solver, for the rows that `active` admits: δ and μ, in the places of accelerations and multipliers.
+/// A change of coordinates or velocities that the constraints make, and what they take to make it.
+pub(super) struct Correction<V, R> {
+    /// δ.
+    pub(super) change: V,
+    /// μ with M δ = Φ_qᵀ μ: impulses, where velocities change.
+    pub(super) impulses: R,
+}
+
+/// A correction of a model.
+pub(super) type CorrectionOf<M> = Correction<<M as Model>::Vector, <M as Constraints>::Rows>;
+
+impl<V: Vector, R: Vector> Correction<V, R> {
+    pub(super) fn none() -> Self {
+        Self { change: V::zeros(), impulses: R::zeros() }
+    }
+
+    /// Where M is not finite.
+    pub(super) fn not_a_number() -> Self {
+        let mut correction = Self::none();
+        correction.change.as_mut_slice().fill(f64::NAN);
+        correction.impulses.as_mut_slice().fill(f64::NAN);
+        correction
+    }
+}
+
+/// [`correct`] by the general solver, for the rows that `active` admits.
 pub(super) fn correct_rows<M: Constraints>(
     model: &M,
     state: &M::State,
     right: &M::Rows,
     active: impl Fn(usize) -> bool,
     workspace: &mut [f64],
-) -> Result<SolvedOf<M>, SolveError> {
-    let Some(mut factored) = Factored::without_force(model, state, active, workspace)? else {
-        let outcome: OutcomeOf<M> = not_a_number();
-        return Ok(Solved { accelerations: outcome.accelerations, multipliers: outcome.multipliers });
+) -> Result<CorrectionOf<M>, SolveError> {
+    let Some(mut factored) = Factored::new(model, state, active, false, workspace)? else {
+        return Ok(Correction::not_a_number());
     };
-    let mut solved = Solved { accelerations: M::Vector::zeros(), multipliers: M::Rows::zeros() };
-    let (delta, mu) = (solved.accelerations.as_mut_slice(), solved.multipliers.as_mut_slice());
-    let _left_over = factored.system.solve(factored.force, right.as_slice(), delta, mu);
-    Ok(solved)
+    let mut correction = Correction::none();
+    let Correction { change, impulses }: &mut CorrectionOf<M> = &mut correction;
+    let _left_over =
+        factored.system.solve(factored.force, right.as_slice(), change.as_mut_slice(), impulses.as_mut_slice());
+    Ok(correction)
 }
 
 /// q̈ with Baumgarte's stabilisation: Φ_q q̈ = γ − 2αΦ̇ − β²Φ; for rows A q̇ + b, which have no Φ, γ − 2α(A q̇ + b).
@@ -50,7 +76,7 @@ pub(super) fn correct_rows<M: Constraints>(
 /// bears. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1–16.
 ///
 /// # Errors
-/// As [`solve`].
+/// As [`super::solve`].
 pub fn solve_baumgarte<M: Constraints>(
     model: &M,
     constants: &M::Constants,
@@ -71,8 +97,6 @@ pub fn solve_baumgarte<M: Constraints>(
     let Some((mut accelerations, more)) = unrolled.zip(model.correct_unrolled(constants, state, &right)) else {
         return general(model, state, Some(&right), workspace).map(Accelerated::from);
     };
-    for (a, more) in accelerations.as_mut_slice().iter_mut().zip(more.as_slice()) {
-        *a += more;
-    }
+    add(accelerations.as_mut_slice(), more.as_slice());
     Ok(Accelerated { accelerations, diagnosis: None })
 }

@@ -1,6 +1,7 @@
 //! Gradients of the constraints at a state, distances from them, and whether they are good for something.
 
-use super::assemble::{active_rows, beside, beside_on_constraints};
+use super::assemble::{beside, beside_on_constraints};
+use super::held::active_rows;
 use super::memory::{Memory, max_abs, norm, swap_rows};
 use super::names;
 use crate::error::SolveError;

@@ -6,11 +6,11 @@
 //! closes again during restitution is compressed once more. The complementarity problems are solved by principal pivoting (Murty,
 //! Opsearch 11, 1974). Friction takes no part. Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), §8.
 
-use super::correct::correct_rows;
-use super::memory::max_abs;
-use super::{Factored, SolvedOf, holds, names};
+use super::correct::{Correction, CorrectionOf, correct_rows};
+use super::memory::{add, add_scaled, dot, max_abs};
+use super::{Factored, Gradients, holds, names};
 use crate::error::SolveError;
-use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Solved, Vector};
+use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Vector};
 
 /// Most changes of sides; three contacts take at most eight.
 const ROUNDS: usize = 256;
@@ -47,14 +47,14 @@ pub fn impact<M: Constraints>(
             returned[row] = set.hit(row).map_or(0.0, |at| hits[at].1 * impulses[row]);
         }
         let kick = set.kick(model, &after, &returned, workspace)?;
-        add(after.u_mut().as_mut_slice(), kick.accelerations.as_slice());
+        add(after.u_mut().as_mut_slice(), kick.change.as_slice());
         add(impulses.as_mut_slice(), returned.as_slice());
-        add(impulses.as_mut_slice(), kick.multipliers.as_slice());
+        add(impulses.as_mut_slice(), kick.impulses.as_slice());
         let (settled, more) = set.compress(model, &after, workspace)?;
         after = settled;
         add(impulses.as_mut_slice(), more.as_slice());
     }
-    let energy_lost = lost(model, state, &after, &impulses);
+    let energy_lost = lost(model, state, &after, &impulses, workspace);
     *state = after;
     Ok(Impact { impulses, energy_lost })
 }
@@ -89,16 +89,16 @@ impl<M: Constraints> Set<'_, M> {
         // Murty's rule: the first contact that pulls or closes changes sides. It ends, for contacts that do not repeat each other, and after a
         // few rounds as a rule.
         for _ in 0..ROUNDS {
-            let solved = correct_rows(model, state, &self.right(), |row| self.acts(row), workspace)?;
+            let correction = correct_rows(model, state, &self.right(), |row| self.acts(row), workspace)?;
             let mut after = *state;
-            add(after.u_mut().as_mut_slice(), solved.accelerations.as_slice());
+            add(after.u_mut().as_mut_slice(), correction.change.as_slice());
             let velocities = model.velocity_residual(&after);
-            if let Some(wrong) = self.first_wrong(&solved.multipliers, &velocities) {
+            if let Some(wrong) = self.first_wrong(&correction.impulses, &velocities) {
                 self.out ^= 1 << wrong;
                 continue;
             }
-            self.check(model, &after, &velocities)?;
-            return Ok((after, solved.multipliers));
+            self.check(model, &after, &velocities, workspace)?;
+            return Ok((after, correction.impulses));
         }
         let row = self.hits.first().map_or(0, |(at, _)| M::CONSTRAINTS[*at].first);
         Err(SolveError::ImpactUndecided { row: names::<M>().row(row) })
@@ -111,21 +111,22 @@ impl<M: Constraints> Set<'_, M> {
         state: &M::State,
         impulses: &M::Rows,
         workspace: &mut [f64],
-    ) -> Result<SolvedOf<M>, SolveError> {
+    ) -> Result<CorrectionOf<M>, SolveError> {
         let held = |row: usize| self.hit(row).is_none_or(|at| self.stays(at)) && self.may_act(row);
-        let mut solved = Solved { accelerations: M::Vector::zeros(), multipliers: M::Rows::zeros() };
-        let Some(mut factored) = Factored::without_force(model, state, held, workspace)? else {
-            solved.accelerations.as_mut_slice().fill(f64::NAN);
-            return Ok(solved);
-        };
-        let jacobian = model.jacobian(state);
-        for (j, force) in factored.force.iter_mut().enumerate() {
-            *force = (0..M::Rows::LEN).map(|row| jacobian[(row, j)] * impulses[row]).sum();
+        let mut force = M::Vector::zeros();
+        let gradients = Gradients::of(model, state, workspace);
+        for (row, impulse) in impulses.as_slice().iter().enumerate() {
+            add_scaled(force.as_mut_slice(), *impulse, gradients.row(row));
         }
+        let Some(mut factored) = Factored::new(model, state, held, false, workspace)? else {
+            return Ok(Correction::not_a_number());
+        };
+        factored.force.copy_from_slice(force.as_slice());
         factored.gamma.fill(0.0);
-        let (change, reaction) = (solved.accelerations.as_mut_slice(), solved.multipliers.as_mut_slice());
-        factored.system.solve(factored.force, factored.gamma, change, reaction);
-        Ok(solved)
+        let mut correction = Correction::none();
+        let Correction { change, impulses }: &mut CorrectionOf<M> = &mut correction;
+        factored.system.solve(factored.force, factored.gamma, change.as_mut_slice(), impulses.as_mut_slice());
+        Ok(correction)
     }
 
     /// The side to which a contact pushes; `None` where the constraint is no contact.
@@ -190,14 +191,18 @@ impl<M: Constraints> Set<'_, M> {
     }
 
     /// Rows that act have come to rest.
-    fn check(&self, model: &M, after: &M::State, velocities: &M::Rows) -> Result<(), SolveError> {
-        let jacobian = model.jacobian(after);
+    fn check(
+        &self,
+        model: &M,
+        after: &M::State,
+        velocities: &M::Rows,
+        workspace: &mut [f64],
+    ) -> Result<(), SolveError> {
+        let gradients = Gradients::of(model, after, workspace);
         let size = max_abs(after.u().as_slice());
         for row in (0..M::Rows::LEN).filter(|row| self.acts(*row)) {
-            let residual = velocities[row];
-            let square: f64 = (0..M::Vector::LEN).map(|j| jacobian[(row, j)] * jacobian[(row, j)]).sum();
-            let distance = residual.abs() / crate::math::sqrt(square);
-            if residual != 0.0 && (distance.is_nan() || distance > 1e-9 * (1.0 + size)) {
+            let (residual, distance) = (velocities[row], gradients.distance(row, velocities[row]));
+            if distance.is_nan() || distance > 1e-9 * (1.0 + size) {
                 let (what, row) = ("velocities", names::<M>().row(row));
                 return Err(SolveError::OffConstraint { what, row, residual, distance });
             }
@@ -207,16 +212,16 @@ impl<M: Constraints> Set<'_, M> {
 }
 
 /// −½ Λᵀ Φ_q (q̇⁺ + q̇⁻).
-fn lost<M: Constraints>(model: &M, before: &M::State, after: &M::State, impulses: &M::Rows) -> f64 {
-    let jacobian = model.jacobian(before);
+fn lost<M: Constraints>(
+    model: &M,
+    before: &M::State,
+    after: &M::State,
+    impulses: &M::Rows,
+    workspace: &mut [f64],
+) -> f64 {
+    let gradients = Gradients::of(model, before, workspace);
+    let mut sum = *before.u();
+    add(sum.as_mut_slice(), after.u().as_slice());
     let rows = impulses.as_slice().iter().enumerate().filter(|(_, x)| **x != 0.0);
-    let work = |(row, impulse): (usize, &f64)| {
-        let rates = (0..M::Vector::LEN).map(|j| jacobian[(row, j)] * (before.u()[j] + after.u()[j]));
-        0.5 * impulse * rates.sum::<f64>()
-    };
-    -rows.map(work).sum::<f64>()
-}
-
-fn add(to: &mut [f64], more: &[f64]) {
-    to.iter_mut().zip(more).for_each(|(to, more)| *to += more);
+    -rows.map(|(row, impulse)| 0.5 * impulse * dot(gradients.row(row), sum.as_slice())).sum::<f64>()
 }

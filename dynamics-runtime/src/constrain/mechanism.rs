@@ -3,7 +3,8 @@
 use alloc::vec::Vec;
 
 use super::compare::{Comparison, compare};
-use super::{Embedding, Factored, holds, solve_once, with_workspace};
+use super::memory::add_scaled;
+use super::{Embedding, Factored, Gradients, check_inputs, holds, solve_once, with_workspace};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
 
@@ -27,9 +28,11 @@ pub trait Mechanism: Constraints {
     ///
     /// # Errors
     /// No mass matrix on the motions that the constraints leave, contradictory constraints, constraints that are not finite, friction
-    /// without a solution.
+    /// without a solution, an input that they depend on and that was not set.
     fn multipliers(&self, state: &Self::State) -> Result<Self::Rows, SolveError> {
-        Ok(solve_once(self, &self.constants()?, state)?.multipliers)
+        let multipliers = solve_once(self, &self.constants()?, state)?.multipliers;
+        check_inputs::<Self>(state, multipliers.as_slice())?;
+        Ok(multipliers)
     }
 
     /// What each constraint does, in the order of declaration, the holonomic ones first.
@@ -38,22 +41,24 @@ pub trait Mechanism: Constraints {
     /// As [`Mechanism::multipliers`].
     fn reactions(&self, state: &Self::State) -> Result<Vec<Reaction<Self::Vector>>, SolveError> {
         let multipliers = Mechanism::multipliers(self, state)?;
-        let jacobian = self.jacobian(state);
         let unique = unique_rows(self, state)?;
-        let reaction = |constraint: &crate::model::Constraint| {
-            let rows = constraint.first..constraint.first + constraint.rows;
-            let mut generalized_force = Self::Vector::zeros();
-            for j in 0..Self::Vector::LEN {
-                generalized_force[j] = rows.clone().map(|row| jacobian[(row, j)] * multipliers[row]).sum();
-            }
-            Reaction {
-                name: constraint.name,
-                multipliers: multipliers.as_slice()[rows.clone()].to_vec(),
-                generalized_force,
-                unique: unique[rows].iter().all(|x| *x),
-            }
-        };
-        Ok(Self::CONSTRAINTS.iter().map(reaction).collect())
+        Ok(with_workspace::<Self, _>(|workspace| {
+            let gradients = Gradients::of(self, state, workspace);
+            let reaction = |constraint: &crate::model::Constraint| {
+                let rows = constraint.first..constraint.first + constraint.rows;
+                let mut generalized_force = Self::Vector::zeros();
+                for row in rows.clone() {
+                    add_scaled(generalized_force.as_mut_slice(), multipliers[row], gradients.row(row));
+                }
+                Reaction {
+                    name: constraint.name,
+                    multipliers: multipliers.as_slice()[rows.clone()].to_vec(),
+                    generalized_force,
+                    unique: unique[rows].iter().all(|x| *x),
+                }
+            };
+            Self::CONSTRAINTS.iter().map(reaction).collect()
+        }))
     }
 
     /// Coordinates less independent constraints that hold at a state: the dimension of the admissible velocities.
@@ -69,7 +74,7 @@ pub trait Mechanism: Constraints {
     ///
     /// ```text
     /// formulation                       accelerations  reactions
-    /// null space                        reference      reference
+    /// general solver (null space)       reference      reference
     /// generated code (minimum degree)   2.2e-16        1.1e-16
     /// ```
     ///
@@ -86,7 +91,7 @@ impl<M: Constraints> Mechanism for M {}
 fn unique_rows<M: Constraints>(model: &M, state: &M::State) -> Result<Vec<bool>, SolveError> {
     let modes = state.modes();
     with_workspace::<M, _>(|workspace| {
-        let Some(mut factored) = Factored::without_force(model, state, |row| holds::<M>(modes, row), workspace)? else {
+        let Some(mut factored) = Factored::new(model, state, |row| holds::<M>(modes, row), false, workspace)? else {
             return Ok(alloc::vec![false; M::Rows::LEN]);
         };
         Ok((0..M::Rows::LEN).map(|row| factored.system.is_unique(row)).collect())

@@ -63,6 +63,12 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// y + x, in place.
+#[inline]
+pub(crate) fn add(y: &mut [f64], x: &[f64]) {
+    y.iter_mut().zip(x).for_each(|(y, x)| *y += x);
+}
+
 /// y + c x, in place.
 #[inline]
 pub(crate) fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {

@@ -6,6 +6,7 @@
 //! Solving ODEs II, §VII.2. Converges quadratically from what a step leaves behind: one correction as a rule.
 
 use super::correct::correct_rows;
+use super::memory::{add, max_abs, norm};
 use super::{Gradients, holds, names};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
@@ -31,7 +32,7 @@ pub struct Projection {
 
 impl Projection {
     fn note(&mut self, correction: &[f64], residual: f64) {
-        self.sensitivity = self.sensitivity.max(super::memory::max_abs(correction) / residual);
+        self.sensitivity = self.sensitivity.max(max_abs(correction) / residual);
     }
 }
 
@@ -144,7 +145,7 @@ fn correction<M: Constraints>(
     let (modes, positional) = (state.modes(), M::Residual::LEN);
     // Positions are not bound by rows that restrict velocities.
     let active = |row: usize| holds::<M>(modes, row) && (!positions || row < positional);
-    correct_rows(model, state, right, active, workspace).map(|solved| solved.accelerations)
+    correct_rows(model, state, right, active, workspace).map(|correction| correction.change)
 }
 
 /// −Φ, and 0 for rows without Φ or released.
@@ -184,7 +185,7 @@ pub(super) fn admit<M: Constraints>(
 ) -> Result<(), SolveError> {
     let (_, _, distance) = worst(model, state, what, workspace)?;
     let at = if what == "positions" { state.q() } else { state.u() };
-    let admissible = ADMISSIBLE * (1.0 + super::memory::max_abs(at.as_slice()));
+    let admissible = ADMISSIBLE * (1.0 + max_abs(at.as_slice()));
     if distance <= admissible { Ok(()) } else { Err(off(model, state, what, workspace)) }
 }
 
@@ -222,13 +223,13 @@ fn off<M: Constraints>(model: &M, state: &M::State, what: &'static str, workspac
 fn vanishing<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> SolveError {
     let gradients = Gradients::of(model, state, workspace);
     let rows = (0..M::Residual::LEN).filter(|row| holds::<M>(state.modes(), *row));
-    let lengths = rows.map(|row| (row, super::memory::norm(gradients.row(row))));
+    let lengths = rows.map(|row| (row, norm(gradients.row(row))));
     let least = lengths.fold((0, f64::INFINITY), |least, next| if next.1 < least.1 { next } else { least });
     SolveError::VanishingGradient { row: names::<M>().row(least.0) }
 }
 
 fn size<V: Vector>(x: &V) -> f64 {
-    super::memory::max_abs(x.as_slice())
+    max_abs(x.as_slice())
 }
 
 /// max |δ|/(1 + |x|).
@@ -238,8 +239,4 @@ fn relative(delta: &[f64], x: &[f64]) -> f64 {
 
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |most, (a, b)| crate::math::max(most, (a - b).abs() / (1.0 + b.abs())))
-}
-
-fn add(to: &mut [f64], more: &[f64]) {
-    to.iter_mut().zip(more).for_each(|(to, more)| *to += more);
 }

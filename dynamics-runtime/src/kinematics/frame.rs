@@ -3,7 +3,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::constrain::assemble::active;
+use crate::constrain::held::active;
 use crate::constrain::svd::Svd;
 use crate::math;
 use crate::model::{Constraints, ModelState};

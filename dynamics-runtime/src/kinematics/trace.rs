@@ -71,14 +71,14 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         negate(&mut right);
         let change = constrain::correct(self.model, self.constants, &state, &right, &mut self.workspace)?;
         add(state.u_mut(), 1.0, &change);
-        let solved = constrain::solve(self.model, self.constants, &state, &mut self.workspace)?;
+        let accelerations = constrain::solve_driven(self.model, self.constants, &state, &mut self.workspace)?;
         let not_finite = |row: usize| Kind::Solve(SolveError::ConstraintNotFinite { row: M::ROWS[row].name });
         let frame = match before {
             Some(before) => before.next(&self.measure, self.model, &state),
             None => Frame::new(&self.measure, self.model, &state),
         };
         let frame = frame.map_err(not_finite)?;
-        Ok(Point { state, accelerations: solved.accelerations, frame })
+        Ok(Point { state, accelerations, frame })
     }
 
     /// Taylor's prediction at another time.

@@ -5,7 +5,8 @@ use alloc::vec::Vec;
 
 use super::query::Motion;
 use super::simulate::Simulate;
-use crate::model::{Constraints, ModelState, Vector};
+use crate::constrain::held::active_rows;
+use crate::model::{ModelState, Vector};
 
 /// What became of one row of the constraints over the accepted states at which it held, in the row's own units.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +41,7 @@ impl<M: Simulate> Motion<'_, M> {
         }
         for state in self.steps() {
             let (position, velocity) = (self.model().residual(&state), self.model().velocity_residual(&state));
-            for row in rows_that_hold::<M>(&state) {
+            for row in active_rows::<M>(state.modes(), false) {
                 let drift = &mut drifts[row];
                 let of_position = if row < M::Residual::LEN { position[row].abs() } else { 0.0 };
                 let of_velocity = velocity[row].abs();
@@ -58,13 +59,6 @@ impl<M: Simulate> Motion<'_, M> {
         }
         drifts
     }
-}
-
-/// Rows of the constraints that hold at a state.
-pub(super) fn rows_that_hold<M: Constraints>(state: &M::State) -> impl Iterator<Item = usize> + use<M> {
-    let modes = state.modes();
-    let holding = move |c: &&crate::model::Constraint| c.switched.is_none_or(|index| modes.holds(index));
-    M::CONSTRAINTS.iter().filter(holding).flat_map(|c| c.first..c.first + c.rows)
 }
 
 /// A value that is not a number is worse than any.

@@ -22,14 +22,14 @@ const GAUSS: [(f64, f64); 5] = [
 ];
 
 impl<'m, M: Simulate> Motion<'m, M> {
-    /// From the states that were solved, in order and at least one, with their accelerations. `None` where the model has no constants.
+    /// From the states that were solved, in order and at least one, with their accelerations.
     pub(crate) fn of_positions(
         model: &'m M,
+        constants: M::Constants,
         states: Vec<(M::State, M::Vector)>,
         interval: Option<f64>,
         counts: Counts,
-    ) -> Option<Self> {
-        let constants = model.constants().ok()?;
+    ) -> Self {
         let times: Vec<f64> = states.iter().map(|(state, _)| state.t()).collect();
         let step = |i: usize| times.get(i + 1).map_or(0.0, |next| next - times[i]);
         let record = |(i, (state, accelerations))| Record { state, accelerations, h: step(i) };
@@ -49,7 +49,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             upkept: Upkept::default(),
             consistent: true,
         };
-        Some(Self::new(model, constants, None, trajectory))
+        Self::new(model, constants, None, trajectory)
     }
 
     /// Sums the works of the step that leaves a record by Gauss–Legendre quadrature: states between are solved, so that no stages are known.

@@ -190,7 +190,9 @@ impl<'m, M: Simulate> Motion<'m, M> {
         };
         let solved = constrain::solve_once(self.model, &self.constants, state).map_err(MotionError::Solve)?;
         let rows = constraint.first..constraint.first + constraint.rows;
-        Ok(solved.multipliers.as_slice()[rows].to_vec())
+        let multipliers = &solved.multipliers.as_slice()[rows];
+        constrain::check_inputs::<M>(state, multipliers).map_err(MotionError::Solve)?;
+        Ok(multipliers.to_vec())
     }
 
     /// Energy function E = q̇·∂L/∂q̇ − L at time t; NaN outside the motion.

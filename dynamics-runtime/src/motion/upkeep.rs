@@ -4,10 +4,10 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::conditioning::Conditioning;
-use super::drift::rows_that_hold;
 use super::formulation::Formulation;
 use super::guard::Contact;
 use crate::constrain::assemble::CONSISTENT;
+use crate::constrain::held::active_rows;
 use crate::constrain::{self, Diagnosis, Embedding, Gradients};
 use crate::error::{SolveError, StateError};
 use crate::integrate::{Phase, Tolerances, zip};
@@ -149,7 +149,7 @@ impl<M: Constraints> Upkeep<M> {
         let permitted = |values: &M::Vector| tolerances.absolute + tolerances.relative * largest(values.as_slice());
         let (of_q, of_u) = (permitted(state.q()), permitted(state.u()));
         let distances = Distances::of(model, state, &mut self.workspace);
-        rows_that_hold::<M>(state).fold(0.0f64, |worst, row| {
+        active_rows::<M>(state.modes(), false).fold(0.0f64, |worst, row| {
             let of_row = |residual: f64, permitted: f64| distances.along(row, residual) / permitted;
             let at = if row < M::Residual::LEN { of_row(position[row], of_q) } else { 0.0 };
             worst.max(at).max(of_row(velocity[row], of_u))
@@ -304,7 +304,7 @@ impl<M: Constraints> Upkeep<M> {
             let row = M::ROWS[row].name;
             (distance.is_nan() || distance > limit).then_some(Drifted { what, row, residual, distance, limit })
         };
-        rows_that_hold::<M>(state).find_map(|row| {
+        active_rows::<M>(state.modes(), false).find_map(|row| {
             let position = (row < M::Residual::LEN).then(|| position[row]);
             position
                 .and_then(|position| drifted("positions", row, position, of_positions))

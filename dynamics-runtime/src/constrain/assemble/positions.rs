@@ -1,8 +1,9 @@
 //! Positions that fulfil the holonomic constraints: damped Gauss–Newton, then the closest approach, then what is wrong.
 
 use super::room::{self, Room, moved};
-use super::{ASSEMBLED, active_rows, size, worst};
+use super::{ASSEMBLED, Violation, size, worst};
 use crate::constrain::Involved;
+use crate::constrain::held::active_rows;
 use crate::constrain::memory::norm;
 use crate::error::StateError;
 use crate::math;
@@ -34,7 +35,7 @@ pub(super) fn solve<M: Constraints>(
     room.weigh();
     let mut search = Search { model, given, room };
     search.newton(state)?;
-    if search.holds(state)? {
+    if search.missed(state)?.is_none() {
         return Ok(());
     }
     *state = guess;
@@ -42,11 +43,15 @@ pub(super) fn solve<M: Constraints>(
     search.descend(state, MOST_DESCENTS)?;
     let mut polished = *state;
     search.newton(&mut polished)?;
-    if search.holds(&polished)? {
+    if search.missed(&polished)?.is_none() {
         *state = polished;
         return Ok(());
     }
-    Err(search.diagnose(&guess, state)?)
+    match search.missed(state)? {
+        Some(missed) => Err(search.diagnose(&guess, state, &missed)?),
+        // The closest approach is a solution.
+        None => Ok(()),
+    }
 }
 
 struct Search<'s, 'w, M> {
@@ -56,11 +61,12 @@ struct Search<'s, 'w, M> {
 }
 
 impl<M: Constraints> Search<'_, '_, M> {
-    fn holds(&mut self, state: &M::State) -> Result<bool, StateError> {
+    /// The row that is missed most, if the constraints are missed.
+    fn missed(&mut self, state: &M::State) -> Result<Option<Violation>, StateError> {
         let values = self.model.residual(state);
         let tolerance = ASSEMBLED * size(state.q().as_slice());
         self.room.evaluate(self.model, state);
-        Ok(worst::<M>(state.modes(), true, values.as_slice(), self.room.jacobian, tolerance)?.is_none())
+        worst::<M>(state.modes(), true, values.as_slice(), self.room.jacobian, tolerance)
     }
 
     fn linearise(&mut self, state: &M::State) -> Result<(), StateError> {
@@ -172,15 +178,11 @@ impl<M: Constraints> Search<'_, '_, M> {
     }
 
     /// Says what keeps the constraints from closing at the closest approach.
-    fn diagnose(&mut self, guess: &M::State, state: &M::State) -> Result<StateError, StateError> {
+    fn diagnose(&mut self, guess: &M::State, state: &M::State, missed: &Violation) -> Result<StateError, StateError> {
         // In the scales in which this is the closest approach.
         self.linearise(guess)?;
         self.relinearise(state);
         let length = self.load(state)?;
-        let values = self.model.residual(state);
-        let missed = worst::<M>(state.modes(), true, values.as_slice(), self.room.jacobian, 0.0)?;
-        // `worst` at tolerance 0 finds nothing only where everything holds exactly, which `holds` has denied.
-        let Some(missed) = missed else { return Ok(StateError::ConstraintNotFinite { row: M::ROWS[0].name }) };
         let (row, residual, distance) = (M::ROWS[missed.row].name, missed.residual, missed.distance);
         if let Some(coordinates) = self.branches(state, length)? {
             return Ok(StateError::SingularGuess { row, residual, coordinates });

@@ -1,12 +1,11 @@
 //! Memory of the assembly, and the linearised constraints in it.
 
+use crate::constrain::held::{active, active_rows};
 use crate::constrain::memory::norm;
 use crate::constrain::svd::Svd;
 use crate::error::StateError;
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Terms, Vector};
-
-use super::{active, active_rows};
 
 /// Weights are kept above this part of the largest one, so that a heavy flywheel leaves the rank of the rest to be seen.
 const LEAST_WEIGHT: f64 = 1e-4;

@@ -1,8 +1,9 @@
 //! Velocities of least kinetic energy that fulfil the constraints.
 
 use super::room::{Room, free, shift};
-use super::{ASSEMBLED, active_rows, size, worst};
+use super::{ASSEMBLED, size, worst};
 use crate::constrain::Involved;
+use crate::constrain::held::active_rows;
 use crate::constrain::memory::{dot, norm};
 use crate::constrain::svd::Svd;
 use crate::error::StateError;
