@@ -68,6 +68,12 @@ pub trait System<V: Vector> {
     type Error;
     /// q̈ at time t for coordinates q and velocities u = q̇.
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, Self::Error>;
+    /// (q̇, q̈) at a stage. q̇ is u, unless the system says that u has to be another: velocities that constraints determine.
+    #[inline(always)]
+    fn derivative(&mut self, t: f64, y: &Phase<V>) -> Result<Phase<V>, Self::Error> {
+        let u = self.accelerations(t, &y.q, &y.u)?;
+        Ok(Phase { q: y.u, u })
+    }
     /// Is told before every attempt where the step starts and how long it is, with its sign. Where the accelerations depend on the step, those
     /// of the start, its first stage, become those of this one.
     #[inline(always)]
@@ -79,7 +85,12 @@ pub trait System<V: Vector> {
     fn settles(&self) -> bool {
         false
     }
-    /// Is asked where the error of a step is too large: the part of it that stays when the end `y` of the step is settled. `None`: all of it.
+    /// Whether [`System::lasting`] is to be asked at every step: settling its end may make the error larger, too.
+    #[inline(always)]
+    fn carries_errors(&self) -> bool {
+        false
+    }
+    /// Is asked where the error of a step is too large: what it becomes when the end `y` of the step is settled. `None`: it stays.
     #[inline(always)]
     fn lasting(&mut self, _t: f64, _y: &Phase<V>, _error: &Phase<V>) -> Result<Option<Phase<V>>, Self::Error> {
         Ok(None)
@@ -89,6 +100,9 @@ pub trait System<V: Vector> {
     fn settle(&mut self, _t: f64, _y: &mut Phase<V>, _tolerances: &Tolerances) -> Result<Option<Settled>, Self::Error> {
         Ok(None)
     }
+    /// Is told that the step which was tried last is made.
+    #[inline(always)]
+    fn accepted(&mut self) {}
 }
 
 impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> System<V> for F {

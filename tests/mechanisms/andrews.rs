@@ -346,6 +346,7 @@ fn end_values_in_every_formulation() {
             promise(BaumgarteTied, 1e-12, [1e-9, 1e-7, 1e-7], [1e-9, 1e-6]),
         ],
     );
+    embeds_as_it_projects(&model, start(&model), &references, 3.0);
 }
 
 #[test]

@@ -129,6 +129,7 @@ fn end_values_in_every_formulation() {
             promise(BaumgarteTied, 1e-9, [1e-6; 3], [1e-7; 2]),
         ],
     );
+    embeds_as_it_projects(&model, start(&model), &references, 3.0);
 }
 
 /// The road works on the bar: dE/dt is the power of the moving constraint, −λ Φ_t, and of the moving right spring, −∂L/∂t.

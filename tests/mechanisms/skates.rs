@@ -117,13 +117,14 @@ fn the_sleigh_in_every_formulation() {
             promise(Projected, 1e-6, [1e-5; 3], [0.0, 1e-12]),
             promise(Embedded, 1e-6, [1e-5; 3], [0.0, 1e-12]),
             promise(Projected, 1e-9, [1e-8; 3], [0.0, 1e-12]),
-            promise(Embedded, 1e-9, [3e-8; 3], [0.0, 1e-12]),
+            promise(Embedded, 1e-9, [1e-8; 3], [0.0, 1e-12]),
             promise(Projected, 1e-12, [1e-11; 3], [0.0, 1e-12]),
             promise(Embedded, 1e-12, [1e-11; 3], [0.0, 1e-12]),
             promise(Augmented, 1e-12, [1e-11; 3], [0.0, 1e-10]),
             promise(BaumgarteTied, 1e-12, [1e-11; 3], [0.0, 1e-11]),
         ],
     );
+    embeds_as_it_projects(&model, start, &references, 3.0);
 }
 
 /// Energy is kept although phase volume is not: the sleigh ends on a straight line, at the speed that the energy gives.
@@ -227,11 +228,12 @@ fn the_knife_edge_in_every_formulation() {
             promise(Projected, 1e-6, [1e-5; 3], [0.0, 1e-12]),
             promise(Embedded, 1e-6, [1e-5; 3], [0.0, 1e-12]),
             promise(Projected, 1e-9, [1e-8; 3], [0.0, 1e-12]),
-            promise(Embedded, 1e-9, [3e-8; 3], [0.0, 1e-12]),
+            promise(Embedded, 1e-9, [1e-8; 3], [0.0, 1e-12]),
             promise(Projected, 1e-12, [1e-11; 3], [0.0, 1e-12]),
             promise(Embedded, 1e-12, [1e-11; 3], [0.0, 1e-12]),
             promise(Augmented, 1e-12, [1e-11; 3], [0.0, 1e-10]),
             promise(BaumgarteTied, 1e-12, [1e-11; 3], [0.0, 1e-11]),
         ],
     );
+    embeds_as_it_projects(&model, start, &references, 3.0);
 }

@@ -181,6 +181,45 @@ pub(crate) fn keeps<M: Simulate>(model: &M, start: M::State, references: &[Refer
     assert!(kept, "{table}");
 }
 
+/// Runs embedded and projected at five tolerances: as the geometric mean over them, what is embedded may have `factor` times the error, in
+/// positions and in velocities, and at none twenty times that; drift stays at rounding level.
+#[track_caller]
+pub(crate) fn embeds_as_it_projects<M: Simulate>(
+    model: &M,
+    start: M::State,
+    references: &[Reference<'_>],
+    factor: f64,
+) {
+    let end = references.iter().fold(0.0, |end: f64, r| end.max(r.t));
+    let (mut table, mut kept, mut excess) = (String::new(), true, [0.0f64; 2]);
+    let tolerances = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
+    for tolerance in tolerances {
+        let [projected, embedded] = [Formulation::Projected, Formulation::Embedded].map(|formulation| {
+            let run = model.simulate(start).until(end).tolerance(tolerance).formulation(formulation).run();
+            run.unwrap_or_else(|e| panic!("{formulation:?} at {tolerance:e}: {e}"))
+        });
+        let [of_projected, of_embedded] = [&projected, &embedded].map(|motion| errors_of(motion, references));
+        let summaries = [projected.summary(), embedded.summary()];
+        let drift = summaries.iter().flat_map(|s| &s.constraints);
+        let drift = drift.fold(0.0, |most, row| worse(most, worse(row.residual, row.velocity_residual)));
+        let ratio = [0, 1].map(|k| of_embedded[k] / of_projected[k]);
+        kept &= ratio.iter().all(|ratio| *ratio < 20.0 * factor) && drift < 1e-12;
+        (0..2).for_each(|k| excess[k] += ratio[k].ln() / tolerances.len() as f64);
+        let cost = summaries.each_ref().map(|s| format!("{} steps, {} evaluations", s.steps, s.evaluations));
+        table += &format!(
+            "{tolerance:.0e}: embedded {} in {}; projected {} in {}; drift {drift:.1e}\n",
+            beside(&of_embedded[..2], &of_projected[..2]),
+            cost[1],
+            beside(&of_projected[..2], &[tolerance; 2]),
+            cost[0]
+        );
+    }
+    let excess = excess.map(f64::exp);
+    table += &format!("in the mean {excess:.2?} times the error");
+    println!("{table}");
+    assert!(kept && excess.iter().all(|excess| *excess < factor), "{table}");
+}
+
 /// Each value with its bound.
 fn beside(values: &[f64], bounds: &[f64]) -> String {
     let pairs: Vec<_> = values.iter().zip(bounds).map(|(value, bound)| format!("{value:.1e} ≤ {bound:.0e}")).collect();

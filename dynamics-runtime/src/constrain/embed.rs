@@ -7,7 +7,7 @@
 //!
 //! The blocks are chosen by Gaussian elimination with complete pivoting, coordinates scaled by their inertia and rows to unit length: what is
 //! light and moves most becomes dependent. Chosen anew, by [`Embedding::renew`], where the block's conditioning (its least pivot, with rows of Φ_q at unit length) has
-//! fallen to a fifth of what it was, if that helps. Where a block fails within a step — a dead point — the mass-weighted projection takes
+//! fallen to seven tenths of what it was, if that helps. Where a block fails within a step — a dead point — the mass-weighted projection takes
 //! over, and is counted.
 
 use super::lu::{self, Lu};
@@ -19,9 +19,12 @@ use crate::error::SolveError;
 use crate::math::sqrt;
 use crate::model::{Constraints, Model, ModelState, Modes, Terms, Vector};
 
-/// Share of the conditioning at its choice to which a block may fall before it is chosen anew: low enough that a crank is not changed at
-/// every quarter turn, high enough that no more than a digit is lost.
-const DEGRADED: f64 = 0.2;
+/// Share of the conditioning at its choice to which a block may fall before it is chosen anew. What the independent coordinates miss, the dependent ones
+/// miss by as many times more as the block is worse, and a step goes on from there: with a fifth, pendulums in x and y lose one to two digits at the same
+/// tolerance and take a fifth more steps.
+const DEGRADED: f64 = 0.7;
+/// By how much a block must be better than the one in use to be chosen instead.
+const WORTH: f64 = 1.05;
 /// Conditioning below which a block is not used.
 const USELESS: f64 = 1e-9;
 /// Most Newton steps for dependent coordinates.
@@ -54,6 +57,8 @@ pub struct Embedding<M: Constraints> {
     pub projections: u64,
     /// The worst conditioning that a block was used with: its least pivot, with rows of Φ_q at unit length.
     pub worst: f64,
+    /// The same, of the blocks used last.
+    latest: f64,
 }
 
 /// Memory that an embedding takes.
@@ -71,7 +76,7 @@ impl<M: Constraints> Embedding<M> {
     pub fn new(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<Self, SolveError> {
         let (positions, velocities) = Self::choose(model, state, workspace)?;
         let worst = positions.quality.min(velocities.quality);
-        Ok(Self { positions, velocities, modes: state.modes(), renewals: 0, projections: 0, worst })
+        Ok(Self { positions, velocities, modes: state.modes(), renewals: 0, projections: 0, worst, latest: worst })
     }
 
     fn choose(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<Pair<M>, SolveError> {
@@ -107,13 +112,17 @@ impl<M: Constraints> Embedding<M> {
     pub fn restore(&mut self, model: &M, state: &mut M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
         if state.modes() != self.modes {
             // Other constraints: another partition.
-            (self.positions, self.velocities) = Self::choose(model, state, workspace)?;
-            self.modes = state.modes();
-            self.renewals += 1;
+            let others = Self::new(model, state, workspace)?;
+            *self = Self {
+                renewals: self.renewals + 1,
+                projections: self.projections,
+                worst: self.worst.min(others.worst),
+                ..others
+            };
         }
+        self.latest = 1.0;
         let start = *state.q();
-        let solved = self.restore_positions(model, state, workspace)?;
-        if !solved {
+        if !self.restore_positions(model, state, workspace)? {
             *state.q_mut() = start;
             self.projections += 1;
             project_positions(model, &model.constants()?, state, workspace)?;
@@ -122,7 +131,24 @@ impl<M: Constraints> Embedding<M> {
             self.projections += 1;
             project_velocities(model, &model.constants()?, state, workspace)?;
         }
+        self.worst = self.worst.min(self.latest);
         Ok(())
+    }
+
+    /// [`Embedding::restore`] for the end of a step, with blocks chosen anew where that is due.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn settle(&mut self, model: &M, state: &mut M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
+        self.restore(model, state, workspace)?;
+        if self.renew(model, state, workspace)? {
+            self.restore(model, state, workspace)?;
+        }
+        Ok(())
+    }
+
+    /// How much the blocks used last amplify.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn sensitivity(&self) -> f64 {
+        1.0 / self.latest
     }
 
     /// Newton on the dependent coordinates; whether it converged.
@@ -150,8 +176,11 @@ impl<M: Constraints> Embedding<M> {
             let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
             // What was picked above lies at the start.
             let (right, delta) = (memory.take(k), memory.take(k));
-            let Some(block) = self.positions.factor(model, state, &mut memory) else { return Ok(false) };
-            self.worst = self.worst.min(block.quality());
+            let block = self.positions.factor(model, state, &mut memory);
+            self.latest = self.latest.min(block.quality());
+            if block.is_useless() {
+                return Ok(false);
+            }
             block.solve(right, delta);
             change = 0.0;
             for (i, delta) in delta.iter().enumerate() {
@@ -181,13 +210,44 @@ impl<M: Constraints> Embedding<M> {
         if !max_abs(right).is_finite() {
             return Err(self.not_finite(&residual));
         }
-        let Some(block) = self.velocities.factor(model, state, &mut memory) else { return Ok(false) };
-        self.worst = self.worst.min(block.quality());
+        let block = self.velocities.factor(model, state, &mut memory);
+        self.latest = self.latest.min(block.quality());
+        if block.is_useless() {
+            return Ok(false);
+        }
         block.solve(right, delta);
         for (i, delta) in delta.iter().enumerate() {
             state.u_mut()[self.velocities.columns[i] as usize] -= delta;
         }
         Ok(true)
+    }
+
+    /// Gives the dependent elements of changes of coordinates and of velocities, small ones, the values that follow from the independent ones.
+    /// Where a block is singular they stay.
+    pub(crate) fn follow(
+        &self,
+        model: &M,
+        state: &M::State,
+        (q, u): (&mut M::Vector, &mut M::Vector),
+        workspace: &mut [f64],
+    ) {
+        for (partition, change) in [(&self.positions, q), (&self.velocities, u)] {
+            let (k, mut across) = (partition.rank, M::Rows::zeros());
+            let gradients = Gradients::alone(model, state, workspace);
+            for i in 0..k {
+                let gradient = gradients.row(partition.rows[i] as usize);
+                across[i] = gradient.iter().zip(change.as_slice()).map(|(a, b)| a * b).sum();
+            }
+            let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
+            let (right, delta) = (memory.take(k), memory.take(k));
+            right.copy_from_slice(&across.as_slice()[..k]);
+            let block = partition.factor(model, state, &mut memory);
+            if block.is_useless() {
+                continue;
+            }
+            block.solve(right, delta);
+            delta.iter().enumerate().for_each(|(i, delta)| change[partition.columns[i] as usize] -= delta);
+        }
     }
 
     /// The chosen rows' values, at the start of the workspace.
@@ -203,35 +263,37 @@ impl<M: Constraints> Embedding<M> {
         SolveError::ConstraintNotFinite { row: names::<M>().row(row) }
     }
 
-    /// Chooses the blocks anew if their conditioning has degraded and better ones exist: to be called at accepted steps. Returns whether
-    /// they changed.
+    /// Chooses the blocks anew if they lack rows or their conditioning has degraded, and better ones exist: to be called at accepted steps.
+    /// Returns whether they changed: rows that are determined from here on want the state to be restored again.
     ///
     /// # Errors
-    /// As [`Embedding::new`]; [`SolveError::OffConstraint`] where rows that repeated the chosen ones contradict them now.
+    /// As [`Embedding::new`]; [`SolveError::OffConstraint`] where rows that repeat the chosen ones contradict them now.
     pub fn renew(&mut self, model: &M, state: &M::State, workspace: &mut [f64]) -> Result<bool, SolveError> {
-        if self.positions.rank < self.positions.active {
-            admit(model, state, "positions", workspace)?;
-        }
-        if self.velocities.rank < self.velocities.active {
-            admit(model, state, "velocities", workspace)?;
-        }
         let quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
             let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
-            partition.factor(model, state, &mut memory).map_or(0.0, |block| block.quality())
+            partition.factor(model, state, &mut memory).quality()
         };
-        let now = (quality(&self.positions, workspace), quality(&self.velocities, workspace));
-        let fine = |now: f64, partition: &PartitionOf<M>| now >= DEGRADED * partition.quality;
-        if fine(now.0, &self.positions) && fine(now.1, &self.velocities) {
+        let now = [quality(&self.positions, workspace), quality(&self.velocities, workspace)];
+        // At a change point a block lacks rows, which are there again where the motion goes on.
+        let fine = |now: f64, partition: &PartitionOf<M>| !partition.lacks() && now >= DEGRADED * partition.quality;
+        if fine(now[0], &self.positions) && fine(now[1], &self.velocities) {
             return Ok(false);
         }
         let (positions, velocities) = Self::choose(model, state, workspace)?;
-        let then = (quality(&positions, workspace), quality(&velocities, workspace));
-        if then.0 <= 2.0 * now.0 && then.1 <= 2.0 * now.1 {
-            return Ok(false);
+        let then = [quality(&positions, workspace), quality(&velocities, workspace)];
+        let more = positions.rank > self.positions.rank || velocities.rank > self.velocities.rank;
+        let changed = more || (0..2).any(|k| then[k] > WORTH * now[k]);
+        if changed {
+            (self.positions, self.velocities) = (positions, velocities);
+            self.renewals += 1;
         }
-        (self.positions, self.velocities) = (positions, velocities);
-        self.renewals += 1;
-        Ok(true)
+        if self.positions.lacks() {
+            admit(model, state, "positions", workspace)?;
+        }
+        if self.velocities.lacks() {
+            admit(model, state, "velocities", workspace)?;
+        }
+        Ok(changed)
     }
 }
 
@@ -239,13 +301,18 @@ type PartitionOf<M> = Partition<<M as Model>::Vector, <M as Constraints>::Rows>;
 type Pair<M> = (PartitionOf<M>, PartitionOf<M>);
 
 impl<V: Vector, R: Vector> Partition<V, R> {
-    /// The block of chosen rows and columns, factored; `None` where it is as good as singular.
+    /// Whether rows that hold are not in it, for they repeat those that are.
+    fn lacks(&self) -> bool {
+        self.rank < self.active
+    }
+
+    /// The block of chosen rows and columns, factored.
     fn factor<'w, M: Constraints<Vector = V, Rows = R>>(
         &self,
         model: &M,
         state: &M::State,
         memory: &mut Memory<'w>,
-    ) -> Option<Block<'w>> {
+    ) -> Block<'w> {
         let k = self.rank;
         let (block, weight, scale) = (memory.take(k * k), memory.take(k), memory.take(k));
         let gradients = Gradients::alone(model, state, memory.take(gradients::memory(V::LEN, R::LEN)));
@@ -257,7 +324,7 @@ impl<V: Vector, R: Vector> Partition<V, R> {
             (0..k).for_each(|j| row[j] = weight[i] * of(self.columns[j] as usize));
         }
         let factored = Lu::new(block, k, memory);
-        (factored.least >= USELESS).then_some(Block { factored, weight, scale })
+        Block { factored, weight, scale }
     }
 }
 
@@ -271,7 +338,12 @@ struct Block<'w> {
 impl Block<'_> {
     /// 1 where nothing is dependent.
     fn quality(&self) -> f64 {
-        self.factored.least.min(1.0)
+        if self.factored.least > 1.0 { 1.0 } else { self.factored.least }
+    }
+
+    /// Whether it is as good as singular, or not finite.
+    fn is_useless(&self) -> bool {
+        !(self.quality() >= USELESS)
     }
 
     /// Φ_D δ = right, which is overwritten.
@@ -329,6 +401,6 @@ fn partition<M: Constraints>(
     }
     let mut memory = Memory::new(workspace, n, r);
     // A block that is taken because there is no better one is judged by itself.
-    chosen.quality = chosen.factor(model, state, &mut memory).map_or(0.0, |block| block.quality());
+    chosen.quality = chosen.factor(model, state, &mut memory).quality();
     Ok(chosen)
 }

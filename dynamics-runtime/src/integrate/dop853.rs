@@ -52,10 +52,7 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         let Knot { t, y, .. } = start;
         self.h = h;
         let k = &mut self.k;
-        let mut evaluate = |stage: usize, y: &Phase<V>| {
-            let u = system.accelerations(t + C[stage] * h, &y.q, &y.u)?;
-            Ok(Phase { q: y.u, u })
-        };
+        let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
         k[0] = start.derivative();
         k[1] = evaluate(1, &advance(y, h, &A1, k))?;
         k[2] = evaluate(2, &advance(y, h, &A2, k))?;
@@ -98,10 +95,7 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         let Knot { t, y, .. } = start;
         let k = &mut self.k;
         k[12] = end.derivative();
-        let mut evaluate = |stage: usize, y: &Phase<V>| {
-            let u = system.accelerations(t + C[stage] * h, &y.q, &y.u)?;
-            Ok(Phase { q: y.u, u })
-        };
+        let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
         k[13] = evaluate(13, &advance(y, h, &A13, k))?;
         k[14] = evaluate(14, &advance(y, h, &A14, k))?;
         k[15] = evaluate(15, &advance(y, h, &A15, k))?;

@@ -78,10 +78,7 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
         let Knot { t, y, .. } = start;
         self.h = h;
         let k = &mut self.k;
-        let mut evaluate = |stage: usize, y: &Phase<V>| {
-            let u = system.accelerations(t + C[stage] * h, &y.q, &y.u)?;
-            Ok(Phase { q: y.u, u })
-        };
+        let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
         k[0] = start.derivative();
         k[1] = evaluate(1, &advance(y, h, &A2, k))?;
         k[2] = evaluate(2, &advance(y, h, &A3, k))?;

@@ -48,10 +48,7 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
     ) -> Result<(Phase<V>, f64), S::Error> {
         let Knot { t, y, .. } = start;
         let k = &mut self.k;
-        let mut evaluate = |c: f64, y: &Phase<V>| {
-            let u = system.accelerations(t + c * h, &y.q, &y.u)?;
-            Ok(Phase { q: y.u, u })
-        };
+        let mut evaluate = |c: f64, y: &Phase<V>| system.derivative(t + c * h, y);
         k[0] = start.derivative();
         k[1] = evaluate(0.5, &advance(y, h, &A2, k))?;
         k[2] = evaluate(0.5, &advance(y, h, &A3, k))?;

@@ -184,7 +184,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                     continue;
                 }
                 Ok(trial) => match self.judge(trial.error) {
-                    true => return Ok(self.commit(start, trial.end, h)),
+                    true => {
+                        system.accepted();
+                        return Ok(self.commit(start, trial.end, h));
+                    }
                     false => Failure::Error,
                 },
                 Err(failure) => failure,
@@ -288,8 +291,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if !(y.is_finite() && error.is_finite()) {
             return Err(Failure::NotFinite(self.culprit()));
         }
-        if error > 1.0 && !self.is_fixed() {
-            error *= self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
+        if (error > 1.0 || system.carries_errors()) && !self.is_fixed() {
+            let share = self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
+            // An error that is permitted as it is does not buy longer steps.
+            error *= if error > 1.0 { share } else { share.max(1.0) };
         }
         let tolerances = &self.options.tolerances;
         let acceptable = error <= 1.0 || self.is_fixed();
@@ -311,8 +316,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         }
     }
 
-    /// What settling the end of a step removes is no error of it: the share of the error that lasts. Near a singular position, rounding errors of the
-    /// direction that the constraints lose would else be taken for errors of the method, which no step size makes smaller.
+    /// What settling the end of a step removes is no error of it, what it adds is: the share of the error that lasts. Near a singular position,
+    /// rounding errors of the direction that the constraints lose would else be taken for errors of the method, which no step size makes
+    /// smaller.
     #[cold]
     fn lasting_part<Y: System<V>>(&mut self, system: &mut Y, t: f64, y: &Phase<V>) -> Result<f64, Y::Error> {
         let error = self.scheme.error_vector();
@@ -322,7 +328,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let tolerances = &self.options.tolerances;
         let size = |error| tolerances.norm(error, &self.now.y, y);
         let (part, whole) = (size(&lasting), size(&error));
-        Ok(if part < whole { part / whole } else { 1.0 })
+        let counts = part < whole || (system.carries_errors() && part.is_finite());
+        Ok(if whole > 0.0 && counts { part / whole } else { 1.0 })
     }
 
     #[inline(always)]

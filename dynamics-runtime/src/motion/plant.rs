@@ -44,6 +44,37 @@ impl<M: Constraints> Plant<'_, '_, M> {
         *state.modes_mut() = self.modes;
         with_inputs::<M>(self.law, state)
     }
+
+    /// The state at which a stage of a step is evaluated: where coordinates are embedded, with the dependent ones solved for.
+    #[inline(always)]
+    pub(crate) fn stage(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::State, EvaluationError> {
+        let state = self.state(t, &y.q, &y.u);
+        if M::ROWS.is_empty() || !self.upkeep.embeds() { Ok(state) } else { self.restored(state) }
+    }
+
+    #[cold]
+    fn restored(&mut self, mut state: M::State) -> Result<M::State, EvaluationError> {
+        self.upkeep.restore(self.model, &mut state).map_err(EvaluationError::Solve)?;
+        // The law sees the state that there is.
+        Ok(with_inputs::<M>(self.law, state))
+    }
+
+    /// q̈ at a stage.
+    #[inline(always)]
+    pub(crate) fn accelerations_of(&mut self, state: &M::State) -> Result<M::Vector, EvaluationError> {
+        self.evaluations += 1;
+        if self.law.is_some()
+            && let Some(index) = state.inputs().as_slice().iter().position(|x| !x.is_finite())
+        {
+            return Err(EvaluationError::Input(index));
+        }
+        let solved = if M::ROWS.is_empty() {
+            self.model.accelerations_with(self.constants, state)
+        } else {
+            self.upkeep.accelerations(self.model, self.constants, state)
+        };
+        solved.map_err(EvaluationError::Solve)
+    }
 }
 
 /// Replaces the inputs of a state by what the law says, if there is one.
@@ -60,17 +91,16 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
-        self.evaluations += 1;
-        let mut state = self.state(t, q, u);
-        if self.law.is_some()
-            && let Some(index) = state.inputs().as_slice().iter().position(|x| !x.is_finite())
-        {
-            return Err(EvaluationError::Input(index));
-        }
-        if M::ROWS.is_empty() {
-            return self.model.accelerations_with(self.constants, &state).map_err(EvaluationError::Solve);
-        }
-        self.upkeep.accelerations(self.model, self.constants, &mut state).map_err(EvaluationError::Solve)
+        let state = self.stage(t, &Phase { q: *q, u: *u })?;
+        self.accelerations_of(&state)
+    }
+
+    /// q̇ is the velocity at which the accelerations are evaluated: where dependent velocities are solved for, what was integrated of them
+    /// must not move the coordinates.
+    #[inline(always)]
+    fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
+        let state = self.stage(t, y)?;
+        Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
     }
 
     #[inline(always)]
@@ -89,7 +119,12 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn settles(&self) -> bool {
-        !M::ROWS.is_empty() && self.upkeep.projects()
+        !M::ROWS.is_empty() && self.upkeep.settles()
+    }
+
+    #[inline(always)]
+    fn carries_errors(&self) -> bool {
+        !M::ROWS.is_empty() && self.upkeep.embeds()
     }
 
     fn lasting(
@@ -121,7 +156,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         let settled = Phase { q: *state.q(), u: *state.u() };
         let moved = zip(&settled, y, |to, from| to - from);
         let by = tolerances.norm(&moved, y, &settled);
-        self.upkeep.upkept.note_move(by);
+        self.upkeep.moved = Some(by);
         let mut violation = by;
         if by > FAR && self.upkeep.projects() {
             // Near a singular position a small violation takes a large move, along the direction that the constraints lose.
@@ -130,5 +165,11 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         *y = settled;
         let permitted = tolerances.absolute + tolerances.relative * super::upkeep::largest(settled.u.as_slice());
         Ok(Some(Settled { by, violation, noise: noise / permitted }))
+    }
+    #[inline(always)]
+    fn accepted(&mut self) {
+        if let Some(by) = self.upkeep.moved.take() {
+            self.upkeep.upkept.note_move(by);
+        }
     }
 }

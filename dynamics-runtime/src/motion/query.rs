@@ -275,7 +275,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
     }
 
     fn upkeep(&self) -> Upkeep<M> {
-        Upkeep::new(self.formulation(), f64::INFINITY, self.constants)
+        let run = (self.start_time(), self.end_time());
+        Upkeep::new(self.formulation(), f64::INFINITY, self.constants, run)
     }
 
     /// How constraints were kept; `None` for models without constraints.

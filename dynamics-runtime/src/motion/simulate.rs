@@ -319,6 +319,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                     checked.formulation.as_ref().map(|(formulation, _)| *formulation),
                     self.drift_limit,
                     constants,
+                    (self.start.t(), checked.end),
                 ),
             },
             start: self.start,
@@ -376,7 +377,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
         // Constraints may contain inputs; what is held stays what it was.
         let (mut start, held) = (with_inputs::<M>(self.law.as_ref(), self.start), *self.start.inputs());
-        let mut upkeep = Upkeep::new(formulation, self.drift_limit, self.constants()?);
+        let run = (self.start.t(), checked.end);
+        let mut upkeep = Upkeep::new(formulation, self.drift_limit, self.constants()?, run);
         for guard in &checked.guards {
             guard.turn(start.modes(), self.model, &mut start, &mut upkeep);
         }

@@ -225,7 +225,9 @@ impl Summary {
                 write!(f, "\n               {what} drift {value:.1e} at most, of {row}")?;
             }
         }
-        let Upkept { dependent, dependent_at, repartitions, conditioning, .. } = self.upkept;
+        let Upkept {
+            dependent, dependent_at, settled, largest_move, repartitions, block_failures, conditioning, ..
+        } = self.upkept;
         // Where the general solver is the route it is no fallback.
         let general = if self.falls_back { self.upkept.general } else { 0 };
         let mut line = |count: u64, what: &str| match count {
@@ -234,9 +236,15 @@ impl Summary {
         };
         line(general, "evaluations fell back on the general solver")?;
         line(repartitions, "changes of the independent coordinates")?;
+        line(block_failures, "projections where no choice of them determined the others")?;
         line(dependent, "evaluations with dependent constraints, where reactions are not unique")?;
         if let Some(t) = dependent_at {
             write!(f, ", first at t = {}", Rounded(t))?;
+        }
+        // Where steps are free to be chosen, those that end further away are made again.
+        if largest_move > MUCH {
+            write!(f, "\n               {} ends of steps put back onto the constraints, by ", Grouped(settled))?;
+            write!(f, "{largest_move:.1e} permitted errors at most: steps are too long for the tolerance")?;
         }
         if let Some(Conditioning { largest, time }) = conditioning
             && largest > 1e3
@@ -249,6 +257,9 @@ impl Summary {
         Ok(())
     }
 }
+
+/// Moves back onto the constraints by more permitted errors than this are told of.
+const MUCH: f64 = 10.0;
 
 /// A number with seven significant digits at most.
 struct Rounded(f64);

@@ -29,6 +29,8 @@ pub struct Upkept {
     pub largest_move: f64,
     /// How often the independent coordinates of the embedded formulation were chosen anew.
     pub repartitions: u64,
+    /// How often their constraints were as good as singular in the dependent ones, and a projection took over.
+    pub block_failures: u64,
     /// Worst conditioning of the constraints: met by the general solver, or of the block of dependent coordinates.
     pub conditioning: Option<Conditioning>,
 }
@@ -44,9 +46,10 @@ impl Upkept {
     }
 
     /// How the blocks of dependent coordinates fared: their least pivot bounds the loss of digits.
-    fn note_blocks(&mut self, time: f64, renewals: u64, least: f64) {
-        self.repartitions = renewals;
-        let largest = 1.0 / least;
+    fn note_blocks<M: Constraints>(&mut self, time: f64, blocks: &Embedding<M>) {
+        self.repartitions = blocks.renewals;
+        self.block_failures = blocks.projections;
+        let largest = 1.0 / blocks.worst;
         if self.conditioning.is_none_or(|worst| largest > worst.largest) {
             self.conditioning = Some(Conditioning { largest, time });
         }
@@ -60,7 +63,7 @@ const FADE: f64 = 0.1;
 pub(crate) struct Upkeep<M: Constraints> {
     pub(crate) formulation: Option<Formulation>,
     pub(crate) upkept: Upkept,
-    /// α and β where they are fixed.
+    /// α and β where they are fixed, α with the sign of the run.
     gains: (f64, f64),
     /// What the step being made adds to the accelerations, where gains follow the step.
     push: M::Vector,
@@ -71,13 +74,23 @@ pub(crate) struct Upkeep<M: Constraints> {
     /// Mean of the sensitivities of the projections so far, on a logarithmic scale.
     usual: Option<f64>,
     constants: M::Constants,
+    /// By how much the end of the step that was tried last moved onto the constraints, in parts of what the tolerance permits.
+    pub(super) moved: Option<f64>,
     workspace: Vec<f64>,
 }
 
 impl<M: Constraints> Upkeep<M> {
-    pub(crate) fn new(formulation: Option<Formulation>, drift_limit: f64, constants: M::Constants) -> Self {
+    /// For a run from the first of two times to the second.
+    pub(crate) fn new(
+        formulation: Option<Formulation>,
+        drift_limit: f64,
+        constants: M::Constants,
+        (from, to): (f64, f64),
+    ) -> Self {
+        // What damps in one direction of time drives in the other.
+        let along = if to < from { -1.0 } else { 1.0 };
         let gains = match formulation {
-            Some(Formulation::Baumgarte { alpha, beta }) => (alpha, beta),
+            Some(Formulation::Baumgarte { alpha, beta }) => (along * alpha, beta),
             _ => (0.0, 0.0),
         };
         let len = constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len());
@@ -92,6 +105,7 @@ impl<M: Constraints> Upkeep<M> {
             contacts: Vec::new(),
             usual: None,
             constants,
+            moved: None,
             workspace,
         }
     }
@@ -119,13 +133,19 @@ impl<M: Constraints> Upkeep<M> {
         Ok(())
     }
 
-    /// The part of a change that is tangent to the constraints at a state.
+    /// What is left of a small change of a state once it is settled: the part that is tangent to the constraints, or what dependent coordinates
+    /// make of the independent ones.
     pub(crate) fn along(
         &mut self,
         model: &M,
         state: &M::State,
         change: &Phase<M::Vector>,
     ) -> Result<Phase<M::Vector>, SolveError> {
+        if let Some(embedding) = &self.embedding {
+            let mut change = *change;
+            embedding.follow(model, state, (&mut change.q, &mut change.u), &mut self.workspace);
+            return Ok(change);
+        }
         let n = M::Vector::LEN;
         let across = |change: &M::Vector, rows: usize, jacobian: &[f64]| {
             let mut across = M::Rows::zeros();
@@ -188,17 +208,20 @@ impl<M: Constraints> Upkeep<M> {
         constrain::solve(model, constants, state, &mut self.workspace).map(|solved| solved.multipliers)
     }
 
-    /// q̈ of the constrained model; the embedded formulation first puts the dependent coordinates of the state right.
+    /// Whether dependent coordinates are solved for wherever accelerations are evaluated.
+    #[inline(always)]
+    pub(crate) fn embeds(&self) -> bool {
+        self.formulation == Some(Formulation::Embedded)
+    }
+
+    /// q̈ of the constrained model.
     #[inline(always)]
     pub(crate) fn accelerations(
         &mut self,
         model: &M,
         constants: &M::Constants,
-        state: &mut M::State,
+        state: &M::State,
     ) -> Result<M::Vector, SolveError> {
-        if self.formulation == Some(Formulation::Embedded) {
-            self.restore(model, state)?;
-        }
         let workspace = &mut self.workspace;
         let solved = match self.gains {
             (0.0, 0.0) => constrain::accelerate(model, constants, state, workspace)?,
@@ -230,7 +253,7 @@ impl<M: Constraints> Upkeep<M> {
     }
 
     /// Computes dependent coordinates and velocities of a state from the independent ones.
-    fn restore(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
+    pub(crate) fn restore(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
         let workspace = &mut self.workspace;
         match &mut self.embedding {
             Some(embedding) => embedding.restore(model, state, workspace),
@@ -244,27 +267,32 @@ impl<M: Constraints> Upkeep<M> {
     /// Puts a state onto the constraints, to rounding level. Returns by how much it may then still be wrong in its velocities: rounding errors of Φ, as
     /// the constraints amplify them.
     pub(crate) fn settle(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
-        if self.formulation == Some(Formulation::Embedded) {
-            self.restore(model, state)?;
-            if let Some(embedding) = &mut self.embedding {
-                embedding.renew(model, state, &mut self.workspace)?;
-                self.upkept.note_blocks(state.t(), embedding.renewals, embedding.worst);
-            }
-            return Ok(0.0);
+        if self.embeds() {
+            let embedding = match &mut self.embedding {
+                Some(embedding) => embedding,
+                none => none.insert(Embedding::new(model, state, &mut self.workspace)?),
+            };
+            embedding.settle(model, state, &mut self.workspace)?;
+            let sensitivity = embedding.sensitivity();
+            self.upkept.note_blocks(state.t(), embedding);
+            return Ok(self.noise(state, sensitivity));
         }
         let positions = constrain::project_positions(model, &self.constants, state, &mut self.workspace)?;
         let velocities = constrain::project_velocities(model, &self.constants, state, &mut self.workspace)?;
-        // Φ is known to ε(1 + |q|). Where corrections are A times as large as usual, the direction that is nearly lost is wrong by A of that, and,
-        // moving on, its velocity by A²|u|.
-        let sensitivity = positions.sensitivity.max(velocities.sensitivity);
+        Ok(self.noise(state, positions.sensitivity.max(velocities.sensitivity)))
+    }
+
+    /// Φ is known to ε(1 + |q|). Where corrections are A times as large as usual, the direction that is nearly lost is wrong by A of that, and,
+    /// moving on, its velocity by A²|u|.
+    fn noise(&mut self, state: &M::State, sensitivity: f64) -> f64 {
         if sensitivity == 0.0 || !sensitivity.is_finite() {
-            return Ok(0.0);
+            return 0.0;
         }
         let usual = *self.usual.get_or_insert(sensitivity);
         self.usual = Some(math::powf(usual, 1.0 - FADE) * math::powf(sensitivity, FADE));
         let amplified = (sensitivity / usual).max(1.0);
         let (q, u) = (largest(state.q().as_slice()), largest(state.u().as_slice()));
-        Ok(f64::EPSILON * (1.0 + q) * amplified * (1.0 + amplified * u))
+        f64::EPSILON * (1.0 + q) * amplified * (1.0 + amplified * u)
     }
 
     /// Checks a start, and puts it onto the constraints where the formulation keeps it there.

@@ -12,7 +12,7 @@ use core::fmt;
 use super::plant::{EvaluationError, Plant};
 use super::query::Motion;
 use super::simulate::Simulate;
-use crate::integrate::{Dop853, DormandPrince5, Method, Rk4, Scheme, System};
+use crate::integrate::{Dop853, DormandPrince5, Method, Phase, Rk4, Scheme, System};
 use crate::model::ModelState;
 
 /// Work of one force, or the energy that resets at one event brought.
@@ -150,7 +150,8 @@ impl<M: Simulate> Motion<'_, M> {
             return false;
         }
         let mut meter = Meter { plant, weights: S::WEIGHTS, h: step.h, stage: 0, powers: vec![0.0; work.len()], work };
-        meter.read(step.start.t, &step.start.y.q, &step.start.y.u);
+        let first = meter.plant.state(step.start.t, &step.start.y.q, &step.start.y.u);
+        meter.read(&first);
         S::new().attempt(&mut meter, &step.start, step.h, &self.trajectory.tolerances).is_ok()
     }
 }
@@ -166,13 +167,13 @@ struct Meter<'w, 'r, 'm, M: Simulate> {
 }
 
 impl<M: Simulate> Meter<'_, '_, '_, M> {
-    fn read(&mut self, t: f64, q: &M::Vector, u: &M::Vector) {
+    fn read(&mut self, state: &M::State) {
         let weight = self.weights.get(self.stage).copied().unwrap_or(0.0);
         self.stage += 1;
         if weight == 0.0 {
             return;
         }
-        self.plant.model.powers(&self.plant.state(t, q, u), &mut self.powers);
+        self.plant.model.powers(state, &mut self.powers);
         for (work, power) in self.work.iter_mut().zip(&self.powers) {
             *work += self.h * weight * power;
         }
@@ -182,8 +183,13 @@ impl<M: Simulate> Meter<'_, '_, '_, M> {
 impl<M: Simulate> System<M::Vector> for Meter<'_, '_, '_, M> {
     type Error = EvaluationError;
     fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
-        self.read(t, q, u);
-        self.plant.accelerations(t, q, u)
+        self.derivative(t, &Phase { q: *q, u: *u }).map(|slope| slope.u)
+    }
+    /// As the plant has it, so that the step is the one that was made.
+    fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
+        let state = self.plant.stage(t, y)?;
+        self.read(&state);
+        Ok(Phase { q: *state.u(), u: self.plant.accelerations_of(&state)? })
     }
 }
 
