@@ -224,6 +224,7 @@ impl<M: Constraints> Embedding<M> {
 
     /// Gives the dependent elements of changes of coordinates and of velocities, small ones, the values that follow from the independent ones.
     /// Where a block is singular they stay.
+    #[cfg(feature = "alloc")]
     pub(crate) fn follow(
         &self,
         model: &M,
@@ -343,7 +344,7 @@ impl Block<'_> {
 
     /// Whether it is as good as singular, or not finite.
     fn is_useless(&self) -> bool {
-        !(self.quality() >= USELESS)
+        self.quality().is_nan() || self.quality() < USELESS
     }
 
     /// Φ_D δ = right, which is overwritten.

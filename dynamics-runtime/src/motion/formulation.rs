@@ -17,7 +17,7 @@ pub enum Formulation {
     Augmented,
     /// Φ̈ + 2αΦ̇ + β²Φ = 0: errors fade at the rates −α ± √(α² − β²), equally fast at α = β. A method takes them for motions, so
     /// h·|rate| has to stay within its region of stability: 2.8 for RK4, 3.3 for Dormand–Prince 5(4), 6.1 for DOP853 on the real axis; rows
-    /// of nonholonomic constraints get A q̈ = γ − 2α(A q̇ + b). Source: Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1.
+    /// of nonholonomic constraints get A q̈ = γ − 2α(A q̇ + b). In a run back in time α counts negative, so that errors fade there too. Source: Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1.
     Baumgarte {
         /// α, 1/time.
         alpha: f64,
@@ -33,7 +33,8 @@ pub enum Formulation {
     /// rounding level. Costs one correction or two per step, and needs no gains. Source: Lubich, BIT 31 (1991) 545; Eich, SIAM J. Numer. Anal. 30 (1993) 1467.
     Projected,
     /// Minimal coordinates: independent coordinates are chosen by the pivots of Φ_q, the others are solved from them at every evaluation and after
-    /// every step, and the choice is made anew where its conditioning degrades. Source: Wehage, Haug, J. Mech. Des. 104 (1982) 247.
+    /// every step, and the choice is made anew where its conditioning degrades. Errors of the independent coordinates count as the dependent ones
+    /// amplify them, so that a motion is as accurate as one that is projected; near change points, where every choice is bad, ten times less so. Source: Wehage, Haug, J. Mech. Des. 104 (1982) 247.
     Embedded,
 }
 
