@@ -178,10 +178,10 @@ fn main() {
             by_hand("by hand, rod tensions", by_hand::chain_tensions::<10, 11>),
         ],
     );
-    let model = &loops::andrews();
+    let model = &loops::andrews::PUBLISHED;
     compare(
         "Andrews",
-        &states_near::<State<loops::Andrews>, 7>(&loops::ANDREWS_START, 0.05),
+        &states_near::<State<loops::andrews::Andrews>, 7>(&loops::andrews::START, 0.05),
         &[
             derived!(model, 7),
             by_hand("by hand, whole matrix, LU", loops::andrews_whole),

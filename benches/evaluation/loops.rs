@@ -6,109 +6,10 @@
 use dynamics::prelude::*;
 use nalgebra::{SMatrix, SVector};
 
-/// Andrews' squeezing mechanism; names as in the Test Set for IVP Solvers.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(beta, theta, gamma, phi, delta, omega, epsilon)]
-pub(crate) struct Andrews {
-    pub(crate) m: [f64; 7],
-    pub(crate) i: [f64; 7],
-    pub(crate) a: [f64; 2],
-    pub(crate) b: [f64; 2],
-    pub(crate) c: [f64; 2],
-    pub(crate) d: f64,
-    pub(crate) da: f64,
-    pub(crate) e: f64,
-    pub(crate) ea: f64,
-    pub(crate) rr: f64,
-    pub(crate) ra: f64,
-    pub(crate) ss: f64,
-    pub(crate) sa: f64,
-    pub(crate) sb: f64,
-    pub(crate) sc: f64,
-    pub(crate) sd: f64,
-    pub(crate) ta: f64,
-    pub(crate) tb: f64,
-    pub(crate) u: f64,
-    pub(crate) ua: f64,
-    pub(crate) ub: f64,
-    pub(crate) zf: f64,
-    pub(crate) zt: f64,
-    pub(crate) fa: f64,
-    pub(crate) c0: f64,
-    pub(crate) l0: f64,
-    pub(crate) moment: f64,
-}
+#[path = "../../tests/models/andrews.rs"]
+pub(crate) mod andrews;
 
-#[dynamics]
-impl Andrews {
-    fn f(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.rr * vec2(q.beta.cos(), q.beta.sin())
-    }
-    fn along2(&self, q: &Coordinates<Self>) -> Vec2 {
-        let angle = q.beta + q.theta;
-        vec2(angle.cos(), angle.sin())
-    }
-    fn along4(&self, q: &Coordinates<Self>) -> Vec2 {
-        let angle = q.phi + q.delta;
-        vec2(angle.sin(), -angle.cos())
-    }
-    fn along6(&self, q: &Coordinates<Self>) -> Vec2 {
-        let angle = q.omega + q.epsilon;
-        vec2(angle.cos(), angle.sin())
-    }
-    fn g(&self, q: &Coordinates<Self>) -> Vec2 {
-        vec2(self.a[0], self.a[1]) + self.zt * vec2(q.delta.cos(), q.delta.sin())
-    }
-    fn h(&self, q: &Coordinates<Self>) -> Vec2 {
-        vec2(self.a[0], self.a[1]) + self.u * vec2(q.epsilon.sin(), -q.epsilon.cos())
-    }
-    fn on3(&self, q: &Coordinates<Self>, along: f64, across: f64) -> Vec2 {
-        let (s, c) = q.gamma.sin_cos();
-        vec2(self.b[0], self.b[1]) + along * vec2(s, -c) + across * vec2(c, s)
-    }
-    fn centres(&self, q: &Coordinates<Self>) -> [Vec2; 7] {
-        let (sd, cd) = q.delta.sin_cos();
-        let (se, ce) = q.epsilon.sin_cos();
-        let a = vec2(self.a[0], self.a[1]);
-        [
-            self.ra * vec2(q.beta.cos(), q.beta.sin()),
-            self.f(q) - self.da * self.along2(q),
-            self.on3(q, self.sa, self.sb),
-            self.g(q) + (self.e - self.ea) * self.along4(q),
-            a + self.ta * vec2(cd, sd) + self.tb * vec2(-sd, cd),
-            self.h(q) + (self.zf - self.fa) * self.along6(q),
-            a + self.ua * vec2(se, -ce) - self.ub * vec2(ce, se),
-        ]
-    }
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        let centres = self.centres(q);
-        let angles = [q.beta, q.beta + q.theta, q.gamma, q.phi + q.delta, q.delta, q.omega + q.epsilon, q.epsilon];
-        let mut sum = Expr::ZERO;
-        for k in 0..7 {
-            sum += 0.5 * self.m[k] * centres[k].dt().norm_squared() + 0.5 * self.i[k] * angles[k].dt().powi(2);
-        }
-        sum
-    }
-    #[potential]
-    fn spring(&self, q: &Coordinates<Self>) -> Expr {
-        let length = (self.on3(q, self.sc, self.sd) - vec2(self.c[0], self.c[1])).norm();
-        0.5 * self.c0 * (length - self.l0).powi(2)
-    }
-    #[force]
-    fn motor(&self, q: &Coordinates<Self>) -> Force {
-        Force::along(q.beta, self.moment)
-    }
-    #[holonomic]
-    fn closure(&self, q: &Coordinates<Self>) -> [Vec2; 3] {
-        let e = self.f(q) - self.d * self.along2(q);
-        [
-            e - self.on3(q, self.ss, 0.0),
-            e - (self.g(q) + self.e * self.along4(q)),
-            e - (self.h(q) + self.zf * self.along6(q)),
-        ]
-    }
-}
+use andrews::PUBLISHED;
 
 /// A slider-crank with a rod of given mass and inertia: crank, rod, slider.
 #[derive(Clone, Debug, Dynamics)]
@@ -148,76 +49,32 @@ impl SliderCrank {
     }
 }
 
-const M: [f64; 7] = [0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498];
-const I: [f64; 7] = [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5];
-const B: [f64; 2] = [-0.03635, 0.03273];
-const C: [f64; 2] = [0.014, 0.072];
-const D: f64 = 28e-3;
-const DA: f64 = 115e-4;
-const E: f64 = 2e-2;
-const EA: f64 = 1421e-5;
-const RR: f64 = 7e-3;
-const RA: f64 = 92e-5;
-const SS: f64 = 35e-3;
-const SA: f64 = 1874e-5;
-const SB: f64 = 1043e-5;
-const SC: f64 = 18e-3;
-const SD: f64 = 2e-2;
-const TA: f64 = 2308e-5;
-const TB: f64 = 916e-5;
-const U: f64 = 4e-2;
-const UA: f64 = 1228e-5;
-const UB: f64 = 449e-5;
-const ZF: f64 = 2e-2;
-const ZT: f64 = 4e-2;
-const FA: f64 = 1421e-5;
-const C0: f64 = 4530.0;
-const L0: f64 = 7785e-5;
-const MOMENT: f64 = 33e-3;
-
-/// The mechanism with the published parameters.
-pub(crate) fn andrews() -> Andrews {
-    Andrews {
-        m: M,
-        i: I,
-        a: [-0.06934, -0.00227],
-        b: B,
-        c: C,
-        d: D,
-        da: DA,
-        e: E,
-        ea: EA,
-        rr: RR,
-        ra: RA,
-        ss: SS,
-        sa: SA,
-        sb: SB,
-        sc: SC,
-        sd: SD,
-        ta: TA,
-        tb: TB,
-        u: U,
-        ua: UA,
-        ub: UB,
-        zf: ZF,
-        zt: ZT,
-        fa: FA,
-        c0: C0,
-        l0: L0,
-        moment: MOMENT,
-    }
-}
-
-/// Where it starts.
-pub(crate) const ANDREWS_START: [f64; 7] = [
-    -0.061_713_890_014_276_45,
-    0.0,
-    0.455_279_819_163_070_4,
-    0.222_668_390_165_885_9,
-    0.487_364_979_543_842_55,
-    -0.222_668_390_165_885_9,
-    1.230_547_444_549_821_2,
-];
+const M: [f64; 7] = PUBLISHED.m;
+const I: [f64; 7] = PUBLISHED.i;
+const B: [f64; 2] = PUBLISHED.b;
+const C: [f64; 2] = PUBLISHED.c;
+const D: f64 = PUBLISHED.d;
+const DA: f64 = PUBLISHED.da;
+const E: f64 = PUBLISHED.e;
+const EA: f64 = PUBLISHED.ea;
+const RR: f64 = PUBLISHED.rr;
+const RA: f64 = PUBLISHED.ra;
+const SS: f64 = PUBLISHED.ss;
+const SA: f64 = PUBLISHED.sa;
+const SB: f64 = PUBLISHED.sb;
+const SC: f64 = PUBLISHED.sc;
+const SD: f64 = PUBLISHED.sd;
+const TA: f64 = PUBLISHED.ta;
+const TB: f64 = PUBLISHED.tb;
+const U: f64 = PUBLISHED.u;
+const UA: f64 = PUBLISHED.ua;
+const UB: f64 = PUBLISHED.ub;
+const ZF: f64 = PUBLISHED.zf;
+const ZT: f64 = PUBLISHED.zt;
+const FA: f64 = PUBLISHED.fa;
+const C0: f64 = PUBLISHED.c0;
+const L0: f64 = PUBLISHED.l0;
+const MOMENT: f64 = PUBLISHED.moment;
 
 /// M (only where it is not zero), Q, sines and cosines, as published.
 struct Published {
