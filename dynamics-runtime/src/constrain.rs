@@ -15,7 +15,7 @@ mod impact;
 mod lu;
 #[cfg(feature = "alloc")]
 mod mechanism;
-mod memory;
+pub(crate) mod memory;
 mod orthogonal;
 mod project;
 mod system;

@@ -163,7 +163,8 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
             violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
         }
         *y = settled;
-        let permitted = tolerances.absolute + tolerances.relative * super::upkeep::largest(settled.u.as_slice());
+        let permitted =
+            tolerances.absolute + tolerances.relative * crate::constrain::memory::max_abs(settled.u.as_slice());
         Ok(Some(Settled { by, violation, noise: noise / permitted }))
     }
     #[inline(always)]

@@ -8,6 +8,7 @@ use super::formulation::Formulation;
 use super::guard::Contact;
 use crate::constrain::assemble::CONSISTENT;
 use crate::constrain::held::active_rows;
+use crate::constrain::memory::max_abs;
 use crate::constrain::{self, Diagnosis, Embedding, Gradients};
 use crate::error::{SolveError, StateError};
 use crate::integrate::{Phase, Tolerances, zip};
@@ -162,17 +163,19 @@ impl<M: Constraints> Upkeep<M> {
         Ok(zip(change, &Phase { q, u }, |change, across| change - across))
     }
 
-    /// By how much a state violates its constraints, |Φ|/‖Φ_q‖ and |Φ̇|/‖Φ_q‖ of the worst row, in parts of what the tolerance permits.
+    /// By how much a state violates its constraints, |Φ|/‖Φ_q‖ and |Φ̇|/‖Φ_q‖ of the worst row, in parts of what the tolerance permits;
+    /// infinite where one is not a number.
     #[cold]
     pub(crate) fn violation(&mut self, model: &M, state: &M::State, tolerances: &Tolerances) -> f64 {
         let (position, velocity) = (model.residual(state), model.velocity_residual(state));
-        let permitted = |values: &M::Vector| tolerances.absolute + tolerances.relative * largest(values.as_slice());
+        let permitted = |values: &M::Vector| tolerances.absolute + tolerances.relative * max_abs(values.as_slice());
         let (of_q, of_u) = (permitted(state.q()), permitted(state.u()));
         let distances = Distances::of(model, state, &mut self.workspace);
         active_rows::<M>(state.modes(), false).fold(0.0f64, |worst, row| {
             let of_row = |residual: f64, permitted: f64| distances.along(row, residual) / permitted;
             let at = if row < M::Residual::LEN { of_row(position[row], of_q) } else { 0.0 };
-            worst.max(at).max(of_row(velocity[row], of_u))
+            let of_row = math::max(at, of_row(velocity[row], of_u));
+            if of_row.is_nan() { f64::INFINITY } else { worst.max(of_row) }
         })
     }
 
@@ -291,7 +294,7 @@ impl<M: Constraints> Upkeep<M> {
         let usual = *self.usual.get_or_insert(sensitivity);
         self.usual = Some(math::powf(usual, 1.0 - FADE) * math::powf(sensitivity, FADE));
         let amplified = (sensitivity / usual).max(1.0);
-        let (q, u) = (largest(state.q().as_slice()), largest(state.u().as_slice()));
+        let (q, u) = (max_abs(state.q().as_slice()), max_abs(state.u().as_slice()));
         f64::EPSILON * (1.0 + q) * amplified * (1.0 + amplified * u)
     }
 
@@ -326,11 +329,13 @@ impl<M: Constraints> Upkeep<M> {
         let (position, velocity) = (model.residual(state), model.velocity_residual(state));
         let distances = Distances::of(model, state, &mut self.workspace);
         let of_positions = self.drift_limit * distances.size;
-        let of_velocities = self.drift_limit * (1.0 + largest(state.u().as_slice()));
+        let of_velocities = self.drift_limit * (1.0 + max_abs(state.u().as_slice()));
         let drifted = |what, row: usize, residual, limit| {
             let distance = distances.along(row, residual);
             let row = M::ROWS[row].name;
-            (distance.is_nan() || distance > limit).then_some(Drifted { what, row, residual, distance, limit })
+            // What is not a number, on either side, has drifted.
+            let kept = distance <= limit;
+            (!kept).then_some(Drifted { what, row, residual, distance, limit })
         };
         active_rows::<M>(state.modes(), false).find_map(|row| {
             let position = (row < M::Residual::LEN).then(|| position[row]);
@@ -388,7 +393,7 @@ impl<M: Constraints> Upkeep<M> {
     pub(crate) fn slip_side(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> Option<f64> {
         let slip = model.velocity_residual(state)[constraint.first];
         let distance = Distances::of(model, state, &mut self.workspace).along(constraint.first, slip);
-        (distance > CONSISTENT * (1.0 + largest(state.u().as_slice()))).then_some(slip.signum())
+        (distance > CONSISTENT * (1.0 + max_abs(state.u().as_slice()))).then_some(slip.signum())
     }
 
     /// The row of a holonomic constraint that is missed most, if it is missed.
@@ -454,12 +459,8 @@ pub(crate) fn apart<M: Constraints>(
     let rows = constraint.first..constraint.first + constraint.rows;
     let far = rows.map(|row| (row, distances.along(row, residual[row])));
     let (row, distance) = far.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (distance.is_nan() || distance > CONSISTENT * distances.size).then(|| (M::ROWS[row].name, residual[row]))
-}
-
-/// The greatest absolute value; what is not a number does not count.
-pub(super) fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0f64, |largest, x| largest.max(x.abs()))
+    let near = distance <= CONSISTENT * distances.size;
+    (!near).then(|| (M::ROWS[row].name, residual[row]))
 }
 
 /// What turns residuals into distances, and what these are judged by.
@@ -471,7 +472,7 @@ struct Distances<'w> {
 
 impl<'w> Distances<'w> {
     fn of<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
-        Self { gradients: Gradients::of(model, state, workspace), size: 1.0 + largest(state.q().as_slice()) }
+        Self { gradients: Gradients::of(model, state, workspace), size: 1.0 + max_abs(state.q().as_slice()) }
     }
 
     /// |residual|/‖Φ_q‖ of a row.
