@@ -2,10 +2,12 @@
 
 mod common;
 
-use common::constrained::{HOLONOMIC, constrain};
+use common::Builder;
+use common::constrained::{HOLONOMIC, constrain, particles};
 use common::mechanisms::{Mechanism, andrews, cartesian_chain, four_bar, n_four_bar, slider_crank};
 use dynamics_symbolic::check::constraints::{Analysis, LookedAt, analyse};
 use dynamics_symbolic::compile::compile;
+use dynamics_symbolic::graph::{NodeId, Symbol};
 use dynamics_symbolic::mechanics::Model;
 
 /// The mechanism with its constraints, with nominal values or without.
@@ -62,12 +64,62 @@ fn the_report_counts_freedom_and_loops() {
         compiled.report
     };
     for (text, line) in [
-        (report(four_bar()), "degrees of freedom  1; 3 coordinates, 2 rows of rank 2 where the constraints hold"),
+        (
+            report(four_bar()),
+            "degrees of freedom  1; 3 coordinates, 2 independent rows of constraints, where they hold",
+        ),
         (report(four_bar()), "loops               1: closure for coupler, rocker"),
         (report(slider_crank()), "constraints         closure: 2 rows, holonomic, fixed"),
         (report(andrews()), "loops               3: "),
         (report(andrews()), "reactions           all unique"),
     ] {
         assert!(text.contains(line), "{line}\n{text}");
+    }
+}
+
+/// The report of a mass on a plane with these constraints: name, rows on (x, y), offset x + speed·t, whether it is switched.
+fn report_of(constraints: &[(&str, fn(&mut Builder, &[NodeId]) -> NodeId, bool)]) -> String {
+    let (mut b, q) = particles(&["x", "y"]);
+    for (name, row, switched) in constraints {
+        let row = row(&mut b, &q);
+        constrain(&mut b, name, HOLONOMIC, &[row]).switched = *switched;
+    }
+    compile(b.model).unwrap_or_else(|found| panic!("{found:?}")).report
+}
+
+#[test]
+fn the_report_says_what_constraints_leave_when_they_are_on_and_off() {
+    let floor = |_: &mut Builder, q: &[NodeId]| q[1];
+    let drive = |b: &mut Builder, q: &[NodeId]| {
+        let (speed, t) = (b.parameter("speed"), b.model.graph.symbol(Symbol::Time));
+        let way = b.mul(speed, t);
+        b.sub(q[0], way)
+    };
+    let wall = |_: &mut Builder, q: &[NodeId]| q[0];
+    for (text, lines) in [
+        (
+            report_of(&[("floor", floor, true)]),
+            &[
+                "degrees of freedom  1 with all constraints on, 2 with the switched ones released; 2 coordinates, 1 independent",
+            ][..],
+        ),
+        // Switched constraints drive nothing: they let go.
+        (
+            report_of(&[("floor", floor, true), ("wall", wall, true)]),
+            &[
+                "degrees of freedom  0 with all constraints on, 2 with the switched ones released; 2 coordinates, 2 independent",
+            ],
+        ),
+        (
+            report_of(&[("floor", floor, false), ("drive", drive, false)]),
+            &["degrees of freedom  0: the constraints alone say how it moves", "all coordinates from the constraints"],
+        ),
+        (report_of(&[("floor", floor, false)]), &["single rows         1: floor for y", "no pivot can vanish"]),
+    ] {
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for line in lines {
+            assert!(words(&text).contains(&words(line)), "{line}\n{text}");
+        }
+        assert!(!text.contains("loops "), "nothing closes here:\n{text}");
     }
 }

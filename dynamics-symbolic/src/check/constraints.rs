@@ -23,7 +23,7 @@ use crate::mechanics::{Equations, Model};
 
 use super::Finding;
 
-pub use analysis::{Analysis, LookedAt, analyse};
+pub use analysis::{Analysis, LookedAt, Ranks, analyse};
 pub use finding::{Combination, ConstraintFinding};
 pub use loops::{Loop, loops};
 pub use sample::Sample;

@@ -90,9 +90,21 @@ pub(super) fn is_taken(model: &Model, prefix: &str) -> bool {
 }
 
 impl Formulas {
-    /// Formulas for `roots`.
+    /// Formulas for `roots`, where what is long and shared is defined once.
     #[must_use]
     pub fn new(model: &Model, roots: &[NodeId]) -> Self {
+        Self::sharing(model, roots, SHARED)
+    }
+
+    /// The text of one node without definitions; `None` where it is too long for that.
+    #[must_use]
+    pub fn whole(target: &dyn Target, model: &Model, id: NodeId) -> Option<Text> {
+        let formulas = Self::sharing(model, &[id], LARGEST);
+        (formulas.definitions() == 0).then(|| formulas.text(target, model, id))
+    }
+
+    /// Formulas for `roots`; what is used several times and larger than `shared` is defined once.
+    fn sharing(model: &Model, roots: &[NodeId], shared: usize) -> Self {
         let g = &model.graph;
         let end = roots.iter().map(|r| r.index() + 1).max().unwrap_or(0);
         let mut uses = vec![0u32; end];
@@ -110,7 +122,7 @@ impl Formulas {
                 continue;
             }
             let mut entry = all.build(g, id);
-            if entry.weight > LARGEST || count > 1 && entry.weight > SHARED {
+            if entry.weight > LARGEST || count > 1 && entry.weight > shared {
                 all.definitions.push(entry.formula);
                 entry = Entry { formula: Rc::new(Formula::Defined(all.definitions.len() - 1)), weight: 1 };
             }

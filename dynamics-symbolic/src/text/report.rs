@@ -219,13 +219,10 @@ fn conserved(out: &mut String, equations: &Equations) {
 /// Where the model is not smooth, or not defined.
 fn watch(out: &mut String, model: &Model, equations: &Equations) {
     let hazards = Hazards::of(model, equations);
-    let sides = hazards.switches.iter().flat_map(|s| [Some(s.left), s.right]).flatten();
-    let roots: Vec<NodeId> = sides.chain(hazards.denominators.iter().chain(&hazards.domains).copied()).collect();
-    let formulas = Formulas::new(model, &roots);
-    let text = |id: NodeId| formulas.text(&Plain::READABLE, model, id).text;
-    let mut line = |heading: &str, parts: Vec<String>, end: &str| {
+    let text = |id: NodeId| Formulas::whole(&Plain::READABLE, model, id).map(|formula| formula.text);
+    let mut line = |heading: &str, parts: Vec<Option<String>>, end: &str| {
         // What is too long to read is not worth its place.
-        let short: Vec<String> = parts.iter().filter(|p| p.len() <= 60).take(4).cloned().collect();
+        let short: Vec<&str> = parts.iter().flatten().map(String::as_str).filter(|p| p.len() <= 60).take(4).collect();
         if short.is_empty() {
             return;
         }
@@ -234,8 +231,8 @@ fn watch(out: &mut String, model: &Model, equations: &Equations) {
         entry(out, heading, &format!("{}{more}{end}", short.join(", ")));
     };
     let switches = hazards.switches.iter().map(|s| {
-        let right = s.right.map_or_else(|| "0".to_owned(), text);
-        format!("{} = {right}", text(s.left))
+        let right = s.right.map_or_else(|| Some("0".to_owned()), text)?;
+        Some(format!("{} = {right}", text(s.left)?))
     });
     line("not smooth where", switches.collect(), "; an event there keeps the order of the method");
     line("divides by", hazards.denominators.iter().map(|d| text(*d)).collect(), "");
@@ -247,18 +244,25 @@ fn simplified(out: &mut String, model: &Model, equations: &Equations, programs: 
     let mut roots: Vec<NodeId> = equations.generalized_force.clone();
     roots.extend(equations.mass_matrix.iter().enumerate().flat_map(|(i, row)| &row[..=i]));
     let (written_out, shared) = sizes(&model.graph, &roots);
-    let text = format!("M and Q: {} operations written out, {} after sharing", rounded(written_out), shared);
-    entry(out, "simplified", &text);
+    let mut lines = Vec::new();
+    if written_out > shared as f64 {
+        lines.push(format!("M and Q: {} operations written out, {shared} after sharing", rounded(written_out)));
+    }
     if let Some(p) = programs.iter().find(|p| p.name == "accelerations")
         && !p.constants.is_empty()
     {
-        let text = format!(
-            "accelerations: {} operations on parameters alone are done once per model and kept in {} constants",
-            p.hoisted_cost.total(),
-            p.constants.len()
-        );
-        entry(out, "", &text);
+        let once = counted(p.hoisted_cost.total(), "operation");
+        let kept = counted(p.constants.len(), "constant");
+        lines.push(format!("accelerations: {once} on parameters alone once per model, kept in {kept}"));
     }
+    for (i, line) in lines.iter().enumerate() {
+        entry(out, if i == 0 { "simplified" } else { "" }, line);
+    }
+}
+
+/// `1 row`, `2 rows`.
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// Operations below some nodes: as trees, and with every node counted once.

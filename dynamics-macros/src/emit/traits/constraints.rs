@@ -203,7 +203,7 @@ impl Emission<'_> {
                 };
                 let lead = if leading.len() == 1 { "leads" } else { "lead" };
                 match leading.is_empty() {
-                    true => format!("dependent coordinates {blocks}, none is left"),
+                    true => format!("all coordinates from the constraints, {blocks}"),
                     false => format!("dependent coordinates {blocks}, {} {lead}", leading.join(", ")),
                 }
             }

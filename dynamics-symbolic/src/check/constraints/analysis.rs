@@ -31,6 +31,8 @@ pub struct Analysis {
     pub least_rank: usize,
     /// Rank of Φ_q alone.
     pub holonomic_rank: usize,
+    /// The ranks of the constraints that are always on, with all switched ones released.
+    pub always: Ranks,
     /// Rows whose multipliers are not unique: those in the span of the others.
     pub not_unique: Vec<usize>,
     /// Constraints with multipliers that are not unique whose whole generalized force Φ_qᵀλ is, by index in the model.
@@ -43,6 +45,15 @@ pub struct Analysis {
     pub looked_at: LookedAt,
     /// Nonholonomic rows that can be integrated; `None` where there are too many rows to settle that.
     pub integrable: Option<usize>,
+}
+
+/// Ranks of the rows of some constraints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ranks {
+    /// Of Φ_q joined by A.
+    pub all: usize,
+    /// Of Φ_q alone.
+    pub holonomic: usize,
 }
 
 /// Where the rank was determined.
@@ -84,10 +95,13 @@ pub fn analyse(model: &Model) -> Analysis {
         let together: Vec<usize> = order.always.iter().chain(switched).copied().collect();
         all.examine(&together, switched, i < SWITCHED);
     }
-    let everything = order.everything();
-    let whole = if order.switched.is_empty() { base } else { all.look(&everything, true) };
-    let joint = all.joint(&whole);
-    let mut analysis = Analysis { joint, ..summarise(&rows, whole) };
+    let mut analysis = if order.switched.is_empty() {
+        Analysis { joint: all.joint(&base), ..summarise(&rows, base) }
+    } else {
+        let whole = all.look(&order.everything(), true);
+        let always = summarise(&rows, base).always;
+        Analysis { joint: all.joint(&whole), always, ..summarise(&rows, whole) }
+    };
     if all.faults.is_empty() {
         let known = integrable::integrability(model, &rows, &analysis.superfluous);
         judge_integrability(model, &rows, known.as_ref(), &mut all.faults);
@@ -312,12 +326,14 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         list.dedup();
     }
     let lost = superfluous.iter().filter(|r| holonomic(r)).count();
+    let holonomic_rank = look.order.iter().filter(|r| holonomic(r)).count() - lost;
     Analysis {
         findings: Vec::new(),
         rows: rows.len(),
         rank,
         least_rank,
-        holonomic_rank: rows.holonomic - lost,
+        holonomic_rank,
+        always: Ranks { all: rank, holonomic: holonomic_rank },
         not_unique,
         joint: Vec::new(),
         superfluous,

@@ -1,12 +1,12 @@
 //! What the report says of constraints: the class of each, what they leave free, loops, uniqueness of the reactions, and how it is all solved.
 
 use crate::check::Analysis;
-use crate::check::constraints::{LookedAt, Loop, loops};
+use crate::check::constraints::{LookedAt, Loop, Ranks, loops};
 use crate::mechanics::{
     Constraint, ConstraintEquations, ConstraintKind, Elimination, Equations, General, Model, Solution,
 };
 
-use super::entry;
+use super::{counted, entry};
 
 /// Most constraints, loops or rows that are listed by name.
 const LISTED: usize = 12;
@@ -61,43 +61,66 @@ fn class(c: &Constraint, moving: bool, repeats: usize) -> String {
 }
 
 fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analysis: &Analysis) {
-    let (n, rows) = (model.coordinates.len(), analysis.rows);
-    let places = n - analysis.holonomic_rank.min(n);
-    let free = n - analysis.rank.min(n);
-    let where_known = match analysis.looked_at {
-        _ if derived.holonomic == 0 => "in every state",
-        LookedAt::Nominal => "where the constraints hold, at the nominal values",
-        LookedAt::Random => {
-            "where the constraints hold, at random values of the parameters; `#[nominal(..)]` would say at which"
-        }
-        LookedAt::General => {
-            "in general; no state was found in which the constraints hold, `#[nominal(..)]` values would help"
-        }
-        LookedAt::TooMany => "in general; there are too many rows to look at states in which the constraints hold",
-        LookedAt::Nowhere => "in general; no state was found in which the constraints hold",
+    let n = model.coordinates.len();
+    let rows = match (analysis.rows, analysis.rank) {
+        (rows, rank) if rows == rank => format!("{} of constraints", counted(rows, "independent row")),
+        (rows, rank) => format!("{rank} of {} of constraints independent", counted(rows, "row")),
     };
-    let size = if places == free { free.to_string() } else { format!("{free} in velocities, {places} in positions") };
-    let driven = if free == 0 { ": driven throughout, a matter of kinematics" } else { "" };
-    let all_on = if model.constraints.iter().any(|c| c.switched) { " with all constraints on" } else { "" };
-    let text = format!(
-        "{size}{all_on}{driven}; {n} coordinates, {rows} {} of rank {} {where_known}",
-        if rows == 1 { "row" } else { "rows" },
-        analysis.rank
-    );
+    let text =
+        format!("{}; {}, {rows}{}", size(model, derived, analysis), counted(n, "coordinate"), seen(derived, analysis));
     entry(out, "degrees of freedom", &text);
     if analysis.least_rank < analysis.rank {
         let text = format!(
-            "on some branches of the assembly the rank is {}: there rows repeat others, and the multipliers are not unique",
-            analysis.least_rank
+            "on some branches of the assembly only {} are independent: there the multipliers are not unique",
+            counted(analysis.least_rank, "row")
         );
         entry(out, "", &text);
     }
     match analysis.integrable {
-        Some(n) if n > 0 => entry(out, "", &format!("{n} of the nonholonomic rows can be integrated")),
+        Some(n) if n > 0 => {
+            entry(out, "", &format!("{} can be integrated", counted(n, "nonholonomic row")));
+        }
         None if derived.holonomic < analysis.rows => {
             entry(out, "", "whether the nonholonomic rows can be integrated was not settled, there are too many rows");
         }
         _ => {}
+    }
+}
+
+/// The degrees of freedom, with switched constraints on and off, and what follows where there are none.
+fn size(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> String {
+    let n = model.coordinates.len();
+    let size = |ranks: Ranks| {
+        let (free, places) = (n - ranks.all.min(n), n - ranks.holonomic.min(n));
+        if places == free { free.to_string() } else { format!("{free} in velocities, {places} in positions") }
+    };
+    let on = size(Ranks { all: analysis.rank, holonomic: analysis.holonomic_rank });
+    let text = if model.constraints.iter().any(|c| c.switched) {
+        format!("{on} with all constraints on, {} with the switched ones released", size(analysis.always))
+    } else {
+        on
+    };
+    let moving = derived.velocity_offset.iter().any(|node| !model.graph.is_zero(*node));
+    match (analysis.always.all >= n, moving) {
+        (true, true) => format!("{text}: the constraints alone say how it moves, a matter of kinematics"),
+        (true, false) => format!("{text}: the constraints hold it still"),
+        (false, _) => text,
+    }
+}
+
+/// Where the rank of the constraints was determined.
+fn seen(derived: &ConstraintEquations, analysis: &Analysis) -> &'static str {
+    match analysis.looked_at {
+        _ if derived.holonomic == 0 => " in every state",
+        LookedAt::Nominal => ", where they hold, at the nominal values",
+        LookedAt::Random => ", where they hold, with parameters at random; give yours as `#[nominal(..)]`",
+        LookedAt::General => {
+            " in general; no state was found in which they hold, values as `#[nominal(..)]` would help to find one"
+        }
+        LookedAt::TooMany => {
+            " in general; too many rows to find states in which they hold, where fewer may be independent"
+        }
+        LookedAt::Nowhere => " in general; no state was found in which they hold",
     }
 }
 
@@ -117,6 +140,17 @@ fn found_loops(out: &mut String, model: &Model, derived: &ConstraintEquations, a
     if found.is_empty() {
         return;
     }
+    // A row by itself closes nothing: a floor, a rod, a drive.
+    let (single, loops): (Vec<Loop>, Vec<Loop>) = found.into_iter().partition(|l| l.rows.len() == 1);
+    for (heading, found) in
+        [("loops", loops), ("single rows", single)].into_iter().filter(|(_, found)| !found.is_empty())
+    {
+        entry(out, heading, &format!("{}: {}", found.len(), determined(model, &found)));
+    }
+}
+
+/// `closure for phi, x; drive for theta`.
+fn determined(model: &Model, found: &[Loop]) -> String {
     let names = |coordinates: &[usize]| {
         let all: Vec<&str> = coordinates.iter().map(|j| model.coordinates[*j].name.as_str()).collect();
         shortened(&all)
@@ -124,7 +158,7 @@ fn found_loops(out: &mut String, model: &Model, derived: &ConstraintEquations, a
     let one = |l: &Loop| format!("{} for {}", rows_text(model, &l.rows), names(&l.coordinates));
     let texts: Vec<String> = found.iter().take(LISTED).map(one).collect();
     let more = if found.len() > LISTED { format!("; and {} more", found.len() - LISTED) } else { String::new() };
-    entry(out, "loops", &format!("{}: {}{more}", found.len(), texts.join("; ")));
+    format!("{}{more}", texts.join("; "))
 }
 
 /// Components of one vector close one loop, also where they can be solved one after the other.
@@ -203,21 +237,18 @@ fn shortened(names: &[&str]) -> String {
 fn solution(model: &Model, derived: &ConstraintEquations) -> String {
     match &derived.solution {
         Solution::Unrolled(u) => {
-            let order = match &u.elimination {
-                Elimination::MinimumDegree => {
-                    "accelerations and multipliers together, fewest neighbours first".to_owned()
-                }
-                Elimination::Blocks(blocks) => {
-                    let dependent: Vec<usize> = blocks.iter().flat_map(|(_, c)| c.iter().copied()).collect();
-                    let free = model.coordinates.iter().enumerate().filter(|(j, _)| !dependent.contains(j));
-                    let free: Vec<&str> = free.map(|(_, c)| c.name.as_str()).collect();
-                    let largest = blocks.iter().map(|(rows, _)| rows.len()).max().unwrap_or(0);
-                    let left = if free.is_empty() { "nothing".to_owned() } else { shortened(&free) };
-                    let rows = if largest == 1 { "row" } else { "rows" };
-                    format!("{} blocks of at most {largest} {rows} eliminated, the rest in {left}", blocks.len())
-                }
+            let order = order(model, &u.elimination);
+            let behind = match u.guards.len() {
+                0 => "no pivot can vanish".to_owned(),
+                1 => "one pivot is guarded: where it vanishes the general solver takes over".to_owned(),
+                n => format!("{n} pivots are guarded: where one vanishes the general solver takes over"),
             };
-            format!("generated code: {order}; {} pivots guarded, the general solver behind them", u.guards.len())
+            let released = match (model.constraints.iter().any(|c| c.switched), u.guards.is_empty()) {
+                (false, _) => "",
+                (true, true) => "; while a switched constraint is released the general solver takes over",
+                (true, false) => ", and while a switched constraint is released",
+            };
+            format!("generated code, {order}; {behind}{released}")
         }
         Solution::General(why) => {
             let why = match why {
@@ -229,4 +260,28 @@ fn solution(model: &Model, derived: &ConstraintEquations) -> String {
             format!("the general rank-revealing solver, at run time: {why}")
         }
     }
+}
+
+/// How generated code eliminates.
+fn order(model: &Model, elimination: &Elimination) -> String {
+    let Elimination::Blocks(blocks) = elimination else {
+        return "for accelerations and multipliers together, those with the fewest neighbours first".to_owned();
+    };
+    let dependent: Vec<usize> = blocks.iter().flat_map(|(_, c)| c.iter().copied()).collect();
+    let free = model.coordinates.iter().enumerate().filter(|(j, _)| !dependent.contains(j));
+    let free: Vec<&str> = free.map(|(_, c)| c.name.as_str()).collect();
+    let largest = blocks.iter().map(|(rows, _)| rows.len()).max().unwrap_or(0);
+    let size = match (blocks.len(), largest) {
+        (1, rows) => format!("in one block of {}", counted(rows, "row")),
+        (n, 1) => format!("in {n} blocks of 1 row"),
+        (n, rows) => format!("in {n} blocks of at most {rows} rows"),
+    };
+    if free.is_empty() {
+        return format!("all coordinates from the constraints, {size}");
+    }
+    format!(
+        "{} from the constraints {size}, the equations of motion for {}",
+        counted(dependent.len(), "dependent coordinate"),
+        shortened(&free)
+    )
 }
