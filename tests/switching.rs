@@ -121,3 +121,21 @@ fn what_slips_is_released_to_the_side_of_its_velocity() {
     assert_eq!(model.state().release("stick").build().unwrap().modes.side(0), 1.0);
     assert_eq!(model.state().release_to("stick", -1.0).build().unwrap().modes.side(0), -1.0);
 }
+
+/// What is released is computed by the general solver because that is the way, not because something failed.
+#[test]
+fn the_summary_says_why_the_general_solver_was_used() {
+    let model = Pushed { m: 1.0, l: 1.3, g: 9.81 };
+    let state = || model.state().x(1.3).push(0.0);
+    let released = model.simulate(state().release("stop").build().unwrap()).until(0.1).run().unwrap();
+    let summary = released.summary();
+    assert_eq!((&summary.released[..], summary.upkept.released), (&["stop"][..], summary.upkept.general));
+    let text = summary.to_string();
+    assert!(text.contains(" evaluations by the general solver (stop released)"), "{text}");
+    assert!(!text.contains("fell back") && !text.contains("vanished"), "{text}");
+    // With all constraints on, generated code does it.
+    let held = model.simulate(model.state().x(-1.1).y(-0.48f64.sqrt()).push(0.0).build().unwrap()).until(0.1).run();
+    let summary = held.unwrap().summary();
+    assert_eq!((summary.released.len(), summary.upkept.general), (0, 0));
+    assert!(!summary.to_string().contains("general solver"), "{summary}");
+}

@@ -14,7 +14,7 @@ use super::record::EventRecord;
 use super::simulate::Simulate;
 use super::upkeep::Upkept;
 use crate::integrate::Method;
-use crate::model::Route;
+use crate::model::{ModelState, Route};
 
 /// How much a quantity that should stay constant has changed.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,8 +63,11 @@ pub struct Summary {
     pub constraints: Vec<ConstraintDrift>,
     /// What it took to keep them.
     pub upkept: Upkept,
-    /// There is generated code for accelerations and reactions, so that evaluations by the general solver are fallbacks.
+    /// There is generated code for accelerations and reactions, so that evaluations by the general solver with all constraints on are
+    /// fallbacks.
     pub falls_back: bool,
+    /// Switched constraints that were released at some time.
+    pub released: Vec<&'static str>,
     /// How often constraints were hit.
     pub impacts: usize,
     /// Energy that was lost in them.
@@ -115,6 +118,7 @@ impl<M: Simulate> Motion<'_, M> {
             constraints: self.constraint_drift(),
             upkept: self.trajectory.upkept,
             falls_back: matches!(M::ROUTE, Route::Unrolled { .. }),
+            released: self.released(),
             impacts: self.events().iter().flat_map(|event| &event.impacts).filter(|impact| !impact.held).count(),
             energy_lost: self.events().iter().map(EventRecord::energy_lost).sum(),
             conditioning: self.conditioning(),
@@ -122,6 +126,12 @@ impl<M: Simulate> Motion<'_, M> {
             stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
             stiff_at: counts.stiff_at,
         }
+    }
+
+    /// Names of the switched constraints that some recorded state leaves released.
+    fn released(&self) -> Vec<&'static str> {
+        let off = |index: &usize| self.trajectory.records.iter().any(|record| !record.state.modes().holds(*index));
+        M::CONSTRAINTS.iter().filter(|c| c.switched.as_ref().is_some_and(off)).map(|c| c.name).collect()
     }
 
     fn drifts(&self) -> Vec<Drift> {
@@ -225,19 +235,21 @@ impl Summary {
                 write!(f, "\n               {what} drift {value:.1e} at most, of {row}")?;
             }
         }
-        let Upkept {
-            dependent, dependent_at, settled, largest_move, repartitions, block_failures, conditioning, ..
-        } = self.upkept;
+        let Upkept { general, released, dependent, dependent_at, repartitions, block_failures, .. } = self.upkept;
+        let Upkept { settled, largest_move, conditioning, .. } = self.upkept;
         // Where the general solver is the route it is no fallback.
-        let general = if self.falls_back { self.upkept.general } else { 0 };
-        let mut line = |count: u64, what: &str| match count {
+        let (released, fallen) = if self.falls_back { (released, general - released) } else { (0, 0) };
+        let mut line = |count: u64, what: &str, how: &str| match count {
             0 => Ok(()),
-            _ => write!(f, "\n               {} {what}", Grouped(count)),
+            1 => write!(f, "\n               1 {what}{how}"),
+            _ => write!(f, "\n               {} {what}s{how}", Grouped(count)),
         };
-        line(general, "evaluations fell back on the general solver")?;
-        line(repartitions, "changes of the independent coordinates")?;
-        line(block_failures, "projections where no choice of them determined the others")?;
-        line(dependent, "evaluations with dependent constraints, where reactions are not unique")?;
+        let by_general = alloc::format!(" by the general solver ({} released)", self.released.join(", "));
+        line(released, "evaluation", &by_general)?;
+        line(fallen, "evaluation", " by the general solver, where a pivot of the generated code vanished")?;
+        line(repartitions, "change", " of the independent coordinates")?;
+        line(block_failures, "projection", " where no choice of them determined the others")?;
+        line(dependent, "evaluation", " with dependent constraints, where reactions are not unique")?;
         if let Some(t) = dependent_at {
             write!(f, ", first at t = {}", Rounded(t))?;
         }
