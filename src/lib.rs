@@ -96,10 +96,11 @@ pub mod __private {
     pub use core::result::Result::{self, Err, Ok};
     pub use core::{assert, fmt, unreachable};
     pub use dynamics_macros::__model;
-    pub use dynamics_runtime::constrain::{assemble, check_sides, check_start, set_sides, solve_once, workspace_len};
+    pub use dynamics_runtime::constrain::{solve_once, workspace_len};
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
     pub use dynamics_runtime::generated::{
-        OnlyOneDynamicsImplPerModel, matrix, name_singular, no_derivatives, released, singular, solved_or_nan, vector,
+        Complete, OnlyOneDynamicsImplPerModel, matrix, name_singular, no_derivatives, released, singular,
+        solved_or_nan, vector,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
@@ -109,7 +110,7 @@ pub mod __private {
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Point};
-    pub use dynamics_runtime::reaction::{Reaction, Reactions, switched, type_of};
+    pub use dynamics_runtime::reaction::{Reaction, Reactions, type_of};
     pub use dynamics_runtime::unconstrained;
     pub use dynamics_runtime::{Expr, SmoothFunction, math};
     pub use nalgebra::{ArrayStorage, SMatrix, SVector};

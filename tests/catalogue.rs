@@ -15,7 +15,7 @@ const SEVERAL: &[&str] = &["several_mistakes_at_once"];
 /// Cases where the two macros miss each other, which neither can see: the words are rustc's. With the number of errors.
 const RUSTC: &[(&str, usize, &str)] = &[
     ("no_derive", 1, "the attribute calls a macro of the struct's name, which the derive would have left there"),
-    ("no_impl", 8, "a trait that only the impl block implements, wherever a type needs it; the message has the remedy"),
+    ("no_impl", 1, "a trait that only the impl block implements; the message has the remedy"),
     ("two_impls", 13, "whatever a block implements exists twice; the name of the second trait says why"),
 ];
 

@@ -140,6 +140,25 @@ fn only_one(surface: &Surface) -> TokenStream {
     quote!(impl #private::OnlyOneDynamicsImplPerModel for #model {})
 }
 
+/// `<Model as Complete>`: what the derive's types need of the impl block.
+fn complete(surface: &Surface) -> TokenStream {
+    let (model, private) = (&surface.name, surface.private());
+    quote!(<#model as #private::Complete>)
+}
+
+/// Tokens that are shown at the struct's name: rustc says the same thing of the same place once, so that a missing impl block
+/// is one error.
+fn at_name(surface: &Surface, tokens: TokenStream) -> TokenStream {
+    let tokens = tokens.into_iter().map(|mut tree| {
+        if let TokenTree::Group(group) = &mut tree {
+            *group = Group::new(group.delimiter(), at_name(surface, group.stream()));
+        }
+        tree.set_span(Span::call_site().located_at(surface.name.span()));
+        tree
+    });
+    tokens.collect()
+}
+
 /// Puts generated impls where the user's block is, so that rustc names it where they collide with those of a second block.
 fn at_block(surface: &Surface, tokens: TokenStream) -> TokenStream {
     match surface.block {

@@ -2,13 +2,75 @@
 
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
-use crate::constrain::solve_once;
-use crate::error::{SingularMassMatrix, SolveError};
-use crate::model::{Constraints, Modes, Quantity, Solved, Vector};
+use crate::constrain::{assemble, check_sides, check_start, set_sides, solve_once};
+use crate::error::{SingularMassMatrix, SolveError, StateError};
+use crate::expr::Expr;
+use crate::model::{Constraints, Model, Modes, Quantity, Solved, Vector};
+use crate::reaction::{self, Reaction, Reactions};
 
 /// Implemented once per `#[dynamics] impl`, before anything else: a second block for the same struct then begins with an error
 /// that says what is wrong.
 pub trait OnlyOneDynamicsImplPerModel {}
+
+/// What the types that come with the struct need of the model's impl block. They reach it through this trait alone, at the struct's name,
+/// so that a missing block is one error.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` has no equations of motion; put `#[dynamics]` on the `impl` block with its energies",
+    label = "no `#[dynamics] impl` for this"
+)]
+pub trait Complete: Model {
+    /// One number per row: [`Constraints::Rows`].
+    type Multipliers: Vector;
+    /// λ of the constraint with this function.
+    fn reaction<F: 'static, T: Reaction>(reactions: &Reactions<Self::Multipliers>, function: F) -> T;
+    /// The side to which the switched constraint with this function was left.
+    fn slip<F: 'static>(reactions: &Reactions<Self::Multipliers>, function: F) -> Expr;
+    /// Index among the switched constraints of the one with this name.
+    ///
+    /// # Errors
+    /// Where no switched constraint has the name.
+    fn switched(name: &'static str) -> Result<usize, StateError>;
+    /// Releases to the side of the velocity what was released without a side, and checks the state.
+    ///
+    /// # Errors
+    /// Where the state is not on the constraints or a side contradicts the velocity.
+    fn built(&self, state: Self::State, sided: u32) -> Result<Self::State, StateError>;
+    /// The state with what was not given solved for.
+    ///
+    /// # Errors
+    /// Where the constraints cannot be fulfilled.
+    fn assembled(&self, state: Self::State, given: [&[bool]; 2], sided: u32) -> Result<Self::State, StateError>;
+}
+
+#[diagnostic::do_not_recommend]
+impl<M: Constraints> Complete for M {
+    type Multipliers = M::Rows;
+
+    fn reaction<F: 'static, T: Reaction>(reactions: &Reactions<M::Rows>, function: F) -> T {
+        reactions.of::<M, F, T>(function)
+    }
+
+    fn slip<F: 'static>(reactions: &Reactions<M::Rows>, function: F) -> Expr {
+        reactions.slip::<M, F>(function)
+    }
+
+    fn switched(name: &'static str) -> Result<usize, StateError> {
+        reaction::switched::<M>(name)
+    }
+
+    fn built(&self, mut state: M::State, sided: u32) -> Result<M::State, StateError> {
+        set_sides(self, &mut state, sided);
+        check_start(self, &state)?;
+        Ok(state)
+    }
+
+    fn assembled(&self, state: M::State, [q, u]: [&[bool]; 2], sided: u32) -> Result<M::State, StateError> {
+        let mut state = assemble(self, state, q, u)?;
+        set_sides(self, &mut state, sided);
+        check_sides(self, &state)?;
+        Ok(state)
+    }
+}
 
 /// A pivot of M = LDLᵀ below this fraction of its diagonal element is rounding noise: eliminations of n ≤ 100 coordinates leave
 /// about n·ε ≈ 2·10⁻¹⁴ of it at worst.

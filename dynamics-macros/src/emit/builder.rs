@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
-use super::{Slot, Surface, docs, local, offsets, plain, quiet};
+use super::{Slot, Surface, at_name, complete, docs, local, offsets, plain, quiet};
 
 /// `XStateBuilder` and `X::state()`.
 pub(super) fn builder(surface: &Surface) -> TokenStream {
@@ -94,10 +94,13 @@ fn setter(
 
 fn build(surface: &Surface) -> TokenStream {
     let (vis, private) = (&surface.vis, surface.private());
-    let (model, state, t, name) = (&surface.name, surface.state_type(), local("t"), local("name"));
+    let (complete, state, t, name) = (complete(surface), surface.state_type(), local("t"), local("name"));
     let (index, error, side) = (local("index"), local("error"), local("side"));
-    let assembled = local("assembled");
     let result = quote!(#private::Result<#state, #private::StateError>);
+    let found = at_name(surface, quote!(#complete::switched(#name)));
+    let built = at_name(surface, quote!(#complete::built(self.model, self.state, self.sided)));
+    let given = quote!([&self.given_q, &self.given_u]);
+    let assembled = at_name(surface, quote!(#complete::assembled(self.model, self.state, #given, self.sided)));
     let check_names = quote! {
         if let #private::Option::Some(#error) = self.error {
             return #private::Err(#error);
@@ -114,7 +117,7 @@ fn build(surface: &Surface) -> TokenStream {
         /// velocities slip, others and what is at rest to that of growing values. That no switched constraint has this name is said by
         /// [`Self::build`] and [`Self::assemble`].
         #vis fn release(mut self, #name: &'static #private::str) -> Self {
-            match #private::switched::<#model>(#name) {
+            match #found {
                 #private::Ok(#index) => {
                     self.state.modes.release(#index, 1.0);
                     self.sided &= !(1 << #index);
@@ -126,7 +129,7 @@ fn build(surface: &Surface) -> TokenStream {
         /// Releases a switched constraint to a side: that of growing values where `side` is not negative. [`Self::build`] and
         /// [`Self::assemble`] refuse a side to which a nonholonomic constraint of one row does not slip.
         #vis fn release_to(mut self, #name: &'static #private::str, #side: #private::f64) -> Self {
-            match #private::switched::<#model>(#name) {
+            match #found {
                 #private::Ok(#index) => {
                     self.state.modes.release(#index, #side);
                     self.sided |= 1 << #index;
@@ -140,11 +143,9 @@ fn build(surface: &Surface) -> TokenStream {
         /// # Errors
         /// Where a value is not finite, or where the state does not fulfil a constraint: with its name, its value and how far away it is
         /// fulfilled.
-        #vis fn build(mut self) -> #result {
+        #vis fn build(self) -> #result {
             #check_names
-            #private::set_sides::<#model>(self.model, &mut self.state, self.sided);
-            #private::check_start::<#model>(self.model, &self.state)?;
-            #private::Ok(self.state)
+            #built
         }
         /// The state completed: what was set stays, positions that were not set are solved from their guesses (0 where there is none),
         /// then velocities that were not set, so that all constraints are fulfilled.
@@ -153,10 +154,7 @@ fn build(surface: &Surface) -> TokenStream {
         /// Where a value is not finite, or where the constraints cannot be fulfilled: with the one that is missed, and by how much.
         #vis fn assemble(self) -> #result {
             #check_names
-            let mut #assembled = #private::assemble::<#model>(self.model, self.state, &self.given_q, &self.given_u)?;
-            #private::set_sides::<#model>(self.model, &mut #assembled, self.sided);
-            #private::check_sides::<#model>(self.model, &#assembled)?;
-            #private::Ok(#assembled)
+            #assembled
         }
     }
 }

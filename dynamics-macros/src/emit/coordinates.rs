@@ -2,8 +2,9 @@
 
 use proc_macro2::TokenStream;
 use quote::quote;
+use syn::Ident;
 
-use super::{Slot, Surface, docs, local, offsets, plain, quiet};
+use super::{Slot, Surface, at_name, complete, docs, local, offsets, plain, quiet};
 
 /// `XCoordinates`, one time jet per coordinate and input, and time.
 pub(super) fn coordinates(surface: &Surface) -> TokenStream {
@@ -21,26 +22,58 @@ pub(super) fn coordinates(surface: &Surface) -> TokenStream {
     let coordinates = fields(&surface.coordinates, docs::coordinate);
     let inputs = fields(&surface.inputs, docs::input);
     let doc = format!("Time jets of the coordinates of [`{}`]: what its functions take as `q`.", surface.name);
-    let derive = docs::derive(&private, &["Clone", "Debug"]);
-    let (model, reactions) = (&surface.name, reactions(surface));
+    let complete = complete(surface);
+    let multipliers = at_name(surface, quote!(#private::Reactions<#complete::Multipliers>));
+    let (derived, reactions) = (derived(surface), reactions(surface));
     quote! {
         #[doc = #doc]
-        #derive
         #[allow(dead_code, clippy::exhaustive_structs)]
         #vis struct #name {
             #(#coordinates)*
             #(#inputs)*
             /// Time.
             #vis t: #expr,
-            __reactions: #private::Reactions<<#model as #private::Constraints>::Rows>,
+            __reactions: #multipliers,
         }
+        #derived
         #reactions
+    }
+}
+
+/// `Clone` and `Debug` as derives would have them, but that the error of a missing impl block is seen at the struct's name.
+fn derived(surface: &Surface) -> TokenStream {
+    let (name, private, quiet, f) = (surface.coordinates_type(), surface.private(), quiet(), local("f"));
+    let fields: Vec<&Ident> = surface.coordinates.iter().chain(&surface.inputs).map(|slot| &slot.name).collect();
+    let copies = fields.iter().map(|field| quote!(#field: self.#field,));
+    let copy = at_name(surface, quote!(Self { #(#copies)* t: self.t, __reactions: self.__reactions }));
+    let shown = fields.iter().map(|field| {
+        let text = plain(field);
+        quote!(.field(#text, &self.#field))
+    });
+    let text = name.to_string();
+    quote! {
+        #quiet
+        #[automatically_derived]
+        impl #private::Clone for #name {
+            #[inline]
+            fn clone(&self) -> Self { #copy }
+        }
+        #quiet
+        #[automatically_derived]
+        impl #private::Debug for #name {
+            fn fmt(&self, #f: &mut #private::fmt::Formatter<'_>) -> #private::fmt::Result {
+                #f.debug_struct(#text)#(#shown)*.field("t", &self.t).finish_non_exhaustive()
+            }
+        }
     }
 }
 
 /// `q.reaction(Self::rod)` and `q.slip(Self::stick)`: a constraint is named by its function.
 fn reactions(surface: &Surface) -> TokenStream {
     let (name, vis, private, model) = (surface.coordinates_type(), &surface.vis, surface.private(), &surface.name);
+    let (complete, c) = (complete(surface), local("constraint"));
+    let reaction = at_name(surface, quote!(#complete::reaction(&self.__reactions, #c)));
+    let slip = at_name(surface, quote!(#complete::slip(&self.__reactions, #c)));
     let (constraint, f, t, quiet) = (local("constraint"), local("F"), local("T"), quiet());
     quote! {
         #quiet
@@ -54,7 +87,7 @@ fn reactions(surface: &Surface) -> TokenStream {
                 #f: #private::Fn(&#model, &#name) -> #t + 'static,
                 #t: #private::Reaction,
             {
-                self.__reactions.of::<#model, #f, #t>(#constraint)
+                #reaction
             }
             /// 0 while a switched constraint, named by its function, holds, else ±1: the side to which it was left. NaN where the function
             /// is no switched constraint.
@@ -63,7 +96,7 @@ fn reactions(surface: &Surface) -> TokenStream {
             where
                 #f: #private::Fn(&#model, &#name) -> #t + 'static,
             {
-                self.__reactions.slip::<#model, #f>(#constraint)
+                #slip
             }
         }
     }
@@ -111,12 +144,13 @@ fn assembly(surface: &Surface) -> TokenStream {
         let jet = |i: usize| quote!(#private::Expr::input(#state.inputs[#i]));
         initializer(slot, at, &jet)
     });
-    quote! {
+    let values = quote! {
         #name {
             #(#jets,)* #(#inputs,)* t: #private::Expr::time(#state.t),
             __reactions: #private::Reactions::new(#multipliers, #state.modes),
         }
-    }
+    };
+    at_name(surface, values)
 }
 
 fn initializer(slot: &Slot, at: usize, jet: &dyn Fn(usize) -> TokenStream) -> TokenStream {

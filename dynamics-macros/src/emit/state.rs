@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
-use super::{Slot, Surface, docs, local, offsets, quiet};
+use super::{Slot, Surface, at_name, complete, docs, local, offsets, quiet};
 
 /// `XState` with its accessors, and `ModelState` for it.
 pub(super) fn state(surface: &Surface) -> TokenStream {
@@ -52,19 +52,19 @@ pub(super) fn state(surface: &Surface) -> TokenStream {
 
 /// Whether switched constraints hold, by their names.
 fn modes(surface: &Surface) -> TokenStream {
-    let (vis, private, model) = (&surface.vis, surface.private(), &surface.name);
+    let (vis, private, complete) = (&surface.vis, surface.private(), complete(surface));
     let (name, str) = (local("name"), quote!(#private::str));
     let result = |ty: TokenStream| quote!(#private::Result<#ty, #private::StateError>);
     let (changed, held) = (result(quote!(())), result(quote!(#private::bool)));
     let side = local("side");
-    let index = quote!(#private::switched::<#model>(#name)?);
+    let found = at_name(surface, quote!(#complete::switched(#name)));
     quote! {
         /// Whether a switched constraint holds.
         ///
         /// # Errors
         /// Where no switched constraint has this name.
         #vis fn is_engaged(&self, #name: &'static #str) -> #held {
-            #private::Ok(self.modes.holds(#index))
+            #private::Ok(self.modes.holds(#found?))
         }
         /// Lets a switched constraint hold. No velocity changes: where the state does not fulfil the constraint, the motion begins with an
         /// error.
@@ -72,7 +72,7 @@ fn modes(surface: &Surface) -> TokenStream {
         /// # Errors
         /// Where no switched constraint has this name.
         #vis fn engage(&mut self, #name: &'static #str) -> #changed {
-            self.modes.engage(#index);
+            self.modes.engage(#found?);
             #private::Ok(())
         }
         /// Releases a switched constraint, to the side of growing values: one that slips to the other side is refused where a motion starts, see
@@ -81,7 +81,7 @@ fn modes(surface: &Surface) -> TokenStream {
         /// # Errors
         /// Where no switched constraint has this name.
         #vis fn release(&mut self, #name: &'static #str) -> #changed {
-            self.modes.release(#index, 1.0);
+            self.modes.release(#found?, 1.0);
             #private::Ok(())
         }
         /// Releases a switched constraint to a side: that of growing values where `side` is not negative.
@@ -89,7 +89,7 @@ fn modes(surface: &Surface) -> TokenStream {
         /// # Errors
         /// Where no switched constraint has this name.
         #vis fn release_to(&mut self, #name: &'static #str, #side: #private::f64) -> #changed {
-            self.modes.release(#index, #side);
+            self.modes.release(#found?, #side);
             #private::Ok(())
         }
     }
