@@ -77,8 +77,11 @@ fn the_report_counts_freedom_and_loops() {
     }
 }
 
-/// The report of a mass on a plane with these constraints: name, rows on (x, y), offset x + speed·t, whether it is switched.
-fn report_of(constraints: &[(&str, fn(&mut Builder, &[NodeId]) -> NodeId, bool)]) -> String {
+/// A row from the coordinates.
+type Row = fn(&mut Builder, &[NodeId]) -> NodeId;
+
+/// The report of a mass on a plane with these constraints: name, row, whether it is switched.
+fn report_of(constraints: &[(&str, Row, bool)]) -> String {
     let (mut b, q) = particles(&["x", "y"]);
     for (name, row, switched) in constraints {
         let row = row(&mut b, &q);
