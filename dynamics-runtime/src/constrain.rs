@@ -9,7 +9,7 @@ mod compare;
 mod correct;
 mod embed;
 mod friction;
-mod gradients;
+pub(crate) mod gradients;
 pub(crate) mod held;
 mod impact;
 mod lu;
@@ -18,7 +18,7 @@ mod mechanism;
 pub(crate) mod memory;
 mod orthogonal;
 mod project;
-mod system;
+pub(crate) mod system;
 
 #[cfg(feature = "alloc")]
 pub use compare::{Comparison, Formulated};

@@ -414,3 +414,31 @@ proptest! {
         }
     }
 }
+
+/// So many links, each belted to the one before, the first of them driven: large enough that its matrices do not belong on a stack.
+const LINKS: usize = 40;
+
+struct Belts;
+
+impl Mechanism<LINKS, LINKS> for Belts {
+    const COORDINATES: [&'static str; LINKS] = ["link"; LINKS];
+    const CONSTRAINTS: &'static [Constraint] = &[holonomic("belts", 0, LINKS - 1), holonomic("drive", LINKS - 1, 1)];
+    const ROWS: [&'static str; LINKS] = ["row"; LINKS];
+    fn rows(&self, q: &[Expr; LINKS], t: Expr) -> [Expr; LINKS] {
+        core::array::from_fn(|i| if i + 1 < LINKS { q[i + 1].sin() - 0.98 * q[i].sin() } else { q[0] - t })
+    }
+    fn by_value(&self) {
+        panic!("matrices of large models are not taken by value");
+    }
+}
+
+#[test]
+fn matrices_of_large_mechanisms_stay_off_the_stack() {
+    let model = Jets(Belts);
+    let motion = model.kinematics(state([0.0; LINKS])).until(1.2).run().unwrap();
+    let end = motion.end();
+    let exact = |k: i32| (0.98_f64.powi(k) * 1.2_f64.sin()).asin();
+    for (k, q) in (0..).zip(end.q.iter()) {
+        assert!((q - exact(k)).abs() < 1e-14, "{k}: {q} {}", exact(k));
+    }
+}

@@ -18,7 +18,7 @@ pub(crate) struct Gradients<'w> {
 const BY_VALUE: usize = 1024;
 
 /// Memory of [`Gradients`].
-pub(super) const fn memory(n: usize, r: usize) -> usize {
+pub(crate) const fn memory(n: usize, r: usize) -> usize {
     n * n + n + r * n + r
 }
 
@@ -42,7 +42,7 @@ impl<'w> Gradients<'w> {
     }
 
     /// The same where it is asked for again and again: without M, Q and γ where the model is small enough.
-    pub(super) fn alone<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
+    pub(crate) fn alone<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
         // By itself: the stack must have room for its variables only where it is called.
         #[inline(never)]
         fn by_value<M: Constraints>(model: &M, state: &M::State, rows: &mut [f64]) {

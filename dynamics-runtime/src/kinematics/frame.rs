@@ -4,9 +4,12 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::constrain::held::active;
+use crate::constrain::memory::Memory;
 use crate::constrain::svd::Svd;
+use crate::constrain::system::Read;
+use crate::constrain::{Gradients, gradients};
 use crate::math;
-use crate::model::{Constraints, ModelState};
+use crate::model::{Constraints, ModelState, Terms, Vector};
 
 /// What does not change along the path: the rows that hold and the units in which coordinates are measured.
 pub(super) struct Measure {
@@ -29,20 +32,22 @@ impl Measure {
 
     /// Φ_q, rows divided by `scales`, columns by w; by columns.
     pub(super) fn jacobian<M: Constraints>(&self, model: &M, state: &M::State, scales: &[f64]) -> Vec<f64> {
-        let jacobian = model.jacobian(state);
+        let mut memory = vec![0.0; gradients::memory(M::Vector::LEN, M::Rows::LEN)];
+        let gradients = Gradients::alone(model, state, &mut memory);
         let columns = self.weights.iter().enumerate();
         columns
             .flat_map(|(j, w)| self.rows.iter().zip(scales).map(move |(row, s)| (*row, j, w * s)))
-            .map(|(row, j, scale)| jacobian[(row, j)] / scale)
+            .map(|(row, j, scale)| gradients.row(row)[j] / scale)
             .collect()
     }
 
     /// Scales of the rows: the largest norm of a row of the same constraint over all scaled columns, so that a component of a vector that loses its
     /// gradient is seen to lose it. An error names a row that is not finite.
     fn norms<M: Constraints>(&self, model: &M, state: &M::State) -> Result<Vec<f64>, usize> {
-        let jacobian = model.jacobian(state);
+        let mut memory = vec![0.0; gradients::memory(M::Vector::LEN, M::Rows::LEN)];
+        let gradients = Gradients::alone(model, state, &mut memory);
         let square = |row: usize| -> f64 {
-            self.weights.iter().enumerate().map(|(j, w)| math::powi(jacobian[(row, j)] / w, 2)).sum()
+            gradients.row(row).iter().zip(&self.weights).map(|(x, w)| math::powi(x / w, 2)).sum()
         };
         if let Some(row) = self.rows.iter().find(|row| !square(**row).is_finite()) {
             return Err(*row);
@@ -230,12 +235,11 @@ fn is_positive_definite(n: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
 
 /// The weights of a state: √Mᵢᵢ, for coordinates without inertia the smallest of the others.
 pub(super) fn weights<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
-    let mass = model.mass_matrix(state);
-    let mut weights: Vec<f64> = (0..state_len::<M>()).map(|i| mass[(i, i)]).collect();
+    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+    let mut memory = vec![0.0; gradients::memory(n, r)];
+    let Read { mass, force, jacobian, gamma } = Read::new(n, r, &mut Memory::rest(&mut memory));
+    model.terms(state, &mut Terms { mass, force, jacobian, gamma });
+    let mut weights: Vec<f64> = mass.iter().step_by(n + 1).copied().collect();
     crate::constrain::assemble::weigh(&mut weights);
     weights
-}
-
-fn state_len<M: Constraints>() -> usize {
-    <<M::State as ModelState>::Vector as crate::model::Vector>::LEN
 }
