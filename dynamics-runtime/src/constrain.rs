@@ -41,6 +41,8 @@ use crate::model::{Constraints, ModelState, Route, Solved, Terms, Vector, Worksp
 pub mod assemble;
 pub(crate) mod involved;
 pub(crate) mod svd;
+#[cfg(feature = "alloc")]
+pub(crate) mod weakness;
 
 pub use assemble::{assemble, check_sides, check_start, set_sides};
 pub use involved::Involved;
@@ -314,7 +316,7 @@ fn general_with<M: Constraints>(
     let mut accelerations = M::Vector::zeros();
     let mut multipliers = M::Rows::zeros();
     let miss = system.solve(force, gamma, accelerations.as_mut_slice(), multipliers.as_mut_slice());
-    let size = miss.scale + 1e-6 * system.size_of_rows(floor);
+    let size = miss.scale + system.size_of_rows(floor);
     contradiction(miss, size, *slack, system, names::<M>())?;
     Ok(Outcome { accelerations, multipliers, diagnosis: Some(diagnosis(system)) })
 }
@@ -369,7 +371,8 @@ struct Factored<'w> {
     force: &'w mut [f64],
     /// γ.
     gamma: &'w mut [f64],
-    /// Σⱼ |Φ_q,ᵢⱼ| q̇ⱼ²: the least that γ is taken for, as its rounding errors where it cancels are no contradiction.
+    /// Σⱼ |Φ_q,ᵢⱼ| q̇ⱼ², the size of what γ is made of: where that cancels, what is left over of rounding and of states a little off the constraints
+    /// is no contradiction.
     floor: &'w mut [f64],
     /// How far rows that repeat each other may differ.
     slack: f64,

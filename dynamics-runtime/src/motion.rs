@@ -20,6 +20,7 @@ pub(crate) mod query;
 pub(crate) mod record;
 mod run;
 mod simulate;
+mod singular;
 mod summary;
 mod upkeep;
 mod watch;

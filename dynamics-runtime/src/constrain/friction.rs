@@ -85,7 +85,7 @@ pub(super) fn solve<M: Constraints>(
         let Factored { gamma, floor, slack, system, .. } = &mut factored;
         let (a, lambda) = (outcome.accelerations.as_mut_slice(), outcome.multipliers.as_mut_slice());
         let miss = system.solve(force.as_slice(), gamma, a, lambda);
-        let size = miss.scale + 1e-6 * system.size_of_rows(floor);
+        let size = miss.scale + system.size_of_rows(floor);
         contradiction(miss, size, *slack, system, names::<M>())?;
         let Some(then) = problem.force_at(&outcome.multipliers) else { return Ok(not_a_number()) };
         let size = max_abs(force.as_slice()).max(max_abs(then.as_slice()));

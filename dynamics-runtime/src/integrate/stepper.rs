@@ -138,6 +138,13 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         &self.now
     }
 
+    /// Replaces the accelerations where it stands, at a position at which the system itself does not know them; the next step is proposed to be no
+    /// shorter than `h`, as accelerations so near to that position are noise.
+    pub fn leave_with(&mut self, a: V, h: f64) {
+        self.now.a = a;
+        self.h = self.h.max(h.min(self.options.most));
+    }
+
     /// Accepted steps so far.
     #[must_use]
     pub fn accepted(&self) -> u64 {

@@ -6,6 +6,7 @@ use core::fmt;
 
 use super::change::ChangeError;
 use super::record::Trajectory;
+use crate::constrain::Involved;
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::model::{ConstraintKind, Dynamics, Model, ModelState};
 
@@ -94,6 +95,34 @@ pub enum SimulationErrorKind {
         distance: f64,
         /// The largest distance permitted there.
         limit: f64,
+    },
+    /// The motion cannot go on from here, and constraints lose rank here or just ahead: a singular position.
+    SingularPosition {
+        /// The rows that depend on each other there.
+        rows: Involved,
+        /// The coordinates that they leave open there.
+        coordinates: Involved,
+        /// Largest over smallest singular value of Φ_q at the last state.
+        condition: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// The start is a singular position, and what is given does not determine how the motion goes on.
+    SingularStart {
+        /// The rows that depend on each other there.
+        rows: Involved,
+        /// The coordinates that they leave open there.
+        coordinates: Involved,
+    },
+    /// A motion whose constraints drift is so near to a singular position, where branches of the mechanism meet, that its drift decides on which of them
+    /// it goes on.
+    BranchUndetermined {
+        /// The rows that depend on each other there.
+        rows: Involved,
+        /// The coordinates in which the branches differ.
+        coordinates: Involved,
+        /// Largest over smallest singular value of Φ_q.
+        condition: f64,
     },
     /// A contact is open on the side where it is not free.
     Penetration {
@@ -317,6 +346,22 @@ impl fmt::Display for SimulationErrorKind {
                 f,
                 "constraint `{row}` has drifted in its {what} to {residual:e}, a distance of {distance:e} where {limit:e} is the limit; choose \
                  `Formulation::Projected`, tighten the tolerance, or raise `.drift_limit(..)`"
+            ),
+            Self::SingularPosition { rows, coordinates, condition, cause } => write!(
+                f,
+                "singular position: the constraints {rows} depend on each other here and leave {coordinates} open (conditioning \
+                 {condition:.1e}), so that the motion cannot be continued; change dimensions or start so that it is passed at a distance, or end \
+                 the motion before. The method met: {cause}"
+            ),
+            Self::SingularStart { rows, coordinates } => write!(
+                f,
+                "the start is a singular position: the constraints {rows} depend on each other there and leave {coordinates} open, so that \
+                 accelerations are not determined; start beside it, or with velocities along a branch"
+            ),
+            Self::BranchUndetermined { rows, coordinates, condition } => write!(
+                f,
+                "singular position: {rows} depend on each other here and leave {coordinates} open (conditioning {condition:.1e}); on which \
+                 branch the mechanism goes on, if on any, what its constraints have drifted would decide; choose `Formulation::Projected`"
             ),
             Self::Penetration { row, residual } => write!(
                 f,

@@ -9,11 +9,16 @@ use super::change::Change;
 use super::error::SimulationErrorKind as Kind;
 use super::plant::{EvaluationError, Plant};
 use super::record::{Counts, EventRecord, Record};
+use super::singular;
 use super::upkeep::Drifted;
 use super::watch::{Flow, Watch, state_within};
-use crate::integrate::{Crossing, Direction, Phase, Scheme, Step, StepError, StepOptions, Stepper};
+use crate::constrain::weakness::{Weakness, weakness};
+use crate::integrate::{Crossing, Direction, Knot, Phase, Scheme, Step, StepError, StepOptions, Stepper, Tolerances};
 use crate::model::{Dynamics, Model, ModelState, Vector};
 use crate::motion::Simulate;
+
+/// Conditioning of constraints from which on a singular position is near.
+const WEAK: f64 = 5.0;
 
 /// What a run needs to know.
 pub(crate) struct Plan<'r, 'm, M: Simulate> {
@@ -59,10 +64,15 @@ pub(crate) fn run<'m, M: Simulate, S: Scheme<M::Vector>>(
         Err(error) => {
             sink.stand(Record::unmoved(plan.start));
             let counts = Counts { evaluations: plan.plant.evaluations, ..Counts::default() };
-            return (counts, Err(halt::<M>(error)));
+            let kind = singular::explain(plan.plant.model, &plan.start, &plan.start, halt::<M>(error).kind);
+            return (counts, Err(Halt { kind, h: 0.0 }));
         }
     };
-    let result = Flight { plan, stepper: &mut stepper }.fly(sink);
+    let result = match begin_singular(plan, &mut stepper) {
+        Ok(()) => Flight { plan, stepper: &mut stepper }.fly(sink),
+        Err(kind) => Err(Halt { kind, h: 0.0 }),
+    };
+    let result = result.map_err(|halt| explained(plan, stepper.now(), halt));
     let counts = Counts {
         steps: stepper.accepted(),
         rejected: stepper.rejected(),
@@ -73,6 +83,30 @@ pub(crate) fn run<'m, M: Simulate, S: Scheme<M::Vector>>(
     let now = Record::new(stepper.now(), plan.plant.held, plan.plant.modes, 0.0);
     sink.stand(now);
     (counts, result)
+}
+
+/// At a singular start the accelerations are those of the branch on which the velocities are.
+fn begin_singular<'m, M: Simulate, S: Scheme<M::Vector>>(
+    plan: &mut Plan<'_, 'm, M>,
+    stepper: &mut Stepper<M::Vector, S>,
+) -> Result<(), Kind> {
+    let plant = &mut plan.plant;
+    if plant.upkeep.upkept.dependent == 0 {
+        return Ok(());
+    }
+    let now = stepper.now();
+    let (start, found) = (plant.state(now.t, &now.y.q, &now.y.u), now.a);
+    if let Some(a) = plant.upkeep.singular_start(plant.model, plant.constants, &start, &found)? {
+        let Tolerances { absolute, relative } = plan.options.tolerances;
+        stepper.leave_with(a, singular::least_distance(&start, absolute + relative));
+    }
+    Ok(())
+}
+
+/// A failure whose cause is a singular position names that.
+fn explained<M: Simulate>(plan: &Plan<'_, '_, M>, now: &Knot<M::Vector>, Halt { kind, h }: Halt) -> Halt {
+    let state = plan.plant.state(now.t, &now.y.q, &now.y.u);
+    Halt { kind: singular::explain(plan.plant.model, &plan.start, &state, kind), h }
 }
 
 struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
@@ -144,7 +178,14 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             Some(Drifted { what, row, residual, distance, limit }) => {
                 Err(Kind::Drift { what, row, residual, distance, limit })
             }
-            None => Ok(()),
+            None if !plant.upkeep.drift_decides(plant.model, &state)? => Ok(()),
+            None => match weakness(plant.model, &state) {
+                // Plain drift of constraints that are far from losing rank has a limit of its own.
+                Weakness { condition, .. } if condition < WEAK => Ok(()),
+                Weakness { condition, rows, coordinates } => {
+                    Err(Kind::BranchUndetermined { rows, coordinates, condition })
+                }
+            },
         }
     }
 

@@ -4,6 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::conditioning::Conditioning;
+use super::error::SimulationErrorKind;
 use super::formulation::Formulation;
 use super::guard::Contact;
 use crate::constrain::assemble::CONSISTENT;
@@ -346,6 +347,22 @@ impl<M: Constraints> Upkeep<M> {
                 .and_then(|position| drifted("positions", row, position, of_positions))
                 .or_else(|| drifted("velocities", row, velocity[row], of_velocities))
         })
+    }
+
+    /// Whether what the constraints have drifted decides where the motion goes on: see [`super::singular`].
+    pub(crate) fn drift_decides(&mut self, model: &M, state: &M::State) -> Result<bool, SolveError> {
+        super::singular::drift_decides(model, &self.constants, state, &mut self.workspace)
+    }
+
+    /// Accelerations at a start where constraints depend on each other: see [`super::singular`].
+    pub(crate) fn singular_start(
+        &mut self,
+        model: &M,
+        constants: &M::Constants,
+        start: &M::State,
+        found: &M::Vector,
+    ) -> Result<Option<M::Vector>, SimulationErrorKind> {
+        super::singular::start_accelerations(model, constants, start, found, &mut self.workspace)
     }
 
     /// The contacts that hold, and those that touch; by index of their constraints. What holds comes to rest before, where it has drifted.

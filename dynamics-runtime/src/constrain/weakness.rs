@@ -1,0 +1,129 @@
+//! How far constraints are from losing rank, and who would lose it.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::assemble::{beside_on_constraints, weigh};
+use super::held::{active, active_rows};
+use super::involved::Involved;
+use super::svd::Svd;
+use super::with_workspace;
+use crate::math;
+use crate::model::{Constraints, ModelState, Vector};
+
+/// Singular values below this part of the largest are zero for a count of rank: a position is itself known to √ε at best where they vanish.
+const RANK: f64 = 1e-7;
+
+/// The singular values of Φ_q, with coordinates measured by √Mᵢᵢ and the rows of a constraint by the longest of them, at a state.
+///
+/// Constraints that repeat others have fewer than rows: what counts is the rank that they have beside the state.
+pub(crate) struct Weakness {
+    /// Largest over smallest of as many singular values as the constraints have independent rows elsewhere; infinite where one is 0.
+    pub(crate) condition: f64,
+    /// The rows that nearly depend on each other.
+    pub(crate) rows: Involved,
+    /// The coordinates that they nearly leave open.
+    pub(crate) coordinates: Involved,
+}
+
+/// [`Weakness`] at a state; of nobody where nothing holds or a value is not finite.
+pub(crate) fn weakness<M: Constraints>(model: &M, state: &M::State) -> Weakness {
+    let none = |of| Involved::ranked(of, core::iter::empty());
+    let nobody = || Weakness { condition: 1.0, rows: none(M::ROWS), coordinates: none(M::COORDINATES) };
+    weakest(model, state).unwrap_or_else(nobody)
+}
+
+fn weakest<M: Constraints>(model: &M, state: &M::State) -> Option<Weakness> {
+    let frame = Frame::new(model, state)?;
+    let order = frame.order();
+    let full = independent_rows(model, state, &frame);
+    let weak = *order.get(full.checked_sub(1)?)?;
+    let (largest, least) = (frame.sigma[order[0]], frame.sigma[weak]);
+    if largest == 0.0 {
+        return None;
+    }
+    let vanishes = |j: usize| frame.sigma[j] <= RANK * largest;
+    // Where more than one is lost, all who take part.
+    let lost: Vec<usize> = match order[..full].iter().copied().filter(|j| vanishes(*j)).collect::<Vec<_>>() {
+        none if none.is_empty() => vec![weak],
+        some => some,
+    };
+    let in_rows = |i: usize| lost.iter().map(|j| math::powi(frame.svd().right(*j)[i], 2)).sum::<f64>();
+    let rows = Involved::ranked(M::ROWS, frame.rows.iter().enumerate().map(|(i, row)| (*row, in_rows(i))));
+    let n = M::Vector::LEN;
+    let mut shares = vec![0.0; n];
+    if least > 1e-12 * largest && !vanishes(weak) {
+        shares.iter_mut().zip(frame.svd().column(weak)).for_each(|(out, x)| *out = x / least);
+    } else {
+        // Rounding says nothing of the direction: what the others leave open.
+        let held = |i: usize, j: &usize| math::powi(frame.svd().column(*j)[i] / frame.sigma[*j], 2);
+        let strong = || order.iter().filter(|j| !vanishes(**j));
+        shares.iter_mut().enumerate().for_each(|(i, out)| *out = 1.0 - strong().map(|j| held(i, j)).sum::<f64>());
+    }
+    let coordinates = Involved::ranked(M::COORDINATES, shares.iter().copied().enumerate());
+    Some(Weakness { condition: largest / least, rows, coordinates })
+}
+
+/// Rank of the constraints where their manifold is regular: the number of rows, unless some are declared to repeat others.
+fn independent_rows<M: Constraints>(model: &M, state: &M::State, here: &Frame) -> usize {
+    if !M::CONSTRAINTS.iter().any(|constraint| constraint.redundant) {
+        return here.rows.len();
+    }
+    let rank_here = here.rank();
+    let beside = with_workspace::<M, _>(|workspace| beside_on_constraints(model, state, workspace));
+    let beside = beside.and_then(|beside| Frame::new(model, &beside));
+    beside.map_or(rank_here, |beside| beside.rank().max(rank_here))
+}
+
+/// Φ_qᵀ, scaled and decomposed.
+struct Frame {
+    rows: Vec<usize>,
+    a: Vec<f64>,
+    v: Vec<f64>,
+    sigma: Vec<f64>,
+}
+
+impl Frame {
+    fn new<M: Constraints>(model: &M, state: &M::State) -> Option<Self> {
+        let n = M::Vector::LEN;
+        let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        let (mass, jacobian) = (model.mass_matrix(state), model.jacobian(state));
+        let mut weights: Vec<f64> = (0..n).map(|i| mass[(i, i)]).collect();
+        weigh(&mut weights);
+        let mut a = Vec::with_capacity(rows.len() * n);
+        for constraint in active::<M>(state.modes(), false) {
+            let first = a.len();
+            for row in constraint.first..constraint.first + constraint.rows {
+                a.extend((0..n).map(|j| jacobian[(row, j)] / weights[j]));
+            }
+            let length = |row: &[f64]| math::sqrt(row.iter().map(|x| x * x).sum());
+            let longest = a[first..].chunks_exact(n).map(length).fold(0.0, f64::max);
+            if longest > 0.0 {
+                a[first..].iter_mut().for_each(|x| *x /= longest);
+            }
+        }
+        if rows.is_empty() || a.iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        let m = rows.len();
+        let (mut v, mut sigma) = (vec![0.0; m * m], vec![0.0; m]);
+        Svd::new(n, &mut a, &mut v, &mut sigma);
+        Some(Self { rows, a, v, sigma })
+    }
+
+    fn svd(&self) -> Svd<'_> {
+        Svd { a: &self.a, v: &self.v, sigma: &self.sigma, m: self.a.len() / self.sigma.len() }
+    }
+
+    /// Indices of the singular values, the largest first.
+    fn order(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.sigma.len()).collect();
+        order.sort_by(|i, j| self.sigma[*j].total_cmp(&self.sigma[*i]));
+        order
+    }
+
+    fn rank(&self) -> usize {
+        let largest = self.sigma.iter().copied().fold(0.0, f64::max);
+        self.sigma.iter().filter(|sigma| **sigma > RANK * largest).count()
+    }
+}

@@ -1,0 +1,225 @@
+//! Singular positions: where constraints lose rank on the way of a motion.
+//!
+//! Where branches cross, the weak direction y of the constraints and the direction x of the motion fulfil y (y − k x) = c to second order, c = 0 on
+//! the manifold. States that have drifted have c ≠ 0: the crossing opens into two hyperbolas, and a motion that follows one of them turns, within
+//! |x| of order √c, to the other branch or back, smoothly and without a growing residual. What decides is the drift, so the motion is not
+//! determined there. It is told by the step δ = −Φ_q⁺Φ back to the constraints, which is c/(k x): where Newton's method does not contract from the
+//! state (½‖Φ_q⁺Φ_qq δ²‖/‖δ‖, Kantorovich's condition), or where δ changes at a rate that is a part of the motion's own velocity,
+//! ‖Φ_q⁺Φ_qq δ q̇‖/‖q̇‖. Both are of order c/(k x)². A step over the position that leaves none of its states there goes on on its branch.
+
+use alloc::boxed::Box;
+
+use super::error::SimulationErrorKind as Kind;
+use crate::constrain;
+use crate::constrain::assemble::{at_time, weigh};
+use crate::constrain::held::active_rows;
+use crate::constrain::memory::max_abs;
+use crate::constrain::weakness::{Weakness, weakness};
+use crate::error::SolveError;
+use crate::math;
+use crate::model::{Constraints, ModelState, Vector};
+
+/// Part of the velocity, or of the step back to the constraints, that may be decided by drift.
+const DECIDED: f64 = 0.02;
+/// Displacement by which second derivatives are measured, against the size of the coordinates.
+const PROBE: f64 = 1e-4;
+
+/// Whether drift decides where a motion goes from a state: it is nearer to a singular position than its drift permits.
+pub(super) fn drift_decides<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    state: &M::State,
+    workspace: &mut [f64],
+) -> Result<bool, SolveError> {
+    let residual = model.residual(state);
+    if residual.as_slice().iter().all(|x| *x == 0.0) {
+        return Ok(false);
+    }
+    let mut probe = Probe::new(model, constants, state, workspace);
+    let delta = probe.back(&residual, -1.0)?;
+    let (length, speed) = (probe.length(&delta), probe.length(state.u()));
+    if length == 0.0 {
+        return Ok(false);
+    }
+    // Φ_qq δ² by a displacement along δ; Φ_qq δ q̇ by two along the sum and the difference of both at the same length.
+    let scale = PROBE * probe.size() / length;
+    let straight = scaled(&delta, scale);
+    let curved = probe.curvature(&straight, -scale, &residual);
+    let newton = probe.back(&curved, 0.5 / (scale * scale))?;
+    if probe.length(&newton) > DECIDED * length {
+        return Ok(true);
+    }
+    if speed == 0.0 {
+        return Ok(false);
+    }
+    let pace = scale * length / speed;
+    let [plus, minus] = [1.0, -1.0].map(|sign| probe.second(&combined(&straight, 1.0, state.u(), sign * pace)));
+    let mixed = combined(&plus, 1.0, &minus, -1.0);
+    let turning = probe.back(&mixed, 0.25 / (scale * pace))?;
+    Ok(probe.length(&turning) > DECIDED * speed)
+}
+
+/// Conditioning from which on constraints are taken for singular, whatever it was elsewhere.
+const SINGULAR: f64 = 1e6;
+/// Part by which conditioning has to be worse than at the start for what fails to be put down to it; what a start that is singular itself has counts as
+/// no more than [`USUAL`].
+const WORSE: f64 = 10.0;
+/// See [`WORSE`].
+const USUAL: f64 = 1e3;
+
+/// A failure that singular constraints cause, told as that: where they are much nearer to losing rank than they were at the start, or so near that
+/// nothing could be computed anywhere.
+pub(super) fn explain<M: Constraints>(model: &M, start: &M::State, state: &M::State, kind: Kind) -> Kind {
+    let suspect = match &kind {
+        Kind::StepSizeTooSmall { .. }
+        | Kind::AccelerationNotFinite { .. }
+        | Kind::SingularMassMatrix(_)
+        | Kind::Drift { .. } => true,
+        Kind::Solve(error) => matches!(
+            error,
+            SolveError::Contradiction { .. } | SolveError::OffConstraint { .. } | SolveError::VanishingGradient { .. }
+        ),
+        _ => false,
+    };
+    if M::ROWS.is_empty() || !suspect {
+        return kind;
+    }
+    let Weakness { condition, rows, coordinates } = weakness(model, state);
+    let usual = weakness(model, start).condition.min(USUAL);
+    match condition >= SINGULAR || condition >= WORSE * usual {
+        true => Kind::SingularPosition { rows, coordinates, condition, cause: Box::new(kind) },
+        false => kind,
+    }
+}
+
+/// Time to either side of a singular start at which accelerations are looked at, in parts of the time in which the motion turns.
+const BESIDE: f64 = 1e-3;
+/// Relative difference up to which accelerations to both sides of it agree.
+const AGREE: f64 = 0.05;
+
+/// How long a motion takes to be so far from a singular start that its velocities are determined to within a tolerance: at a distance x of it the
+/// constraints know them to ε/x².
+pub(super) fn least_distance<S: ModelState>(start: &S, tolerance: f64) -> f64 {
+    let speed = max_abs(start.u().as_slice());
+    if speed > 0.0 { 3.0 * math::sqrt(f64::EPSILON / tolerance) / speed } else { 0.0 }
+}
+
+/// The accelerations at a start where the general solver found constraints that depend on each other; `None` where the position is not a singular one.
+///
+/// At a singular position Φ_q q̈ = γ says nothing of the direction in which branches part. Where velocities follow a branch it is the limit of what
+/// holds beside the position: the mean of both sides, extrapolated.
+///
+/// # Errors
+/// [`Kind::SingularStart`] where both sides do not agree.
+pub(super) fn start_accelerations<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    start: &M::State,
+    found: &M::Vector,
+    workspace: &mut [f64],
+) -> Result<Option<M::Vector>, Kind> {
+    let Weakness { condition, rows, coordinates } = weakness(model, start);
+    if condition < SINGULAR {
+        return Ok(None);
+    }
+    let undetermined = Kind::SingularStart { rows, coordinates };
+    let size = |x: &M::Vector| max_abs(x.as_slice());
+    let (speed, force) = (size(start.u()), size(found));
+    if speed == 0.0 {
+        // At rest and without forces it stays; where forces begin to move it branches are open.
+        return if force == 0.0 { Ok(Some(*found)) } else { Err(undetermined) };
+    }
+    let tau = BESIDE * (1.0 / speed).min(speed / force);
+    let mut beside = |tau: f64| -> Result<M::Vector, SolveError> {
+        let mut state = at_time(start, start.t() + tau);
+        for i in 0..M::Vector::LEN {
+            state.q_mut()[i] += tau * (start.u()[i] + 0.5 * tau * found[i]);
+            state.u_mut()[i] += tau * found[i];
+        }
+        constrain::project_positions(model, constants, &mut state, workspace)?;
+        constrain::project_velocities(model, constants, &mut state, workspace)?;
+        Ok(constrain::solve(model, constants, &state, workspace)?.accelerations)
+    };
+    let mut mean = |tau: f64| -> Result<(M::Vector, f64), SolveError> {
+        let (before, after) = (beside(-tau)?, beside(tau)?);
+        let mean = combined(&before, 0.5, &after, 0.5);
+        Ok((mean, size(&combined(&after, 1.0, &before, -1.0))))
+    };
+    let (Ok((near, apart)), Ok((far, _))) = (mean(tau), mean(2.0 * tau)) else { return Err(undetermined) };
+    // Errors of the means grow with τ².
+    let limit = combined(&near, 4.0 / 3.0, &far, -1.0 / 3.0);
+    let scale = size(&limit).max(force).max(speed * speed);
+    let settled = size(&combined(&near, 1.0, &far, -1.0)) <= AGREE * scale && apart <= AGREE * scale;
+    if !settled || !size(&limit).is_finite() {
+        return Err(undetermined);
+    }
+    Ok(Some(limit))
+}
+
+/// a x + b y.
+fn combined<V: Vector>(x: &V, a: f64, y: &V, b: f64) -> V {
+    let mut out = V::zeros();
+    (0..V::LEN).for_each(|i| out[i] = a * x[i] + b * y[i]);
+    out
+}
+
+struct Probe<'p, M: Constraints> {
+    model: &'p M,
+    constants: &'p M::Constants,
+    state: &'p M::State,
+    workspace: &'p mut [f64],
+    /// √Mᵢᵢ.
+    weights: M::Vector,
+}
+
+impl<'p, M: Constraints> Probe<'p, M> {
+    fn new(model: &'p M, constants: &'p M::Constants, state: &'p M::State, workspace: &'p mut [f64]) -> Self {
+        let mass = model.mass_matrix(state);
+        let mut weights = M::Vector::zeros();
+        (0..M::Vector::LEN).for_each(|i| weights[i] = mass[(i, i)]);
+        weigh(weights.as_mut_slice());
+        Self { model, constants, state, workspace, weights }
+    }
+
+    /// factor · Φ_q⁺ of values of the holonomic rows.
+    fn back(&mut self, values: &M::Residual, factor: f64) -> Result<M::Vector, SolveError> {
+        let mut right = M::Rows::zeros();
+        for row in active_rows::<M>(self.state.modes(), true) {
+            right[row] = factor * values[row];
+        }
+        constrain::correct(self.model, self.constants, self.state, &right, self.workspace)
+    }
+
+    fn length(&self, x: &M::Vector) -> f64 {
+        math::sqrt(x.as_slice().iter().zip(self.weights.as_slice()).map(|(x, w)| (x * w) * (x * w)).sum())
+    }
+
+    /// ‖w (1 + |q|)‖; angles count revolutions, beyond a few radians their size says nothing.
+    fn size(&self) -> f64 {
+        let terms = self.state.q().as_slice().iter().zip(self.weights.as_slice());
+        math::sqrt(terms.map(|(q, w)| math::powi(w * (1.0 + q.abs().min(10.0)), 2)).sum())
+    }
+
+    /// Φ at a displaced position.
+    fn displaced(&self, by: &M::Vector) -> M::Residual {
+        let mut state = *self.state;
+        (0..M::Vector::LEN).for_each(|i| state.q_mut()[i] += by[i]);
+        self.model.residual(&state)
+    }
+
+    /// Φ(q + x) − Φ(q) − Φ_q x for an x with Φ_q x = slope · Φ(q).
+    fn curvature(&self, x: &M::Vector, slope: f64, here: &M::Residual) -> M::Residual {
+        combined(&self.displaced(x), 1.0, here, -1.0 - slope)
+    }
+
+    /// Φ(q + x) − 2Φ(q) + Φ(q − x) = Φ_qq x², but for terms of the fourth order; Φ(q) drops out of differences.
+    fn second(&self, x: &M::Vector) -> M::Residual {
+        combined(&self.displaced(x), 1.0, &self.displaced(&scaled(x, -1.0)), 1.0)
+    }
+}
+
+fn scaled<V: Vector>(x: &V, factor: f64) -> V {
+    let mut out = *x;
+    out.as_mut_slice().iter_mut().for_each(|x| *x *= factor);
+    out
+}
