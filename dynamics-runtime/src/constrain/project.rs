@@ -39,7 +39,7 @@ impl Projection {
 /// Moves q to Φ(q, t) = 0, to rounding level; constraints that are released are not looked at. Velocities stay.
 ///
 /// # Errors
-/// [`SolveError::OffConstraint`] where there is no such q nearby; the state is then where the search ended. What [`super::correct`] says.
+/// [`SolveError::OffConstraint`] where there is no such q nearby; the state is then where the search ended. What [`super::correct()`] says.
 pub fn project_positions<M: Constraints>(
     model: &M,
     constants: &M::Constants,
@@ -91,7 +91,7 @@ pub fn project_positions<M: Constraints>(
 /// Changes q̇ to satisfy Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0 at the state's positions.
 ///
 /// # Errors
-/// [`SolveError::OffConstraint`] where there are no such velocities. What [`super::correct`] says.
+/// [`SolveError::OffConstraint`] where there are no such velocities. What [`super::correct()`] says.
 pub fn project_velocities<M: Constraints>(
     model: &M,
     constants: &M::Constants,
