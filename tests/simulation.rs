@@ -237,3 +237,53 @@ fn inputs_in_energies_are_accounted_for_or_said_to_be_unknown() {
     let reference = timed.simulate(timed.state().x(0.1).build().unwrap()).until(5.0).tolerance(1e-12).run().unwrap();
     assert!((pulled.end().x() - reference.end().x()).abs() < 1e-10);
 }
+
+/// Two masses and a wheel, without a function that says where anything is.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: [m; 2], y: [m; 2], psi: rad)]
+#[units(m: kg, inertia: kg * m^2)]
+struct Unplaced {
+    m: f64,
+    inertia: f64,
+}
+
+#[dynamics]
+impl Unplaced {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = 0.5 * self.inertia * q.psi.dt().powi(2);
+        for i in 0..2 {
+            sum += 0.5 * self.m * (q.x[i].dt().powi(2) + q.y[i].dt().powi(2));
+        }
+        sum
+    }
+}
+
+/// A wheel by itself: an angle is no place.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(psi: rad)]
+#[units(inertia: kg * m^2)]
+struct Wheel {
+    inertia: f64,
+}
+
+#[dynamics]
+impl Wheel {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.inertia * q.psi.dt().powi(2)
+    }
+}
+
+#[test]
+fn no_picture_is_empty() {
+    let model = Unplaced { m: 1.0, inertia: 1.0 };
+    let start = model.state().x([1.0, 2.0]).y_rate([0.5, -0.5]).build().unwrap();
+    let shown = model.draw(&Unplaced::coordinates_with(&start, &[0.0; 5].into(), &[]));
+    assert_eq!(shown.shapes().len(), 4, "a trace and a dot for each mass");
+    let motion = model.simulate(start).until(1.0).run().unwrap();
+    assert!(!motion.animation().to_html().unwrap().contains("nothing is known to draw"));
+    let wheel = Wheel { inertia: 1.0 };
+    let motion = wheel.simulate(wheel.state().psi_rate(1.0).build().unwrap()).until(1.0).run().unwrap();
+    assert!(motion.animation().to_html().unwrap().contains("nothing is known to draw"));
+}

@@ -215,9 +215,12 @@ impl Drawing {
     }
 
     /// The picture that a model gets which declares none: a polygon from the origin through the named points, each with a dot
-    /// and a trace.
+    /// and a trace. Without any point it says so.
     #[must_use]
     pub fn of_points(points: &[(&str, Point)]) -> Self {
+        if points.is_empty() {
+            return Self::of_nothing();
+        }
         let origin = match points.first() {
             Some((_, Point::Spatial(_))) => Point::Spatial([0.0; 3]),
             _ => Point::Planar([0.0; 2]),
@@ -232,6 +235,22 @@ impl Drawing {
             drawing = drawing.dot(point);
         }
         drawing
+    }
+
+    /// The picture of a model that has no points but coordinates that are places, `x` and `y`: a dot with a trace for each, as nothing is
+    /// known of what joins them.
+    #[must_use]
+    pub fn of_places(places: &[(&str, Point)]) -> Self {
+        let traced = places.iter().fold(Self::new(), |drawing, &(name, point)| drawing.trace(name, point));
+        places.iter().fold(traced, |drawing, &(_, point)| drawing.dot(point))
+    }
+
+    /// An empty picture reads like a mistake: what is missing, in words.
+    fn of_nothing() -> Self {
+        let lines =
+            ["nothing is known to draw:", "write a function that returns a Vec2 or Vec3,", "or one with #[drawing]"];
+        let heights = [1.0, 0.0, -1.0];
+        lines.into_iter().zip(heights).fold(Self::new(), |drawing, (line, y)| drawing.text([0.0, y], line))
     }
 
     /// A straight line: a massless rod, a thread.
@@ -523,7 +542,18 @@ mod tests {
         let drawing = Drawing::of_points(&[("a", Point::Planar([1.0, 0.0])), ("b", Point::Planar([1.0, 1.0]))]);
         let chain = drawing.shapes().iter().find(|shape| matches!(shape.figure, Figure::Polyline { .. })).unwrap();
         assert_eq!(points(chain), [Point::Planar([0.0, 0.0]), Point::Planar([1.0, 0.0]), Point::Planar([1.0, 1.0])]);
-        assert_eq!(Drawing::of_points(&[]).shapes().len(), 2);
+    }
+
+    #[test]
+    fn a_picture_without_points_is_not_empty() {
+        let nothing = Drawing::of_points(&[]);
+        let words = nothing.shapes().iter().filter_map(|shape| match &shape.figure {
+            Figure::Text { text, .. } => Some(text.as_str()),
+            _ => None,
+        });
+        assert!(words.collect::<Vec<_>>().join(" ").contains("#[drawing]"));
+        let places = Drawing::of_places(&[("x, y", Point::Planar([1.0, 0.0]))]);
+        assert_eq!(places.shapes().len(), 2, "a trace and a dot");
     }
 
     #[test]

@@ -81,6 +81,10 @@ pub(super) fn draw(surface: &Surface) -> TokenStream {
     let (model, private, q) = (&surface.target, surface.private(), local("coordinates"));
     let drawing = match &surface.drawing {
         Some(function) => quote!(self.#function(#q)),
+        None if surface.points.is_empty() && !places(surface).is_empty() => {
+            let places = places(surface);
+            quote!(#private::Drawing::of_places(&[#(#places),*]))
+        }
         None => {
             let points = surface.points.iter().map(|point| {
                 let name = plain(point);
@@ -96,4 +100,35 @@ pub(super) fn draw(surface: &Surface) -> TokenStream {
             }
         }
     }
+}
+
+/// Coordinates that are places by their names, `x` and `y`, `x1`, `y1` and `z1`, with their names as text; of the same unit.
+fn places(surface: &Surface) -> Vec<TokenStream> {
+    let (private, q) = (surface.private(), local("coordinates"));
+    let all = &surface.coordinates;
+    let mut found = Vec::new();
+    for x in all {
+        let text = plain(&x.name);
+        let Some(rest) = text.strip_prefix('x') else { continue };
+        let beside = |axis: &str| {
+            all.iter().find(|c| plain(&c.name) == format!("{axis}{rest}") && c.len == x.len && c.unit == x.unit)
+        };
+        let Some(y) = beside("y") else { continue };
+        let axes: Vec<_> = [x, y].into_iter().chain(beside("z")).collect();
+        let elements: Vec<Option<usize>> = x.len.map_or_else(|| vec![None], |n| (0..n).map(Some).collect());
+        for i in elements {
+            let names: Vec<String> = axes.iter().map(|a| element_name(&plain(&a.name), i)).collect();
+            let name = names.join(", ");
+            let values = axes.iter().map(|a| {
+                let (field, index) = (&a.name, i.map(|i| quote!([#i])));
+                quote!(#q.#field #index)
+            });
+            found.push(quote!((#name, #private::Point::from([#(#values),*]))));
+        }
+    }
+    found
+}
+
+fn element_name(name: &str, index: Option<usize>) -> String {
+    index.map_or_else(|| name.to_owned(), |i| format!("{name}[{i}]"))
 }
