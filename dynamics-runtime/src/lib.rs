@@ -26,6 +26,7 @@ pub mod motion;
 pub mod output;
 pub mod reaction;
 pub mod scalar;
+pub mod sin_cos;
 pub mod smooth;
 #[cfg(feature = "alloc")]
 pub mod spline;
