@@ -112,6 +112,12 @@ pub(crate) fn reduce(x: f64) -> (u64, f64, f64) {
     (quarter, r, (second - r) - rest)
 }
 
+/// ab + c, fused where that is one instruction.
+#[inline(always)]
+fn plus(a: f64, b: f64, c: f64) -> f64 {
+    if FUSED { fused(a, b, c) } else { a * b + c }
+}
+
 /// sin(r + c) for |r| ≤ π/4.
 #[inline(always)]
 fn sine(r: f64, c: f64) -> f64 {
@@ -123,9 +129,9 @@ fn sine(r: f64, c: f64) -> f64 {
     const S6: f64 = f64::from_bits(0x3DE5_D93A_5ACF_D57C);
     let z = r * r;
     let w = z * z;
-    let polynomial = (S2 + z * S3) + w * (S4 + z * (S5 + z * S6));
+    let polynomial = plus(w, plus(z, plus(z, S6, S5), S4), plus(z, S3, S2));
     let v = z * r;
-    r - ((z * (0.5 * c - v * polynomial) - c) - v * S1)
+    r - (plus(z, plus(-v, polynomial, 0.5 * c), -c) - v * S1)
 }
 
 /// cos(r + c) for |r| ≤ π/4.
@@ -139,10 +145,10 @@ fn cosine(r: f64, c: f64) -> f64 {
     const C6: f64 = f64::from_bits(0xBDA8_FAE9_BE88_38D4);
     let z = r * r;
     let w = z * z;
-    let polynomial = z * ((C1 + z * C2) + w * (C3 + z * C4) + w * w * (C5 + z * C6));
+    let polynomial = plus(w, plus(w, plus(z, C6, C5), plus(z, C4, C3)), plus(z, C2, C1));
     let half = 0.5 * z;
     let one_less = 1.0 - half;
-    one_less + (((1.0 - one_less) - half) + (z * polynomial - r * c))
+    one_less + (((1.0 - one_less) - half) + plus(w, polynomial, -(r * c)))
 }
 
 /// Sine and cosine a number of right angles further on; only the last two bits of the number count.
