@@ -67,6 +67,8 @@ pub mod prelude {
     pub use dynamics_runtime::kinematics::{KinematicMotion, Kinematics, KinematicsError};
     pub use dynamics_runtime::math::F64Ext as _;
     #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::methods;
+    #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
         ConstraintKind, Constraints, Coordinates, Dynamics, Energies, Events, Linearize, Model, ModelState, Modes,

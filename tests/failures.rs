@@ -232,7 +232,7 @@ mod drift {
         let start = model.state().x(1.0).build().unwrap();
         let run = |gain: f64| {
             let formulation = Formulation::Baumgarte { alpha: gain, beta: gain };
-            model.simulate(start).until(10.0).method(Method::Rk4).fixed_step(0.01).formulation(formulation).run()
+            model.simulate(start).until(10.0).method(methods::Rk4).fixed_step(0.01).formulation(formulation).run()
         };
         let good = run(50.0).unwrap().summary().constraints[0].residual;
         assert!(good < 1e-5, "{good:e}");

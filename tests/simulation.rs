@@ -111,7 +111,7 @@ fn cart_pole() -> CartPole {
 fn the_work_of_every_named_force_closes_the_account() {
     let model = cart_pole();
     let start = model.state().theta(0.4).x_rate(1.0).build().unwrap();
-    for method in [Method::Dop853, Method::DormandPrince5] {
+    for method in &[methods::Any::from(methods::Dop853), methods::DormandPrince5.into()] {
         let motion = model
             .simulate(start)
             .until(8.0)

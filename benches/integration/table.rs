@@ -60,10 +60,10 @@ where
     M::Vector: Into<[f64; 2]>,
 {
     let Problem { model, start, end, reference, halvings: (coarse, fine), .. } = problem;
-    let run = |method: Method, setting: f64| {
+    let run = |method: &methods::Any<M>, setting: f64| {
         let simulation = || {
             let simulation = model.simulate(*start).until(*end).method(method);
-            if method == Method::Rk4 { simulation.fixed_step(setting) } else { simulation.tolerance(setting) }
+            if method.is_adaptive() { simulation.tolerance(setting) } else { simulation.fixed_step(setting) }
         };
         measure(*reference, || {
             let motion = simulation().run().expect("a regular problem");
@@ -73,9 +73,12 @@ where
     };
     let steps = (*coarse..=*fine).map(|k| end / 2f64.powi(k));
     vec![
-        Curve { solver: "RK4, fixed steps", runs: steps.map(|h| run(Method::Rk4, h)).collect() },
-        Curve { solver: "Dormand–Prince 5(4)", runs: tolerances().map(|e| run(Method::DormandPrince5, e)).collect() },
-        Curve { solver: "DOP853", runs: tolerances().map(|e| run(Method::Dop853, e)).collect() },
+        Curve { solver: "RK4, fixed steps", runs: steps.map(|h| run(&methods::Rk4.into(), h)).collect() },
+        Curve {
+            solver: "Dormand–Prince 5(4)",
+            runs: tolerances().map(|e| run(&methods::DormandPrince5.into(), e)).collect(),
+        },
+        Curve { solver: "DOP853", runs: tolerances().map(|e| run(&methods::Dop853.into(), e)).collect() },
     ]
 }
 

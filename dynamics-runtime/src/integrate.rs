@@ -156,16 +156,17 @@ pub trait Scheme<V: Vector> {
     const ERROR_ORDER: u32;
     /// Step control suited to the method; `None` where there is no error estimate.
     const CONTROL: Option<ControllerSettings>;
-    /// Weights b of the step's quadrature, one per stage in the order of evaluation, the first for the start of the step.
+    /// Weights b of the step's quadrature, one per stage in the order of evaluation, the first for the start of the step; none where stages are
+    /// no evaluations at states of the solution: sums over a step are then taken from the interpolant.
     const WEIGHTS: &'static [f64];
     /// |h λ| at the border of the region of stability on the negative real axis, for the stiffness test.
     const STABILITY_BORDER: f64;
     /// Number of parts in which a step is scanned for events.
     const SCAN: usize;
     /// The interpolant.
-    type Dense: Dense<V>;
+    type Dense: Dense<V> + Send + Sync + 'static;
 
-    /// Stage storage.
+    /// With the options that it has by itself.
     fn new() -> Self;
     /// Tries a step of size h. Returns the new phase and the scaled norm of the local error estimate (0 without estimate).
     fn attempt<S: System<V>>(
@@ -217,12 +218,6 @@ impl Method {
             Self::DormandPrince5 => 5,
             Self::Dop853 => 8,
         }
-    }
-
-    /// Whether the method estimates its error, and so can choose its step.
-    #[must_use]
-    pub const fn is_adaptive(self) -> bool {
-        !matches!(self, Self::Rk4 | Self::PositionAnalysis)
     }
 }
 

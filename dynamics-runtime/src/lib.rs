@@ -19,6 +19,8 @@ pub mod integrate;
 pub mod kinematics;
 pub mod math;
 pub mod matrix;
+#[cfg(feature = "alloc")]
+pub mod methods;
 pub mod model;
 #[cfg(feature = "alloc")]
 pub mod motion;

@@ -9,6 +9,7 @@
 mod change;
 mod conditioning;
 mod drift;
+mod driver;
 mod error;
 mod formulation;
 mod guard;
@@ -30,6 +31,7 @@ pub use crate::integrate::{Direction, Method};
 pub use change::{Change, ChangeError, Impact};
 pub use conditioning::Conditioning;
 pub use drift::ConstraintDrift;
+pub(crate) use driver::AnyDriver;
 pub(crate) use error::suggest;
 pub use error::{MotionError, OptionError, SimulationError, SimulationErrorKind};
 pub use formulation::Formulation;

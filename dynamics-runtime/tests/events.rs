@@ -5,8 +5,9 @@ mod common;
 use std::f64::consts::PI;
 
 use common::*;
+use dynamics_runtime::methods;
 use dynamics_runtime::model::ModelState;
-use dynamics_runtime::motion::{Direction, Flow, Method, OptionError, Simulate, SimulationErrorKind};
+use dynamics_runtime::motion::{Direction, Flow, OptionError, Simulate, SimulationErrorKind};
 use proptest::prelude::*;
 
 const G: f64 = 9.81;
@@ -24,9 +25,9 @@ fn impacts(restitution: f64, count: usize) -> Vec<f64> {
 #[test]
 fn a_bouncing_ball_meets_the_closed_form() {
     let ball = Ball { g: G };
-    for method in [Method::Rk4, Method::DormandPrince5, Method::Dop853] {
+    for method in &[methods::Any::from(methods::Rk4), methods::DormandPrince5.into(), methods::Dop853.into()] {
         let simulation = ball.simulate(at_rest_or_not([1.0], [0.0])).until(2.5).method(method);
-        let simulation = if method == Method::Rk4 { simulation.fixed_step(0.05) } else { simulation };
+        let simulation = if method.is_adaptive() { simulation } else { simulation.fixed_step(0.05) };
         let motion = simulation.on_event("impact", Direction::Falling, |s| s.u[0] *= -0.8).run().unwrap();
         let found: Vec<_> = motion.events().iter().filter(|e| e.name == "impact").collect();
         let expected: Vec<f64> = impacts(0.8, 20).into_iter().take_while(|t| *t < 2.5).collect();

@@ -6,6 +6,7 @@ use std::error::Error;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use common::*;
+use dynamics_runtime::methods;
 use dynamics_runtime::motion::{
     Flow, Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError, SimulationErrorKind,
 };
@@ -20,7 +21,7 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
     let open = || model.simulate(at_rest_or_not([1.0], [0.0]));
     let run = || open().until(1.0);
     assert_eq!(kind(open()), OptionError::NoEnd.into());
-    assert_eq!(kind(run().method(Method::Rk4)), OptionError::NeedsFixedStep.into());
+    assert_eq!(kind(run().method(methods::Rk4)), OptionError::NeedsFixedStep { method: Method::Rk4 }.into());
     for (simulation, option) in [
         (open().until(f64::NAN), "until"),
         (open().until(f64::INFINITY), "until"),
@@ -103,7 +104,7 @@ fn a_step_without_interpolant_is_taken_back() {
     let start =
         PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [0.0].into(), modes: Default::default() };
     let law = |t: f64, _: &PlainState<1, 1>| [if (t - 1.2).abs() < 1e-3 { f64::NAN } else { 1.0 }];
-    let run = || model.simulate(start).until(3.0).method(Method::Dop853).fixed_step(1.0).inputs(law);
+    let run = || model.simulate(start).until(3.0).method(methods::Dop853).fixed_step(1.0).inputs(law);
     assert_eq!(run().run().unwrap().end_time(), 3.0, "nobody asks there");
     let error = run().event("far", |s| s.q[0] - 100.0).run().unwrap_err();
     assert_eq!(error.kind, SimulationErrorKind::InputNotFinite { input: "force" });

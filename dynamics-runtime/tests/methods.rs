@@ -8,7 +8,8 @@ use common::*;
 use dynamics_runtime::integrate::{
     Dense, Dop853, DormandPrince5, Phase, Rk4, Scheme, StepError, StepOptions, Stepper, Tolerances,
 };
-use dynamics_runtime::motion::{Method, Simulate};
+use dynamics_runtime::methods;
+use dynamics_runtime::motion::Simulate;
 use nalgebra::SVector;
 
 type V = SVector<f64, 1>;
@@ -92,12 +93,12 @@ fn orders_of_convergence() {
 #[test]
 fn the_error_follows_the_tolerance() {
     let start = at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()]);
-    let end_at = |method, tolerance| {
+    let end_at = |method: &methods::Any<Kepler>, tolerance| {
         let motion = Kepler.simulate(start).until(6.0).method(method).tolerance(tolerance).run().unwrap();
         motion.end()
     };
-    let reference = end_at(Method::Dop853, 3e-15);
-    for method in [Method::DormandPrince5, Method::Dop853] {
+    let reference = end_at(&methods::Dop853.into(), 3e-15);
+    for method in &[methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
         for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
             let error = (end_at(method, tolerance).q - reference.q).norm();
             println!("{method} {tolerance:e}: {error:.1e}");
@@ -110,10 +111,10 @@ fn the_error_follows_the_tolerance() {
 #[test]
 fn backwards_in_time_returns_to_the_start() {
     let start = at_rest_or_not([2.0, -0.5], [0.3, 1.0]);
-    for (method, tolerance) in [(Method::Dop853, 1e-13), (Method::DormandPrince5, 1e-11)] {
-        let there = DoublePendulum::UNIT.simulate(start).until(3.0).tolerance(tolerance).method(method).run().unwrap();
+    for (method, tolerance) in [(methods::Any::from(methods::Dop853), 1e-13), (methods::DormandPrince5.into(), 1e-11)] {
+        let there = DoublePendulum::UNIT.simulate(start).until(3.0).tolerance(tolerance).method(&method).run().unwrap();
         let back =
-            DoublePendulum::UNIT.simulate(there.end()).until(0.0).tolerance(tolerance).method(method).run().unwrap();
+            DoublePendulum::UNIT.simulate(there.end()).until(0.0).tolerance(tolerance).method(&method).run().unwrap();
         let error = (back.end().q - start.q).norm() + (back.end().u - start.u).norm();
         println!("{method}: {error:.1e}");
         assert!(error < 1e3 * tolerance);
@@ -148,19 +149,21 @@ fn a_trial_step_into_a_forbidden_region_is_repeated() {
 
 #[test]
 fn stiffness_is_noticed_and_smooth_problems_are_not_called_stiff() {
+    notices_stiffness(methods::DormandPrince5);
+    notices_stiffness(methods::Dop853);
+}
+
+fn notices_stiffness(method: impl methods::Choice + std::fmt::Debug) {
     let oscillator = Oscillator { omega: 1e4 };
     let stiff = Closure(|t, _, u| -1e3 * (u + t.sin()));
-    for method in [Method::DormandPrince5, Method::Dop853] {
-        let motion =
-            stiff.simulate(at_rest_or_not([1.0], [0.0])).until(2.0).tolerance(1e-5).method(method).run().unwrap();
-        let summary = motion.summary();
-        let stiff_at = summary.stiff_at.unwrap_or_else(|| panic!("{method} sees no stiffness in\n{summary}"));
-        assert!(stiff_at < 0.5 && summary.to_string().contains("stiff from t = "));
-        let fast = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(0.5).method(method);
-        assert_eq!(fast.run().unwrap().counts().stiff_at, None, "{method} takes a fast oscillator for stiff");
-        let easy = Kepler.simulate(at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()])).until(50.0).method(method);
-        assert_eq!(easy.run().unwrap().counts().stiff_at, None, "{method}");
-    }
+    let motion = stiff.simulate(at_rest_or_not([1.0], [0.0])).until(2.0).tolerance(1e-5).method(method).run().unwrap();
+    let summary = motion.summary();
+    let stiff_at = summary.stiff_at.unwrap_or_else(|| panic!("{method:?} sees no stiffness in\n{summary}"));
+    assert!(stiff_at < 0.5 && summary.to_string().contains("stiff from t = "));
+    let fast = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(0.5).method(method);
+    assert_eq!(fast.run().unwrap().counts().stiff_at, None, "{method:?} takes a fast oscillator for stiff");
+    let easy = Kepler.simulate(at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()])).until(50.0).method(method);
+    assert_eq!(easy.run().unwrap().counts().stiff_at, None, "{method:?}");
 }
 
 /// The stepper in a program of its own: the last step ends exactly at the limit, and errors leave it at the last good state.

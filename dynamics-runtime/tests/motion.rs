@@ -3,24 +3,27 @@
 mod common;
 
 use common::*;
+use dynamics_runtime::methods;
 use dynamics_runtime::model::ModelState;
-use dynamics_runtime::motion::{Flow, Method, Simulate};
+use dynamics_runtime::motion::{Flow, Method, Motion, Simulate};
 use nalgebra::SMatrix;
 use proptest::prelude::*;
 
-const METHODS: [Method; 3] = [Method::Rk4, Method::DormandPrince5, Method::Dop853];
+fn all<M: Simulate>() -> [methods::Any<M>; 3] {
+    [methods::Rk4.into(), methods::DormandPrince5.into(), methods::Dop853.into()]
+}
 
 /// The oscillator's motion by one of the methods, at an accuracy of about 1e-9.
-fn swing(model: &Oscillator, method: Method) -> dynamics_runtime::motion::Motion<'_, Oscillator> {
+fn swing<'m>(model: &'m Oscillator, method: &methods::Any<Oscillator>) -> Motion<'m, Oscillator> {
     let simulation = model.simulate(at_rest_or_not([1.0], [0.5])).until(10.0).method(method);
-    let simulation = if method == Method::Rk4 { simulation.fixed_step(0.002) } else { simulation.tolerance(1e-11) };
+    let simulation = if method.is_adaptive() { simulation.tolerance(1e-11) } else { simulation.fixed_step(0.002) };
     simulation.run().unwrap()
 }
 
 #[test]
 fn states_between_steps_are_as_good_as_the_steps() {
     let model = Oscillator { omega: 2.0 };
-    for method in METHODS {
+    for method in &all() {
         let motion = swing(&model, method);
         let times: Vec<f64> = (0..=1000).map(|k| 0.01 * f64::from(k)).collect();
         for (state, &t) in motion.sample(times.iter().copied()).zip(&times) {
@@ -104,7 +107,7 @@ fn observers_see_what_a_motion_keeps() {
 #[test]
 fn fixed_steps_lie_on_their_grid_and_end_where_asked() {
     let model = Oscillator { omega: 1.0 };
-    for method in METHODS {
+    for method in &all() {
         let run = |h: f64| model.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).fixed_step(h).method(method).run();
         let motion = run(0.1).unwrap();
         assert_eq!(motion.counts().steps, 100, "{method}: no tiny last step");
@@ -135,11 +138,13 @@ fn the_account_of_work_closes_to_the_tolerance() {
     let model = Driven { m: 1.5, k: 3.0, c: 0.4 };
     let start =
         PlainState { t: 0.0, q: [0.2].into(), u: [-0.1].into(), inputs: [f64::NAN].into(), modes: Default::default() };
-    for (method, tolerance, closure) in
-        [(Method::Dop853, 1e-12, 1e-11), (Method::Dop853, 1e-6, 1e-5), (Method::DormandPrince5, 1e-9, 1e-8)]
-    {
+    for (method, tolerance, closure) in [
+        (methods::Any::from(methods::Dop853), 1e-12, 1e-11),
+        (methods::Dop853.into(), 1e-6, 1e-5),
+        (methods::DormandPrince5.into(), 1e-9, 1e-8),
+    ] {
         let law = |t: f64, _: &PlainState<1, 1>| [amplitude * (omega * t).cos()];
-        let motion = model.simulate(start).until(20.0).tolerance(tolerance).method(method).inputs(law).run().unwrap();
+        let motion = model.simulate(start).until(20.0).tolerance(tolerance).method(&method).inputs(law).run().unwrap();
         let account = motion.work();
         println!("{account}");
         assert_eq!(account.forces[0].name, "drive");

@@ -108,9 +108,21 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         limit: f64,
         options: StepOptions,
     ) -> Result<Self, StepError<Y::Error>> {
+        Self::with(S::new(), system, t, y, limit, options)
+    }
+
+    /// As [`Stepper::new`], with a method that has options of its own.
+    pub fn with<Y: System<V>>(
+        scheme: S,
+        system: &mut Y,
+        t: f64,
+        y: Phase<V>,
+        limit: f64,
+        options: StepOptions,
+    ) -> Result<Self, StepError<Y::Error>> {
         let a = start_accelerations(system, t, &y)?;
         let mut stepper = Self {
-            scheme: S::new(),
+            scheme,
             options,
             control: S::CONTROL.map(|settings| Controller::new(settings, S::ERROR_ORDER)),
             now: Knot { t, y, a },

@@ -216,9 +216,10 @@ pub enum OptionError {
         value: f64,
     },
     /// A method without error estimate needs `.fixed_step(..)`.
-    NeedsFixedStep,
-    /// [`Method::PositionAnalysis`](super::Method::PositionAnalysis) was asked for: it integrates nothing.
-    NotAnIntegrator,
+    NeedsFixedStep {
+        /// Which one.
+        method: super::Method,
+    },
     /// `.fixed_step(..)` leaves nothing for another step option to say.
     FixedStepExcludes {
         /// The other option.
@@ -287,14 +288,8 @@ impl fmt::Display for OptionError {
                     "gain {name} = {value} of Baumgarte's stabilization is not possible; give a finite number, 0 or more"
                 )
             }
-            Self::NotAnIntegrator => {
-                write!(
-                    f,
-                    "position analysis integrates nothing; open it with `.kinematics(guess)` instead of `.simulate(start)`"
-                )
-            }
-            Self::NeedsFixedStep => {
-                write!(f, "RK4 has no error estimate; give `.fixed_step(h)` or choose an adaptive method")
+            Self::NeedsFixedStep { method } => {
+                write!(f, "{method} has no error estimate; give `.fixed_step(h)` or choose an adaptive method")
             }
             Self::FixedStepExcludes { option } => {
                 write!(f, "`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")

@@ -9,7 +9,7 @@ use super::query::Motion;
 use super::record::{Counts, Record, Trajectory};
 use super::simulate::{Simulate, every};
 use super::upkeep::Upkept;
-use crate::integrate::{Method, Tolerances};
+use crate::integrate::Tolerances;
 use crate::model::ModelState;
 
 /// Gauss–Legendre nodes in 0..1 and weights, order 10: Abramowitz & Stegun, table 25.4.
@@ -36,7 +36,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let reason = "because the constraints leave no freedom".to_string();
         let (start, end) = (times[0], times[times.len() - 1]);
         let trajectory = Trajectory {
-            method: Method::PositionAnalysis,
+            driver: None,
             reason: reason.clone(),
             // Of no effect: no error is estimated.
             tolerances: Tolerances::both(f64::EPSILON),
@@ -52,17 +52,16 @@ impl<'m, M: Simulate> Motion<'m, M> {
         Self::new(model, constants, None, trajectory)
     }
 
-    /// Sums the works of the step that leaves a record by Gauss–Legendre quadrature: states between are solved, so that no stages are known.
-    pub(super) fn meter_positions(&self, index: usize, work: &mut [f64]) -> bool {
+    /// Sums the works of the step that leaves a record by Gauss–Legendre quadrature on so many parts of it, where no stages are known.
+    pub(super) fn meter_by_quadrature(&self, index: usize, parts: u32, work: &mut [f64]) -> bool {
         let Record { state, h, .. } = self.trajectory.records[index];
         let mut powers = vec![0.0; work.len()];
         let mut sampler = self.sampler();
-        // Steps are as long as Newton's method permits, up to a radian of a crank: on quarters of them the quadrature leaves about 10⁻¹² of
-        // the energy (slider-crank, Jansen's leg).
-        for quarter in [0.0, 0.25, 0.5, 0.75] {
+        let part = h / f64::from(parts);
+        for i in 0..parts {
             for (node, weight) in GAUSS {
-                self.model().powers(&sampler.at(state.t() + (quarter + 0.25 * node) * h), &mut powers);
-                work.iter_mut().zip(&powers).for_each(|(work, power)| *work += 0.25 * h * weight * power);
+                self.model().powers(&sampler.at(state.t() + (f64::from(i) + node) * part), &mut powers);
+                work.iter_mut().zip(&powers).for_each(|(work, power)| *work += part * weight * power);
             }
         }
         true

@@ -1,19 +1,19 @@
 //! A computed motion: states at any time, and everything that follows from a state.
 
+use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::driver::Interpolant;
 use super::error::{MotionError, SimulationError, suggest};
 use super::formulation::Formulation;
-use super::plant::{EvaluationError, InputLaw, Plant, with_inputs};
+use super::plant::{InputLaw, Plant, with_inputs};
 use super::record::{Counts, EventRecord, Record, Trajectory};
 use super::simulate::Simulate;
 use super::upkeep::Upkeep;
 use crate::constrain;
 use crate::integrate::System as _;
-use crate::integrate::{
-    Dense, Dop853, DormandPrince5, Hermite, Method, Nested, Phase, Scheme, Step, Stepper, Tolerances,
-};
+use crate::integrate::{Hermite, Method, Step};
 use crate::model::{Model, ModelState, Vector};
 
 /// The motion of a model, as a simulation computed it.
@@ -25,23 +25,6 @@ pub struct Motion<'m, M: Simulate> {
     constants: M::Constants,
     law: Option<InputLaw<'m, M>>,
     pub(super) trajectory: Trajectory<M>,
-}
-
-/// The interpolant of one step.
-enum Interpolant<V> {
-    Hermite(Hermite<V>),
-    DormandPrince5(Nested<V, 5>),
-    Dop853(Nested<V, 8>),
-}
-
-impl<V: Vector> Dense<V> for Interpolant<V> {
-    fn at(&self, theta: f64) -> Phase<V> {
-        match self {
-            Self::Hermite(dense) => dense.at(theta),
-            Self::DormandPrince5(dense) => dense.at(theta),
-            Self::Dop853(dense) => dense.at(theta),
-        }
-    }
 }
 
 impl<'m, M: Simulate> Motion<'m, M> {
@@ -238,7 +221,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
     /// The method that computed it.
     #[must_use]
     pub fn method(&self) -> Method {
-        self.trajectory.method
+        self.trajectory.driver.as_ref().map_or(Method::PositionAnalysis, |driver| driver.method())
     }
 
     /// What it cost.
@@ -300,31 +283,17 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let Step { start, end, h } = &step;
         let plant = &mut self.plant(index);
         let tolerances = &self.trajectory.tolerances;
-        let again = match self.method() {
-            _ if !self.is_repeatable() => None,
-            Method::Rk4 | Method::PositionAnalysis => None,
-            Method::DormandPrince5 => {
-                again::<M, DormandPrince5<_>>(plant, &step, tolerances).ok().map(Interpolant::DormandPrince5)
-            }
-            Method::Dop853 => again::<M, Dop853<_>>(plant, &step, tolerances).ok().map(Interpolant::Dop853),
-        };
+        let driver = self.trajectory.driver.as_ref().filter(|_| self.is_repeatable());
+        let again = driver.and_then(|driver| driver.interpolate(plant, &step, tolerances));
         // A step that was made once can be made again unless the law changed its mind; both ends are known in any case.
         again.unwrap_or_else(|| {
             let mut first = *start;
             if !self.is_repeatable() || plant.attempting(&mut first, *h).is_err() {
                 first = *start;
             }
-            Interpolant::Hermite(Hermite::new(start.y, &first.a, &end.y, &end.a, *h))
+            Box::new(Hermite::new(start.y, &first.a, &end.y, &end.a, *h))
         })
     }
-}
-
-fn again<M: Simulate, S: Scheme<M::Vector>>(
-    plant: &mut Plant<'_, '_, M>,
-    step: &Step<M::Vector>,
-    tolerances: &Tolerances,
-) -> Result<S::Dense, EvaluationError> {
-    Stepper::<M::Vector, S>::again(&mut S::new(), plant, step, tolerances)
 }
 
 fn nan<V: Vector>() -> V {
@@ -395,7 +364,7 @@ impl<M: Simulate> SimulationError<M> {
         law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm,
     ) -> Option<Motion<'m, M>> {
         let mut motion = self.motion(model)?;
-        motion.law = Some(alloc::boxed::Box::new(move |t, state| law(t, state).into()));
+        motion.law = Some(Box::new(move |t, state| law(t, state).into()));
         Some(motion)
     }
 }

@@ -5,9 +5,10 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 use super::change::Impact;
+use super::driver::AnyDriver;
 use super::formulation::Formulation;
 use super::upkeep::Upkept;
-use crate::integrate::{Direction, Knot, Method, Phase, Tolerances};
+use crate::integrate::{Direction, Knot, Phase, Tolerances};
 use crate::model::{Model, ModelState, Modes, Vector};
 
 /// An accepted state and the step that leaves it.
@@ -97,7 +98,8 @@ pub struct Counts {
 
 /// A run without its model: everything that an error can carry.
 pub(crate) struct Trajectory<M: Model> {
-    pub(crate) method: Method,
+    /// `None` where positions were solved instead of integrated.
+    pub(crate) driver: Option<AnyDriver<M>>,
     pub(crate) reason: String,
     pub(crate) tolerances: Tolerances,
     /// In the order of the motion; never empty.
@@ -116,6 +118,7 @@ pub(crate) struct Trajectory<M: Model> {
 impl<M: Model> Clone for Trajectory<M> {
     fn clone(&self) -> Self {
         Self {
+            driver: self.driver.clone(),
             reason: self.reason.clone(),
             formulation: self.formulation.clone(),
             records: self.records.clone(),

@@ -54,12 +54,13 @@ pub(crate) struct Halt {
 }
 
 /// Runs a plan with one method. What was computed before a failure is in the sink.
-pub(crate) fn run<'m, M: Simulate, S: Scheme<M::Vector>>(
-    plan: &mut Plan<'_, 'm, M>,
-    sink: &mut impl Sink<M>,
+pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
+    scheme: S,
+    plan: &mut Plan<'_, '_, M>,
+    sink: &mut dyn Sink<M>,
 ) -> (Counts, Result<(), Halt>) {
     let y = Phase { q: *plan.start.q(), u: *plan.start.u() };
-    let mut stepper = match Stepper::<M::Vector, S>::new(&mut plan.plant, plan.start.t(), y, plan.end, plan.options) {
+    let mut stepper = match Stepper::with(scheme, &mut plan.plant, plan.start.t(), y, plan.end, plan.options) {
         Ok(stepper) => stepper,
         Err(error) => {
             sink.stand(Record::unmoved(plan.start));
@@ -115,7 +116,7 @@ struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
 }
 
 impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
-    fn fly(mut self, sink: &mut impl Sink<M>) -> Result<(), Halt> {
+    fn fly(mut self, sink: &mut dyn Sink<M>) -> Result<(), Halt> {
         let at = |kind| Halt { kind, h: 0.0 };
         self.begin(sink)?;
         while self.stepper.now().t != self.plan.end {
@@ -136,7 +137,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     }
 
     /// Looks at the start: a contact that would have to pull lifts off there, what sticks and would break away slips.
-    fn begin(&mut self, sink: &mut impl Sink<M>) -> Result<(), Halt> {
+    fn begin(&mut self, sink: &mut dyn Sink<M>) -> Result<(), Halt> {
         let at = |kind| Halt { kind, h: 0.0 };
         let start = self.now();
         self.plan.watch.begin(&start).map_err(at)?;
@@ -190,7 +191,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     }
 
     /// Gives a finished step to the sink.
-    fn hand_over(&mut self, sink: &mut impl Sink<M>, step: &Step<M::Vector>) -> Result<Flow, Kind> {
+    fn hand_over(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<Flow, Kind> {
         let plant = &mut self.plan.plant;
         let from = Record::new(&step.start, plant.held, plant.modes, step.h);
         let to = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
@@ -205,7 +206,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     }
 
     /// A step with its events: ends it at the first one that calls for an action.
-    fn watched(&mut self, sink: &mut impl Sink<M>, mut step: Step<M::Vector>) -> Result<Flow, Halt> {
+    fn watched(&mut self, sink: &mut dyn Sink<M>, mut step: Step<M::Vector>) -> Result<Flow, Halt> {
         let h = step.h;
         let at = |kind| Halt { kind, h };
         let Plan { plant, watch, .. } = &mut *self.plan;
@@ -290,7 +291,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     }
 
     /// Calls the actions at the state reached and goes on from what they leave.
-    fn act(&mut self, sink: &mut impl Sink<M>, acting: usize, h: f64) -> Result<Flow, Halt> {
+    fn act(&mut self, sink: &mut dyn Sink<M>, acting: usize, h: f64) -> Result<Flow, Halt> {
         let at = |kind| Halt { kind, h };
         let before = self.now();
         let mut after = before;
@@ -360,7 +361,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     }
 
     /// Goes on from a state that actions left.
-    fn go_on_from(&mut self, sink: &mut impl Sink<M>, before: &M::State, after: &M::State) -> Result<(), Halt> {
+    fn go_on_from(&mut self, sink: &mut dyn Sink<M>, before: &M::State, after: &M::State) -> Result<(), Halt> {
         let plant = &mut self.plan.plant;
         let stand = Record::new(self.stepper.now(), plant.held, plant.modes, 0.0);
         hold(&mut plant.held, before.inputs(), after.inputs());

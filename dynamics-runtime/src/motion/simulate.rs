@@ -3,11 +3,13 @@
 use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::{String, ToString};
+use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::sync::atomic::AtomicBool;
 
 use super::change::Change;
+use super::driver::AnyDriver;
 use super::error::{OptionError, SimulationError, SimulationErrorKind, suggest};
 use super::formulation::Formulation;
 use super::guard::{Contact, Guard, Guards};
@@ -15,10 +17,11 @@ use super::plant::{InputLaw, Plant, with_inputs};
 use super::progress::Progress;
 use super::query::Motion;
 use super::record::{Record, Trajectory};
-use super::run::{Halt, Keep, Plan, Show, Sink, run};
+use super::run::{Halt, Keep, Plan, Show, Sink};
 use super::upkeep::{PlaceError, Upkeep};
 use super::watch::{Action, AdHoc, Flow, Rule, Watch};
-use crate::integrate::{Direction, Dop853, DormandPrince5, Method, Rk4, StepOptions, Tolerances};
+use crate::integrate::{Direction, StepOptions, Tolerances};
+use crate::methods::{Any, Dop853, DormandPrince5, Rk4};
 use crate::model::{Constraints, Events, ModelState, Outputs, Powers, Vector};
 
 /// Above this tolerance Dormand–Prince 5(4) is chosen, below it DOP853. Measured by evaluations for the same error, they are level at
@@ -48,7 +51,7 @@ pub struct Simulation<'m, M: Simulate> {
     model: &'m M,
     start: M::State,
     end: Option<f64>,
-    method: Option<Method>,
+    method: Option<AnyDriver<M>>,
     tolerances: Option<Tolerances>,
     fixed: Option<f64>,
     first: Option<f64>,
@@ -119,11 +122,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Overrides the choice of the method.
+    /// Overrides the choice of the method: one of [`crate::methods`].
     ///
     /// Without it: RK4 where a fixed step is given, else Dormand–Prince 5(4) for tolerances above 1e-4 and DOP853 below.
-    pub fn method(mut self, method: Method) -> Self {
-        self.method = Some(method);
+    pub fn method(mut self, method: impl Into<Any<M>>) -> Self {
+        self.method = Some(method.into().0);
         self
     }
 
@@ -302,10 +305,10 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     /// Runs into a sink, with the options checked.
-    fn fly(mut self, checked: Checked<'m, M>, sink: &mut impl Sink<M>) -> Result<Landed<'m, M>, SimulationError<M>> {
+    fn fly(mut self, checked: Checked<'m, M>, sink: &mut dyn Sink<M>) -> Result<Landed<'m, M>, SimulationError<M>> {
         let constants = self.constants()?;
         let law = self.law.take();
-        let (method, reason) = checked.method;
+        let (driver, reason) = checked.method;
         let contacts = checked.guards.iter().filter_map(Guard::closing::<M>).collect();
         let mut plan = Plan {
             plant: Plant {
@@ -337,18 +340,13 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         #[cfg(feature = "std")]
         let begun = std::time::Instant::now();
         #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
-        let (mut counts, result) = match method {
-            Method::PositionAnalysis => unreachable!("`choose_method` refuses it"),
-            Method::Rk4 => run::<M, Rk4<M::Vector>>(&mut plan, sink),
-            Method::DormandPrince5 => run::<M, DormandPrince5<M::Vector>>(&mut plan, sink),
-            Method::Dop853 => run::<M, Dop853<M::Vector>>(&mut plan, sink),
-        };
+        let (mut counts, result) = driver.run(&mut plan, sink);
         #[cfg(feature = "std")]
         {
             counts.wall_time = Some(begun.elapsed());
         }
         let trajectory = Trajectory {
-            method,
+            driver: Some(driver),
             reason,
             tolerances: checked.options.tolerances,
             records: Vec::new(),
@@ -456,18 +454,20 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         Ok(StepOptions { tolerances, fixed: self.fixed, first: self.first, most })
     }
 
-    fn choose_method(&self, tolerances: &Tolerances) -> Result<(Method, String), OptionError> {
+    fn choose_method(&self, tolerances: &Tolerances) -> Result<(AnyDriver<M>, String), OptionError> {
         let loosest = tolerances.absolute.max(tolerances.relative);
-        Ok(match (self.method, self.fixed) {
-            (Some(Method::PositionAnalysis), _) => return Err(OptionError::NotAnIntegrator),
-            (Some(method), None) if !method.is_adaptive() => return Err(OptionError::NeedsFixedStep),
+        let chosen = |driver: AnyDriver<M>, reason: String| (driver, reason);
+        Ok(match (self.method.clone(), self.fixed) {
+            (Some(method), None) if !method.is_adaptive() => {
+                return Err(OptionError::NeedsFixedStep { method: method.method() });
+            }
             (Some(method), Some(h)) => (method, format!("as asked for, with a fixed step of {h}")),
             (Some(method), None) => (method, format!("as asked for, at tolerance {loosest:e}")),
-            (None, Some(h)) => (Method::Rk4, format!("because the step is fixed, {h}")),
+            (None, Some(h)) => chosen(Arc::new(Rk4), format!("because the step is fixed, {h}")),
             (None, None) if loosest > LOOSE => {
-                (Method::DormandPrince5, format!("because tolerance {loosest:e} asks for few digits"))
+                chosen(Arc::new(DormandPrince5), format!("because tolerance {loosest:e} asks for few digits"))
             }
-            (None, None) => (Method::Dop853, format!("because its long steps win at tolerance {loosest:e}")),
+            (None, None) => chosen(Arc::new(Dop853), format!("because its long steps win at tolerance {loosest:e}")),
         })
     }
 
@@ -566,7 +566,7 @@ pub(super) fn every(start: f64, end: f64, interval: f64) -> Vec<f64> {
 struct Checked<'m, M: Simulate> {
     end: f64,
     options: StepOptions,
-    method: (Method, String),
+    method: (AnyDriver<M>, String),
     output_times: Option<Vec<f64>>,
     formulation: Option<(Formulation, String)>,
     guards: Guards,

@@ -1,0 +1,100 @@
+//! The methods that [`Simulation::method`](crate::motion::Simulation::method) takes, with their options.
+//!
+//! Each is a type of its own, so that a program contains the code of those it names and of those that are chosen by themselves, and of
+//! no others. What they do, their order and their source stand in the headers of [`crate::integrate`].
+//!
+//! ```
+//! use dynamics_runtime::methods;
+//! # fn show<C: methods::Choice>(_: C) {}
+//! // model.simulate(start).until(10.0).method(methods::Dop853).run()?
+//! show(methods::Dop853);
+//! ```
+
+use alloc::sync::Arc;
+use core::fmt;
+
+use crate::integrate::{self, Method, Scheme};
+use crate::model::{Model, Vector};
+use crate::motion::AnyDriver;
+
+/// A method with its options. Whoever writes a [`Scheme`] makes it available to simulations by an implementation of this.
+pub trait Choice: Copy + Send + Sync + 'static {
+    /// The method for phase vectors of this kind.
+    type Scheme<V: Vector>: Scheme<V>;
+    /// The method with these options.
+    fn scheme<V: Vector>(&self) -> Self::Scheme<V>;
+}
+
+/// Some method for model M, where a list of several is run through: `for method in &[methods::Any::from(methods::Rk4), methods::Dop853.into()]`.
+pub struct Any<M: Model>(pub(crate) AnyDriver<M>);
+
+impl<M: Model> Any<M> {
+    /// Which one.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.0.method()
+    }
+
+    /// Whether it estimates its error, and so can choose its step; the others need [`crate::motion::Simulation::fixed_step`].
+    #[must_use]
+    pub fn is_adaptive(&self) -> bool {
+        self.0.is_adaptive()
+    }
+}
+
+impl<M: Model, C: Choice> From<C> for Any<M> {
+    fn from(choice: C) -> Self {
+        Self(Arc::new(choice))
+    }
+}
+
+impl<M: Model> From<&Any<M>> for Any<M> {
+    fn from(method: &Any<M>) -> Self {
+        method.clone()
+    }
+}
+
+// By hand, because a derive would ask the same of the model.
+impl<M: Model> Clone for Any<M> {
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+impl<M: Model> fmt::Display for Any<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.method(), f)
+    }
+}
+
+impl<M: Model> fmt::Debug for Any<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&self.method(), f)
+    }
+}
+
+/// Methods without options.
+macro_rules! plain {
+    ($($(#[$meaning:meta])* $name:ident)*) => {$(
+        $(#[$meaning])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+        pub struct $name;
+
+        impl Choice for $name {
+            type Scheme<V: Vector> = integrate::$name<V>;
+            #[inline]
+            fn scheme<V: Vector>(&self) -> Self::Scheme<V> {
+                Scheme::new()
+            }
+        }
+    )*};
+}
+
+plain! {
+    /// The classical Runge–Kutta method of order 4, with a fixed step: [`integrate::Rk4`].
+    Rk4
+    /// Dormand and Prince's method of order 5(4): [`integrate::DormandPrince5`].
+    DormandPrince5
+    /// Dormand and Prince's method of order 8(5,3): [`integrate::Dop853`].
+    Dop853
+}

@@ -1,0 +1,82 @@
+//! A method as a run calls it: one table of functions per model and method that the program names.
+
+use alloc::boxed::Box;
+use alloc::sync::Arc;
+
+use super::plant::Plant;
+use super::query::Motion;
+use super::record::Counts;
+use super::run::{Halt, Plan, Sink, run};
+use super::simulate::Simulate;
+use crate::integrate::{Dense, Method, Scheme, Step, Stepper, Tolerances};
+use crate::methods::Choice;
+use crate::model::Model;
+
+/// The interpolant of one step, of whatever method.
+pub(crate) type Interpolant<V> = Box<dyn Dense<V> + Send + Sync>;
+
+pub(crate) trait Driver<M: Model>: Send + Sync {
+    fn method(&self) -> Method;
+    /// Whether it estimates its error, and so can choose its step.
+    fn is_adaptive(&self) -> bool;
+    /// Runs a plan. What was computed before a failure is in the sink.
+    fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<(), Halt>)
+    where
+        M: Simulate;
+    /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
+    fn interpolate(
+        &self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<Interpolant<M::Vector>>
+    where
+        M: Simulate;
+    /// Adds the work done during the step that leaves a record; false where it cannot be made again.
+    fn meter(&self, motion: &Motion<'_, M>, index: usize, work: &mut [f64]) -> bool
+    where
+        M: Simulate;
+}
+
+pub(crate) type AnyDriver<M> = Arc<dyn Driver<M>>;
+
+impl<M: Model, C: Choice> Driver<M> for C {
+    fn method(&self) -> Method {
+        <C::Scheme<M::Vector> as Scheme<M::Vector>>::METHOD
+    }
+
+    fn is_adaptive(&self) -> bool {
+        <C::Scheme<M::Vector> as Scheme<M::Vector>>::CONTROL.is_some()
+    }
+
+    fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<(), Halt>)
+    where
+        M: Simulate,
+    {
+        run(self.scheme::<M::Vector>(), plan, sink)
+    }
+
+    fn interpolate(
+        &self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<Interpolant<M::Vector>>
+    where
+        M: Simulate,
+    {
+        let dense = Stepper::again(&mut self.scheme::<M::Vector>(), plant, step, tolerances).ok()?;
+        Some(Box::new(dense))
+    }
+
+    fn meter(&self, motion: &Motion<'_, M>, index: usize, work: &mut [f64]) -> bool
+    where
+        M: Simulate,
+    {
+        if <C::Scheme<M::Vector> as Scheme<M::Vector>>::WEIGHTS.is_empty() {
+            motion.meter_by_quadrature(index, 1, work)
+        } else {
+            motion.meter_by_stages(self.scheme::<M::Vector>(), index, work)
+        }
+    }
+}
