@@ -41,8 +41,7 @@ const FUSED: bool = cfg!(all(
 #[inline(always)]
 #[must_use]
 pub fn fast(x: f64) -> (f64, f64) {
-    // Not `>`: NaN goes there too.
-    if !(x.abs() <= FAR) {
+    if !(-FAR..=FAR).contains(&x) {
         return far(x);
     }
     let (quarter, r, c) = if FUSED { reduce_fused(x) } else { reduce(x) };

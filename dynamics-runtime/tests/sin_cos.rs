@@ -33,7 +33,7 @@ fn check(x: f64) -> f64 {
 
 #[test]
 fn a_turn_and_more() {
-    let worst = (0..6000).map(|i| check(f64::from(i - 3000) * 0.003_137)).fold(0.0, f64::max);
+    let worst = (0..2000).map(|i| check(f64::from(i - 1000) * 0.009_411)).fold(0.0, f64::max);
     // It is not exact either: a comparison of a function with itself would pass this test as well.
     assert!(worst > 0.5);
 }
@@ -64,7 +64,7 @@ fn small_and_large() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn anywhere(mantissa in -1.0f64..1.0, exponent in -8i32..21) {
