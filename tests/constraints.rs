@@ -461,7 +461,8 @@ fn derivatives_that_do_not_exist_are_errors() {
     assert_eq!(bead.accelerations(&free).unwrap().as_slice(), [0.0, -9.81]);
     let error = bead.state_jacobian(&free).unwrap_err();
     assert_eq!(error, SolveError::Released { constraint: "wire" });
-    assert!(bead.solve_unrolled(&bead.constants().unwrap(), &free).is_none());
+    let flying = bead.solve_unrolled(&bead.constants().unwrap(), &free).unwrap();
+    assert_eq!((flying.accelerations.as_slice(), flying.multipliers[0]), (&[0.0, -9.81][..], 0.0));
     let massless = Bead { m: 0.0, ..bead };
     assert!(massless.accelerations(&on_wire).is_err() && massless.state_jacobian(&on_wire).is_err());
 
@@ -497,4 +498,87 @@ fn states_are_checked_and_completed() {
     assert_eq!(unknown.to_string(), "no switched constraint is called `flor`; there are `floor`, `stick`");
     let fixed = model.state().release("rod").build().unwrap_err();
     assert_eq!(fixed.to_string(), "constraint `rod` always holds; declare it with the option `switched`");
+}
+
+/// A bar over a floor, on which either end may rest, held by a latch.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, tilt: rad)]
+#[units(m: kg, inertia: kg * m^2, half: m, g: m / s^2, drag: N, speed: m / s)]
+pub struct Plank {
+    pub m: f64,
+    pub inertia: f64,
+    pub half: f64,
+    pub g: f64,
+    pub drag: f64,
+    pub speed: f64,
+}
+
+#[dynamics]
+impl Plank {
+    fn end(&self, q: &Coordinates<Self>, side: f64) -> Vec2 {
+        vec2(q.x, q.y) + side * self.half * vec2(q.tilt.cos(), q.tilt.sin())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2)) + 0.5 * self.inertia * q.tilt.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y
+    }
+    #[holonomic(switched)]
+    fn left(&self, q: &Coordinates<Self>) -> Expr {
+        self.end(q, -1.0).y
+    }
+    #[holonomic(switched)]
+    fn right(&self, q: &Coordinates<Self>) -> Expr {
+        self.end(q, 1.0).y
+    }
+    #[holonomic(switched)]
+    fn latch(&self, q: &Coordinates<Self>) -> Expr {
+        self.end(q, 1.0).x - self.speed * q.t
+    }
+    #[force]
+    fn dragging(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.tilt, -self.drag * self.half * q.slip(Self::latch))
+    }
+}
+
+/// Whatever is released, generated code gives what the general solver gives: accelerations, multipliers, corrections.
+#[test]
+fn every_set_of_released_constraints_has_code_of_its_own() {
+    let model = Plank { m: 2.0, inertia: 0.3, half: 0.7, g: 9.81, drag: 1.5, speed: 0.1 };
+    let constants = model.constants().unwrap();
+    let mut state = model.state().y(0.4).tilt(0.6).x_rate(0.3).y_rate(-0.2).tilt_rate(1.1).at_time(0.4);
+    for name in ["left", "right", "latch"] {
+        state = state.release(name);
+    }
+    let state = state.build().unwrap();
+    let right = <Plank as Constraints>::Rows::new(0.3, -0.2, 0.5);
+    for released in 0..8 {
+        let mut state = state;
+        *state.modes_mut() = dynamics::model::Modes::ALL_HOLD;
+        let is_held = |mode: usize| released >> mode & 1 == 0;
+        (0..3).filter(|mode| !is_held(*mode)).for_each(|mode| state.modes_mut().release(mode, -1.0));
+        let found = model.solve_unrolled(&constants, &state).unwrap_or_else(|| panic!("{:?}", state.modes));
+        let alone = model.accelerate_unrolled(&constants, &state).unwrap();
+        let delta = model.correct_unrolled(&constants, &state, &right).unwrap();
+        let general = dynamics::constrain::with_workspace::<Plank, _>(|workspace| {
+            dynamics::constrain::solve_general(&model, &state, workspace).unwrap()
+        });
+        let size = general.accelerations.norm() + general.multipliers.norm();
+        near((found.accelerations - general.accelerations).norm(), 0.0, size, "q̈");
+        near((alone - general.accelerations).norm(), 0.0, size, "q̈ alone");
+        near((found.multipliers - general.multipliers).norm(), 0.0, size, "λ");
+        let (jacobian, held) = (model.jacobian(&state), (0..3).filter(|mode| is_held(*mode)));
+        held.for_each(|row| near((jacobian * delta)[row], right[row], 10.0, "Φ_q δ = r"));
+        // M δ is a reaction of what holds: no motion that this leaves takes part.
+        let momentum = model.mass_matrix(&state) * delta;
+        let mut rows = jacobian;
+        (0..3).filter(|mode| !is_held(*mode)).for_each(|row| rows.row_mut(row).fill(0.0));
+        let mut square = rows * rows.transpose();
+        (0..3).filter(|mode| !is_held(*mode)).for_each(|row| square[(row, row)] = 1.0);
+        let reaction = rows.transpose() * square.try_inverse().unwrap() * (rows * momentum);
+        near((momentum - reaction).norm(), 0.0, 10.0, "M δ = Φ_qᵀμ");
+    }
 }

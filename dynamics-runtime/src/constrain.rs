@@ -1,7 +1,7 @@
 //! Constraints at run time: accelerations and reactions, corrections of positions and velocities, and what they say of themselves.
 //!
 //! Where the macro found straight-line code for a model's equations that code is used ([`Constraints::solve_unrolled`]); where it does not
-//! apply — a pivot vanishes, a constraint is released, constraints repeat each other — a general solver takes over that decides
+//! apply — a pivot vanishes, there is no code for what is released, constraints repeat each other — a general solver takes over that decides
 //! the rank at the state at hand. Everything works in memory that the caller lends, [`workspace_len`] numbers of it, and allocates nothing.
 
 #[cfg(feature = "alloc")]

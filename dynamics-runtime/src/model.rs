@@ -358,7 +358,8 @@ pub trait Constraints: Dynamics {
         _by_multipliers: &mut [f64],
     ) {
     }
-    /// q̈ and λ by the generated code; `None` where it does not apply (a pivot is too small, a constraint is released) or does not exist.
+    /// q̈ and λ by the generated code; `None` where it does not apply (a pivot is too small, there is no code for what is released) or does not
+    /// exist. Looks at the state's modes itself.
     /// Models without constraints give q̈ alone.
     fn solve_unrolled(
         &self,

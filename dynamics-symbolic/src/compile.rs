@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::algebra::Guard;
+use crate::algebra::{Guard, Unrolled};
 use crate::check::constraints::LookedAt;
 use crate::check::{self, Finding};
 use crate::graph::{Bindings, Graph, Node, NodeId};
@@ -65,8 +65,19 @@ pub struct ConstraintPrograms {
     /// δ (N), then for every guard its pivot and scale, reading multipliers as right-hand sides; where the solution is
     /// unrolled and this program not too large to be emitted. Staged like the accelerations.
     pub correction: Option<Program>,
+    /// The same where some switched constraints are released, in the order of [`ConstraintEquations::released`].
+    pub released: Vec<ReleasedPrograms>,
     /// ∂(Φ_qᵀλ)/∂q (N×N by rows), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), reading multipliers; unless it is too large to be emitted.
     pub derivatives: Result<Program, Excess>,
+}
+
+/// Programs for a set of switched constraints that are released.
+#[derive(Clone, Debug)]
+pub struct ReleasedPrograms {
+    /// As `Programs::accelerations`; λ of released rows is 0.
+    pub accelerations: Program,
+    /// As [`ConstraintPrograms::correction`].
+    pub correction: Program,
 }
 
 /// Why a model is not linearised.
@@ -149,7 +160,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !found.is_empty() {
         return Err(found);
     }
-    let programs = fitting_programs(&model.graph, &mut equations);
+    let programs = fitting_programs(&model, &mut equations);
     let excesses: Vec<Finding> = programs.required().filter_map(excess).map(Excess::into_finding).collect();
     if !excesses.is_empty() {
         return Err(excesses);
@@ -187,6 +198,7 @@ fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
     }
     if let Some(c) = &e.constraints {
         roots.extend([&c.residual, &c.velocity_residual, &c.velocity_offset, &c.gamma].into_iter().flatten());
+        roots.extend(c.released.iter().flat_map(|r| &r.unrolled.accelerations));
         roots.extend(c.jacobian.iter().flatten().chain(c.force_by_multipliers.iter().flatten().flatten()));
         if let Ok(d) = &c.derivatives {
             roots.extend([&d.reaction_by_q, &d.gamma_by_q, &d.gamma_by_u].into_iter().flatten().flatten());
@@ -203,16 +215,18 @@ fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
 }
 
 /// All programs; a solution that is too large to be emitted is left to the general solver.
-fn fitting_programs(g: &Graph, e: &mut Equations) -> Programs {
-    let all = programs(g, e);
+fn fitting_programs(model: &Model, e: &mut Equations) -> Programs {
+    let all = programs(model, e);
     let Some((c, excess)) = e.constraints.as_mut().zip(excess(&all.accelerations)) else { return all };
     c.solution = Solution::General(General::TooLarge(excess.operations));
+    c.released.clear();
     e.jacobians = Err(Withheld::General);
-    programs(g, e)
+    programs(model, e)
 }
 
 /// One program per function that the runtime's traits ask for.
-fn programs(g: &Graph, e: &Equations) -> Programs {
+fn programs(model: &Model, e: &Equations) -> Programs {
+    let g = &model.graph;
     let nodes = |named: &[Named]| named.iter().map(|n| n.node).collect::<Vec<_>>();
     let (accelerations, multipliers, checks): (&[NodeId], &[NodeId], _) =
         match e.constraints.as_ref().map(|c| &c.solution) {
@@ -250,7 +264,7 @@ fn programs(g: &Graph, e: &Equations) -> Programs {
         },
         outputs: inline("outputs", &checked(e.outputs_use_accelerations && !constrained, &e.outputs)),
         events: inline("events", &checked(e.events_use_accelerations && !constrained, &e.events)),
-        constraints: e.constraints.as_ref().map(|c| constraints(g, e, c)),
+        constraints: e.constraints.as_ref().map(|c| constraints(model, e, c)),
     }
 }
 
@@ -259,7 +273,19 @@ fn guards(guards: &[Guard]) -> Vec<NodeId> {
     guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect()
 }
 
-fn constraints(g: &Graph, e: &Equations, c: &ConstraintEquations) -> ConstraintPrograms {
+/// Programs of a solution: q̈, λ and guards; a correction and guards.
+fn unrolled(g: &Graph, u: &Unrolled, which: &str) -> ReleasedPrograms {
+    let hoisted = |name: &str, results: &[NodeId]| schedule(g, &format!("{name}{which}"), results, Staging::Hoisted);
+    let solution = [u.accelerations.as_slice(), &u.multipliers, &guards(&u.guards)].concat();
+    let correction = [u.correction.as_slice(), &guards(&u.correction_guards)].concat();
+    ReleasedPrograms {
+        accelerations: hoisted("accelerations", &solution),
+        correction: hoisted("correction", &correction),
+    }
+}
+
+fn constraints(model: &Model, e: &Equations, c: &ConstraintEquations) -> ConstraintPrograms {
+    let g = &model.graph;
     let flat = |rows: &[Vec<NodeId>]| rows.iter().flatten().copied().collect::<Vec<_>>();
     let inline = |name: &str, results: &[NodeId]| schedule(g, name, results, Staging::Inline);
     let terms = [flat(&e.mass_matrix), c.free_force.clone(), flat(&c.jacobian), c.gamma.clone()].concat();
@@ -274,12 +300,10 @@ fn constraints(g: &Graph, e: &Equations, c: &ConstraintEquations) -> ConstraintP
         friction: c.force_by_multipliers.as_ref().map(friction),
         correction: match &c.solution {
             Solution::General(_) => None,
-            Solution::Unrolled(u) => {
-                let all = [u.correction.as_slice(), &guards(&u.correction_guards)].concat();
-                // Where it is too large the general solver serves as well.
-                Some(schedule(g, "correction", &all, Staging::Hoisted)).filter(|program| excess(program).is_none())
-            }
+            // Where it is too large the general solver serves as well.
+            Solution::Unrolled(u) => Some(unrolled(g, u, "").correction).filter(|program| excess(program).is_none()),
         },
+        released: c.released.iter().map(|r| unrolled(g, &r.unrolled, &r.suffix(model))).collect(),
         derivatives: match &c.derivatives {
             Err(nodes) => Err(Excess { function: "constraint_derivatives".into(), operations: *nodes }),
             Ok(d) => {
@@ -341,6 +365,7 @@ impl ConstraintPrograms {
     fn required(&self) -> impl Iterator<Item = &Program> {
         let always =
             [&self.residual, &self.velocity_residual, &self.jacobian, &self.velocity_offset, &self.gamma, &self.terms];
-        always.into_iter().chain(&self.friction).chain(&self.correction)
+        let released = self.released.iter().flat_map(|programs| [&programs.accelerations, &programs.correction]);
+        always.into_iter().chain(&self.friction).chain(&self.correction).chain(released)
     }
 }

@@ -7,14 +7,15 @@ mod forces;
 mod inverse;
 mod lagrange;
 mod model;
+mod released;
 mod solution;
 mod velocity_form;
 
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub use derive::{Underivable, derive, derive_on};
 pub use equations::{
-    ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Solution,
-    Withheld,
+    ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Released,
+    Solution, Withheld,
 };
 pub use model::{
     Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,

@@ -19,6 +19,7 @@ struct System {
     residual: Vec<NodeId>,
     jacobian: Vec<Vec<NodeId>>,
     gamma: Vec<NodeId>,
+    numbers: Vec<usize>,
     values: Values,
 }
 
@@ -41,11 +42,13 @@ impl System {
         let gamma = moved(&mut graph, &rates).into_iter().map(|x| graph.neg(x)).collect();
         let values =
             Values { q: place, u: vec![0.0; n], p: parameters, lambda: vec![0.0; residual.len()], ..Values::default() };
+        let rows = residual.len();
         let mut system = Self {
             graph,
             mass: equations.mass_matrix,
             force: equations.generalized_force,
             residual,
+            numbers: (0..rows).collect(),
             jacobian,
             gamma,
             values,
@@ -55,7 +58,8 @@ impl System {
     }
 
     fn constrained(&self) -> Constrained<'_> {
-        Constrained { mass: &self.mass, force: &self.force, jacobian: &self.jacobian, gamma: &self.gamma }
+        let Self { mass, force, jacobian, gamma, numbers, .. } = self;
+        Constrained { mass, force, jacobian, gamma, numbers }
     }
 
     fn at(&self, nodes: &[NodeId]) -> Vec<f64> {
@@ -296,7 +300,7 @@ fn random_system(n: usize, r: usize, pattern: &[u8], numbers: &[f64]) -> System 
         .collect();
     let force = (0..n).map(|_| entry(&mut graph, next().1)).collect();
     let gamma = (0..r).map(|_| entry(&mut graph, next().1)).collect();
-    System { graph, mass, force, residual: Vec::new(), jacobian, gamma, values }
+    System { graph, mass, force, residual: Vec::new(), jacobian, gamma, numbers: (0..r).collect(), values }
 }
 
 proptest! {
@@ -332,6 +336,7 @@ fn repeated_rows_are_left_to_the_general_solver() {
     let mut system = System::of(slider_crank());
     system.jacobian.push(system.jacobian[0].clone());
     system.gamma.push(system.gamma[0]);
+    system.numbers.push(system.numbers.len());
     assert_eq!(unrolled(&mut system).err(), Some(Stuck::Redundant));
 }
 

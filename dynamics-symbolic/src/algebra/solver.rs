@@ -22,6 +22,8 @@ pub struct Constrained<'a> {
     pub jacobian: &'a [Vec<NodeId>],
     /// γ, R.
     pub gamma: &'a [NodeId],
+    /// What the model calls these rows: right-hand sides of corrections are the symbols `Symbol::Multiplier` of these numbers, R.
+    pub numbers: &'a [usize],
 }
 
 /// Why equations with constraints are not solved on the graph.
@@ -140,7 +142,7 @@ pub fn unroll(
     if operations > limit {
         return Err(Stuck::TooLarge(operations));
     }
-    let given: Vec<NodeId> = (0..r as u32).map(|row| g.symbol(Symbol::Multiplier(row))).collect();
+    let given: Vec<NodeId> = system.numbers.iter().map(|row| g.symbol(Symbol::Multiplier(*row as u32))).collect();
     let delta = solver.correct(g, &given);
     // A program of its own: what it shares with the other is no gain to it.
     let corrected = share(g, &[&delta[..], &checked].concat());

@@ -69,6 +69,8 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     let energies = energies.apart(&model.energies).map(|(t, v)| (timeless(g, &[t])[0], timeless(g, &[v])[0]));
     let pivots = solved.pivots(g, &inertia.mass);
     let accelerations = solved.free_accelerations().map_or_else(Vec::new, <[NodeId]>::to_vec);
+    let released =
+        rows.as_ref().map_or_else(Vec::new, |rows| solved.released(g, &inertia, rows, &model.constraints, manifold));
     let constraints = rows.zip(solved.into_solution()).map(|(rows, solution)| ConstraintEquations {
         force_by_multipliers: constraints::force_by_multipliers(g, &inertia.force, rows.named.len()),
         derivatives: constraints::derivatives(g, &rows, n),
@@ -81,6 +83,7 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         velocity_offset: rows.velocity_offset,
         gamma: rows.gamma,
         solution,
+        released,
     });
     Ok(Equations {
         derivation: parts.derivation,

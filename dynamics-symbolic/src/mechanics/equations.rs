@@ -3,6 +3,8 @@
 use crate::algebra::Unrolled;
 use crate::graph::NodeId;
 
+use super::model::Model;
+
 /// How M and the Coriolis terms were derived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Derivation {
@@ -121,6 +123,26 @@ pub struct ConstraintEquations {
     pub derivatives: Result<ConstraintDerivatives, usize>,
     /// How q̈ and λ are found.
     pub solution: Solution,
+    /// Likewise, on the graph, with some switched constraints released: all of them, and as many other sets as there is room for.
+    pub released: Vec<Released>,
+}
+
+impl Released {
+    /// What its programs are called after: `_without_floor_and_wall`.
+    #[must_use]
+    pub fn suffix(&self, model: &Model) -> String {
+        let names: Vec<String> = self.modes.iter().map(|mode| model.mode_name(*mode as u32)).collect();
+        format!("_without_{}", names.join("_and_"))
+    }
+}
+
+/// The solution where some switched constraints are released.
+#[derive(Clone, Debug)]
+pub struct Released {
+    /// Which, by their modes, ascending.
+    pub modes: Vec<usize>,
+    /// The solution; multipliers of the released rows are 0.
+    pub unrolled: Unrolled,
 }
 
 /// Derivatives of the reaction and of γ; N coordinates, R rows.

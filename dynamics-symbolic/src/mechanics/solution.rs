@@ -7,9 +7,11 @@ use crate::graph::{Bindings, Dependence, Graph, NodeId};
 
 use super::constraints::{Rows, reaction};
 use super::derive::Underivable;
-use super::equations::{General, Jacobians, Pivot, Solution, Withheld};
+use super::equations::{General, Jacobians, Pivot, Released, Solution, Withheld};
 use super::inverse::{Failure, Residual, SolvedFor, Sweep, jacobians, residual_by_entries};
 use super::lagrange::Inertia;
+use super::model::Constraint;
+use super::released::released;
 use super::velocity_form::along_motion;
 
 /// What is known of the states that the constraints admit before anything is derived.
@@ -59,8 +61,14 @@ impl Solved {
         if manifold.redundant {
             return Ok(Self::General(General::Redundant));
         }
-        let system =
-            Constrained { mass: &inertia.mass, force: &inertia.force, jacobian: &rows.jacobian, gamma: &rows.gamma };
+        let numbers: Vec<usize> = (0..rows.named.len()).collect();
+        let system = Constrained {
+            mass: &inertia.mass,
+            force: &inertia.force,
+            jacobian: &rows.jacobian,
+            gamma: &rows.gamma,
+            numbers: &numbers,
+        };
         Ok(match unroll(g, &system, manifold.states, LIMIT) {
             Ok((unrolled, solver)) => Self::Unrolled(Box::new(unrolled), Box::new(solver)),
             Err(Stuck::Redundant) => Self::General(General::Redundant),
@@ -82,6 +90,21 @@ impl Solved {
         let Self::Free { factors, .. } = self else { return Vec::new() };
         let all = factors.pivots().map(|(i, pivot)| Pivot { coordinate: i, pivot, diagonal: mass[i][i] });
         all.filter(|p| g.as_number(p.pivot).is_none()).collect()
+    }
+
+    /// The equations with some constraints released, where those with all of them are solved on the graph.
+    pub(super) fn released(
+        &self,
+        g: &mut Graph,
+        inertia: &Inertia,
+        rows: &Rows,
+        constraints: &[Constraint],
+        manifold: &Manifold,
+    ) -> Vec<Released> {
+        match self {
+            Self::Unrolled(unrolled, _) => released(g, inertia, rows, constraints, manifold.states, unrolled),
+            Self::Free { .. } | Self::General(_) => Vec::new(),
+        }
     }
 
     /// How equations with constraints are solved.

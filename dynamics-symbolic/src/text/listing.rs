@@ -1,6 +1,6 @@
 //! The listing: the derived programs as stable text with operation counts, for snapshot tests and for reading what is computed.
 
-use crate::mechanics::{ConstraintEquations, Equations, Guard, Guarded, Model, Pivot, Solution};
+use crate::mechanics::{ConstraintEquations, Equations, Guard, Guarded, Model, Pivot, Solution, Unrolled};
 use crate::schedule::{Cost, Program};
 
 use super::plain::Plain;
@@ -102,9 +102,10 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
     let each = |wrap: &dyn Fn(&str) -> String| q.iter().map(|n| wrap(n)).collect::<Vec<_>>();
     let accelerations = each(&|n| format!("{n}''"));
     let of_inertia = |p: &Pivot| [format!("pivot[{}]", q[p.coordinate]), format!("M[{0}, {0}]", q[p.coordinate])];
+    let (program, solution) = solution_of(model, equations, program);
     let pivots: Vec<String> = match &equations.constraints {
         None => equations.pivots.iter().flat_map(of_inertia).collect(),
-        Some(c) => guards(model, c),
+        Some(c) => solution.map_or_else(Vec::new, |u| guards(model, c, u)),
     };
     let jacobian = |by: &[String]| -> Vec<String> {
         q.iter().flat_map(|n| by.iter().map(move |x| format!("d {n}'' / d {x}"))).collect()
@@ -131,12 +132,12 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
         }
         "input_jacobian" => [jacobian(&own(&mut model.inputs.iter().map(|i| i.name.clone()))), pivots].concat(),
         "parameter_jacobian" => [jacobian(&own(&mut model.parameters.iter().map(|p| p.name.clone()))), pivots].concat(),
-        other => constraint_labels(model, equations, other),
+        other => constraint_labels(model, equations, other, pivots),
     }
 }
 
 /// What the results of the constraints' programs are called.
-fn constraint_labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
+fn constraint_labels(model: &Model, equations: &Equations, program: &str, pivots: Vec<String>) -> Vec<String> {
     let q: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
     let rows: Vec<String> = equations.constraints.iter().flat_map(|c| &c.rows).map(|row| row.name.clone()).collect();
     let each = |wrap: &dyn Fn(&str) -> String| rows.iter().map(|n| wrap(n)).collect::<Vec<_>>();
@@ -157,7 +158,7 @@ fn constraint_labels(model: &Model, equations: &Equations, program: &str) -> Vec
         }
         "correction" => {
             let corrections = q.iter().map(|n| format!("delta[{n}]"));
-            corrections.chain(equations.constraints.iter().flat_map(|c| guards(model, c))).collect()
+            corrections.chain(pivots).collect()
         }
         "constraint_derivatives" => {
             let reaction: Vec<String> = q.iter().map(|n| format!("reaction[{n}]")).collect();
@@ -175,12 +176,22 @@ fn multipliers(equations: &Equations) -> Vec<String> {
 }
 
 /// Pivot and scale of every guard.
-fn guards(model: &Model, c: &ConstraintEquations) -> Vec<String> {
-    let Solution::Unrolled(solution) = &c.solution else { return Vec::new() };
+fn guards(model: &Model, c: &ConstraintEquations, solution: &Unrolled) -> Vec<String> {
     let name = |of| match of {
         Guarded::Coordinate(i) => model.coordinates[i].name.clone(),
         Guarded::Row(r) => c.rows[r].name.clone(),
     };
     let labels = |guard: &Guard| [format!("pivot[{}]", name(guard.of)), format!("scale[{}]", name(guard.of))];
     solution.guards.iter().flat_map(labels).collect()
+}
+
+/// The name of a program without what is released in it, and the solution that it belongs to.
+fn solution_of<'a>(model: &Model, equations: &'a Equations, program: &'a str) -> (&'a str, Option<&'a Unrolled>) {
+    let Some(c) = &equations.constraints else { return (program, None) };
+    let released = c.released.iter().find_map(|r| Some((program.strip_suffix(&r.suffix(model))?, &r.unrolled)));
+    match (released, &c.solution) {
+        (Some((program, unrolled)), _) => (program, Some(unrolled)),
+        (None, Solution::Unrolled(unrolled)) => (program, Some(unrolled)),
+        (None, Solution::General(_)) => (program, None),
+    }
 }

@@ -43,7 +43,7 @@ impl Emission<'_> {
             self.friction(programs),
             self.solve_unrolled(equations),
             self.accelerate_unrolled(equations),
-            self.correct_unrolled(equations, programs),
+            self.correct_unrolled(equations),
             self.constraint_derivatives(programs),
         ];
         let (functions, methods): (Vec<_>, Vec<_>) = methods.into_iter().unzip();

@@ -85,8 +85,9 @@ impl Emission<'_> {
         let constants =
             program.constants.iter().copied().filter(|id| used.contains(id) && hoisted.contains(id)).collect();
         let mut staged = Staged { once: program.hoisted.clone(), constants, fixed, moving };
-        if let Some(correction) = self.constrained().and_then(|(_, programs)| programs.correction.as_ref()) {
-            staged.join(correction);
+        if let Some((_, programs)) = self.constrained() {
+            let released = programs.released.iter().flat_map(|r| [&r.accelerations, &r.correction]);
+            programs.correction.iter().chain(released).for_each(|program| staged.join(program));
         }
         staged
     }

@@ -1,6 +1,5 @@
 //! What solves the equations of a model with constraints by straight-line code: methods that return `None` where it does not apply.
 
-use dynamics_symbolic::compile::ConstraintPrograms;
 use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::mechanics::{ConstraintEquations, Guard, Guarded, Solution, Unrolled};
 use dynamics_symbolic::schedule::Program;
@@ -12,61 +11,91 @@ use super::super::program::Printed;
 use super::Emission;
 use super::constraints::Method;
 
-/// Most steps of a program of which a second copy is emitted.
+/// Most steps of programs of which a second copy is emitted.
 const SHORT: usize = 1000;
+
+/// A solution on the graph.
+struct Path<'a> {
+    /// The switched constraints that are released, by their modes.
+    modes: &'a [usize],
+    unrolled: &'a Unrolled,
+    /// q̈, λ, guards.
+    program: &'a Program,
+    /// δ, guards; unless it is too large.
+    correction: Option<&'a Program>,
+}
 
 impl Emission<'_> {
     /// `fn solve_unrolled`.
     pub(super) fn solve_unrolled(&self, equations: &ConstraintEquations) -> Method {
         let (private, n) = (&self.private, self.degrees());
-        let head = self.head(
-            "solve_unrolled",
-            &TokenStream::new(),
-            &quote!(#private::Solved<<Self as Model>::Vector, Self::Rows>),
-        );
-        let Solution::Unrolled(unrolled) = &equations.solution else { return self.not_unrolled(&head) };
-        let program = &self.compiled.programs.accelerations;
+        let result = quote!(#private::Solved<<Self as Model>::Vector, Self::Rows>);
+        let head = self.head("solve_unrolled", &TokenStream::new(), &result);
         let staged = self.staged();
-        let named = Program { name: "solve_unrolled".to_owned(), ..program.clone() };
-        let printed = self.body(&staged.constants).print(&named, &program.body, &program.results);
-        let (accelerations, rest) = printed.results.split_at(n);
-        let (accelerations, multipliers) = (self.vector(accelerations), self.vector(&rest[..self.rows()]));
-        let solved = quote!(#private::Solved { accelerations: #accelerations, multipliers: #multipliers });
-        self.unrolled(&head, &TokenStream::new(), &unrolled.guards, &printed, &solved)
+        let paths = self.solutions(equations).into_iter().map(|Path { modes, unrolled, program, .. }| {
+            let named = Program { name: format!("solve_{}", program.name), ..program.clone() };
+            let printed = self.body(&staged.constants).print(&named, &program.body, &program.results);
+            let (accelerations, rest) = printed.results.split_at(n);
+            let (accelerations, multipliers) = (self.vector(accelerations), self.vector(&rest[..self.rows()]));
+            let solved = quote!(#private::Solved { accelerations: #accelerations, multipliers: #multipliers });
+            self.path(modes, &unrolled.guards, printed, &solved)
+        });
+        self.unrolled(&head, &TokenStream::new(), paths.collect())
     }
 
     /// `fn accelerate_unrolled`: q̈ alone, which is what integrators ask for most: the multipliers, about a fifth of the work, are left out. A
     /// second copy of the code, so only where that is short.
     pub(super) fn accelerate_unrolled(&self, equations: &ConstraintEquations) -> Method {
-        let Some((unrolled, program)) = self.short(equations) else { return Method::default() };
-        let staged = self.staged();
-        let (accelerations, rest) = program.results.split_at(self.degrees());
-        let wanted: Vec<NodeId> = [accelerations, &rest[self.rows()..]].concat();
-        let printed = self.body(&staged.constants).needed(program, &program.body, &wanted);
-        let accelerations = self.vector(&printed.results[..self.degrees()]);
+        if !self.is_short(equations) {
+            return Method::default();
+        }
+        let (staged, n) = (self.staged(), self.degrees());
         let head = self.head("accelerate_unrolled", &TokenStream::new(), &quote!(<Self as Model>::Vector));
-        self.unrolled(&head, &TokenStream::new(), &unrolled.guards, &printed, &accelerations)
+        let paths = self.solutions(equations).into_iter().map(|Path { modes, unrolled, program, .. }| {
+            let (accelerations, rest) = program.results.split_at(n);
+            let wanted: Vec<NodeId> = [accelerations, &rest[self.rows()..]].concat();
+            let printed = self.body(&staged.constants).needed(program, &program.body, &wanted);
+            let accelerations = self.vector(&printed.results[..n]);
+            self.path(modes, &unrolled.guards, printed, &accelerations)
+        });
+        self.unrolled(&head, &TokenStream::new(), paths.collect())
     }
 
-    /// The solution and its program, where there is one that is short.
-    fn short<'a>(&'a self, equations: &'a ConstraintEquations) -> Option<(&'a Unrolled, &'a Program)> {
-        let Solution::Unrolled(unrolled) = &equations.solution else { return None };
-        let program = &self.compiled.programs.accelerations;
-        (program.body.len() <= SHORT).then_some((unrolled, program))
+    /// Whether there are solutions on the graph, short enough to be emitted twice.
+    fn is_short(&self, equations: &ConstraintEquations) -> bool {
+        let solutions = self.solutions(equations);
+        !solutions.is_empty() && solutions.iter().map(|path| path.program.body.len()).sum::<usize>() <= SHORT
     }
 
     /// `fn correct_unrolled`.
-    pub(super) fn correct_unrolled(&self, equations: &ConstraintEquations, programs: &ConstraintPrograms) -> Method {
+    pub(super) fn correct_unrolled(&self, equations: &ConstraintEquations) -> Method {
         let (right, lambda) = (local("right"), local("lambda"));
         let head = self.head("correct_unrolled", &quote!(, #right: &Self::Rows), &quote!(<Self as Model>::Vector));
-        let (Solution::Unrolled(unrolled), Some(program)) = (&equations.solution, &programs.correction) else {
-            return self.not_unrolled(&head);
-        };
-        let staged = self.staged();
-        let printed = self.body(&staged.constants).print(program, &program.body, &program.results);
-        let delta = self.vector(&printed.results[..self.degrees()]);
         let given = quote!(let #lambda = &#right.data.0[0];);
-        self.unrolled(&head, &given, &unrolled.correction_guards, &printed, &delta)
+        let staged = self.staged();
+        let paths = self.solutions(equations).into_iter().filter_map(|Path { modes, unrolled, correction, .. }| {
+            let program = correction?;
+            let printed = self.body(&staged.constants).print(program, &program.body, &program.results);
+            let delta = self.vector(&printed.results[..self.degrees()]);
+            Some(self.path(modes, &unrolled.correction_guards, printed, &delta))
+        });
+        self.unrolled(&head, &given, paths.collect())
+    }
+
+    /// The solutions on the graph: with all constraints, then with those sets of them released for which there is one.
+    fn solutions<'a>(&'a self, equations: &'a ConstraintEquations) -> Vec<Path<'a>> {
+        let (Solution::Unrolled(unrolled), Some((_, programs))) = (&equations.solution, self.constrained()) else {
+            return Vec::new();
+        };
+        let program = &self.compiled.programs.accelerations;
+        let whole = Path { modes: &[], unrolled, program, correction: programs.correction.as_ref() };
+        let released = equations.released.iter().zip(&programs.released).map(|(released, programs)| Path {
+            modes: &released.modes,
+            unrolled: &released.unrolled,
+            program: &programs.accelerations,
+            correction: Some(&programs.correction),
+        });
+        [whole].into_iter().chain(released).collect()
     }
 
     /// `fn name(&self, k: &Self::Constants, state: &Self::State, ..) -> Option<..>`.
@@ -75,40 +104,40 @@ impl Emission<'_> {
         quote!(fn #name(&self, #k: &Self::Constants, #state: &<Self as Model>::State #more) -> #private::Option<#result>)
     }
 
-    fn not_unrolled(&self, head: &TokenStream) -> Method {
+    /// A method of these paths, each of which returns; `None` where none applies.
+    fn unrolled(&self, head: &TokenStream, given: &TokenStream, paths: Vec<Method>) -> Method {
         let none = self.none();
-        (TokenStream::new(), quote!(#head { #none }))
-    }
-
-    /// A method that computes a value by straight-line code whose last results are guards.
-    fn unrolled(
-        &self,
-        head: &TokenStream,
-        given: &TokenStream,
-        guards: &[Guard],
-        printed: &Printed,
-        value: &TokenStream,
-    ) -> Method {
-        let Printed { functions, statements, results } = printed;
-        let (none, some) = (self.none(), self.some());
-        let values = &results[results.len() - 2 * guards.len()..];
-        let (prologue, all_hold) = (self.prologue(), self.all_hold());
-        let check = self.unguarded(guards, values).map(|unguarded| quote!(if #unguarded { return #none; }));
+        if paths.is_empty() {
+            return (TokenStream::new(), quote!(#head { #none }));
+        }
+        let prologue = self.prologue();
+        let (functions, paths): (TokenStream, Vec<TokenStream>) = paths.into_iter().unzip();
+        // Without switched constraints the only path leaves in any case.
+        let otherwise = (self.switched() > 0).then_some(none);
         let method = quote! {
             #[inline]
             #head {
-                #all_hold #prologue #given #statements #check
-                #some(#value)
+                #prologue #given
+                #(#paths)*
+                #otherwise
             }
         };
-        (functions.clone(), method)
+        (functions, method)
     }
 
-    /// Leaves with `None` where a constraint is released.
-    fn all_hold(&self) -> TokenStream {
-        let (state, none) = (local("state"), self.none());
-        let switched = self.switched() > 0;
-        if switched { quote!(if !#state.modes.all_hold() { return #none; }) } else { TokenStream::new() }
+    /// Straight-line code that returns a value where exactly these modes are released, unless one of its last results, the guards, forbids it.
+    fn path(&self, modes: &[usize], guards: &[Guard], printed: Printed, value: &TokenStream) -> Method {
+        let Printed { functions, statements, results } = printed;
+        let (none, some, state) = (self.none(), self.some(), local("state"));
+        let values = &results[results.len() - 2 * guards.len()..];
+        let check = self.unguarded(guards, values).map(|unguarded| quote!(if #unguarded { return #none; }));
+        if self.switched() == 0 {
+            return (functions, quote!(#statements #check #some(#value)));
+        }
+        let held = (0..self.switched()).map(|mode| (mode, !modes.contains(&mode)));
+        let exactly = held.map(|(mode, holds)| quote!(#state.modes.holds(#mode) == #holds));
+        let applies = if modes.is_empty() { quote!(#state.modes.all_hold()) } else { quote!(#(#exactly)&&*) };
+        (functions, quote!(if #applies { #statements #check return #some(#value); }))
     }
 
     /// Whether some guard's pivot is too small against its scale, or not a number.
@@ -155,7 +184,7 @@ impl Emission<'_> {
         let (private, k, state, found) = (&self.private, local("k"), local("state"), local("found"));
         let solved = quote!(Ok(#private::solve_once(self, #k, #state)?.accelerations));
         let (some, none) = (self.some(), self.none());
-        let is_short = self.constrained().is_some_and(|(equations, _)| self.short(equations).is_some());
+        let is_short = self.constrained().is_some_and(|(equations, _)| self.is_short(equations));
         let body = if is_short {
             quote! {
                 match #private::Constraints::accelerate_unrolled(self, #k, #state) {
