@@ -179,3 +179,102 @@ fn the_summary_says_why_the_general_solver_was_used() {
         assert!(!summary.to_string().contains("general solver"), "{summary}");
     }
 }
+
+/// A block with two corners over a floor, tumbling where it bounces.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y, a)]
+struct Tumbling {
+    m: f64,
+    j: f64,
+    w: f64,
+    h: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Tumbling {
+    fn corner(&self, q: &Coordinates<Self>, side: f64) -> Vec2 {
+        vec2(q.x, q.y) + side * self.w * vec2(q.a.cos(), q.a.sin()) - self.h * vec2(-q.a.sin(), q.a.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2)) + 0.5 * self.j * q.a.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y
+    }
+    #[holonomic(switched)]
+    fn left(&self, q: &Coordinates<Self>) -> Expr {
+        self.corner(q, -1.0).y
+    }
+    #[holonomic(switched)]
+    fn right(&self, q: &Coordinates<Self>) -> Expr {
+        self.corner(q, 1.0).y
+    }
+}
+
+/// In flight one step lasts as long as the flight, while the corners turn by radians: no corner passes through the floor between samples.
+#[test]
+fn a_tumbling_block_never_sinks_into_the_floor() {
+    let block = Tumbling { m: 1.0, j: 0.1, w: 0.5, h: 0.2, g: 9.81 };
+    for (e, tilt) in [(1.0, 0.2), (0.9, 0.3), (1.0, 0.35), (0.95, -0.1)] {
+        let start = block.state().y(1.0).a(tilt).release("left").release("right").build().unwrap();
+        let motion = block.simulate(start).until(6.0).contact("left", e).contact("right", e).run().unwrap();
+        let lowest = (0..6_000).map(|k| {
+            let q = motion.coordinates_at(1e-3 * f64::from(k));
+            block.corner(&q, 1.0).y.value().min(block.corner(&q, -1.0).y.value())
+        });
+        assert!(lowest.fold(f64::MAX, f64::min) > -1e-9, "e = {e}, tilt {tilt}");
+        let lost = motion.summary().energy_lost;
+        assert!((motion.energy_at(6.0) + lost - 9.81).abs() < 1e-8 && (e < 1.0 || lost.abs() < 1e-8), "{lost}");
+    }
+}
+
+/// A block on a plank that is shaken, x = −cos(ω t)/ω.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Shaken {
+    m: f64,
+    omega: f64,
+    sliding: f64,
+    resting: f64,
+}
+
+#[dynamics]
+impl Shaken {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[nonholonomic(switched)]
+    fn stick(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.dt() - (self.omega * q.t).sin()
+    }
+    #[event]
+    fn grip(&self, q: &Coordinates<Self>) -> Expr {
+        self.resting - q.reaction(Self::stick).abs()
+    }
+    #[force]
+    fn slide(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.sliding * q.slip(Self::stick))
+    }
+}
+
+/// Friction too weak to hold it: the block is accelerated by ±f/m, and the slip turns between the same two places of every period. End by
+/// small steps of a scheme of its own.
+#[test]
+fn a_block_on_a_shaken_plank_turns_as_often_as_it_should() {
+    for (omega, f, end, turns) in SHAKEN {
+        let block = Shaken { m: 1.0, omega, sliding: f, resting: f };
+        for formulation in [Formulation::Projected, Formulation::Embedded] {
+            let run = block.simulate(block.state().assemble().unwrap()).until(20.0).formulation(formulation);
+            let motion = run.stick_slip("stick", "grip").run();
+            let motion = motion.unwrap_or_else(|error| panic!("{omega} {f}: {error}"));
+            assert!((motion.end().x() - end).abs() < 2e-4, "{omega} {f} {formulation}: {} {end}", motion.end().x());
+            let slips = motion.events().iter().filter(|event| event.name == "stick slip").count();
+            assert!(slips >= turns, "{omega} {f}: {slips}");
+        }
+    }
+}
+const SHAKEN: [(f64, f64, f64, usize); 3] = [(3.0, 0.3, 0.8074, 19), (3.0, 1.0, 0.7207, 19), (100.0, 1.0, 0.0246, 630)];

@@ -31,7 +31,7 @@ pub use controller::{Controller, ControllerSettings};
 pub use dense::{Dense, Hermite, Nested};
 pub use dop853::Dop853;
 pub use dormand_prince5::DormandPrince5;
-pub use event::{Crossing, Direction, Scan, root};
+pub use event::{Crossing, Direction, Scan, ScanError, place, root};
 pub use rk4::Rk4;
 pub use stepper::{Step, StepError, StepOptions, Stepper};
 #[cfg(feature = "alloc")]

@@ -12,6 +12,7 @@ mod drift;
 mod driver;
 mod error;
 mod formulation;
+mod functions;
 mod guard;
 mod leave;
 mod plant;
@@ -26,6 +27,7 @@ mod summary;
 mod upkeep;
 mod watch;
 mod work;
+mod zeno;
 
 pub use crate::integrate::{Direction, Method};
 pub use change::{Change, ChangeError, Impact};

@@ -299,6 +299,27 @@ fn bad_events_are_errors() {
     );
 }
 
+/// Free flight in steps as long as the flight: events that oscillate within a step are found, or the run says that they are not.
+#[test]
+fn events_that_oscillate_faster_than_the_steps_are_found() {
+    for method in &[methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
+        let oscillator = Oscillator { omega: 1.0 };
+        let run = |omega: f64| {
+            let run = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).method(method).tolerance(1e-8);
+            run.event("quick", move |s| (omega * s.t() + 0.3).sin()).run()
+        };
+        for omega in [3.0, 20.0, 200.0, 500.0] {
+            let motion = run(omega).unwrap();
+            let found: Vec<f64> = motion.events().iter().filter(|e| e.name == "quick").map(|e| e.time()).collect();
+            assert_eq!(found.len(), ((10.0 * omega + 0.3) / PI) as usize, "{method} {omega}");
+            assert!(found.iter().enumerate().all(|(k, t)| (omega * t + 0.3 - (k + 1) as f64 * PI).abs() < 1e-9));
+        }
+        let error = run(1e6).unwrap_err();
+        assert_eq!(error.kind, SimulationErrorKind::EventUnresolved { event: "quick".into() });
+        assert!(error.to_string().contains("`.max_step(..)`") && error.time < 10.0, "{error}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 128, ..ProptestConfig::default() })]
 
@@ -370,5 +391,40 @@ proptest! {
         for (found, expected) in found.iter().zip(&expected) {
             prop_assert!((found - expected).abs() < 1e-6 / omega, "{found} for {expected}");
         }
+    }
+
+    /// A stone thrown up in one long step, seen against a threshold that it just passes, or just misses, at its summit; and a cubic dip in its way.
+    #[test]
+    fn any_dip_in_a_long_step(
+        speed in 1.0..50.0f64,
+        depth in -12.0..-0.5f64,
+        passes in any::<bool>(),
+        place in 0.05..0.95f64,
+        skew in -1.0..1.0f64,
+        high_order in any::<bool>(),
+    ) {
+        let ball = Ball { g: G };
+        let (flight, summit) = (2.0 * speed / G, 0.5 * speed * speed / G);
+        let depth = 10f64.powf(depth);
+        let signed = if passes { depth } else { -depth };
+        let dip = move |t: f64| {
+            let x = t / flight - place;
+            x * x * (1.0 + skew * x) - signed
+        };
+        let start = PlainState { t: 0.0, ..at_rest_or_not([0.0], [speed]) };
+        let run = ball.simulate(start).until(flight).tolerance(1e-6).first_step(flight);
+        let run = if high_order { run.method(methods::Dop853) } else { run.method(methods::DormandPrince5) };
+        let motion = run.event("summit", move |s| s.q[0] - summit * (1.0 - signed)).event("dip", move |s| dip(s.t())).run().unwrap();
+        let count = |name: &str| motion.events().iter().filter(|e| e.name == name).count();
+        prop_assert_eq!(count("summit"), if passes { 2 } else { 0 });
+        // Its zeros, by bisection from its vertex to the ends, the two turning points known.
+        let mut edges = vec![0.0, place, 1.0];
+        let turn = place - 2.0 / (3.0 * skew);
+        if turn > 0.0 && turn < 1.0 {
+            edges.push(turn);
+        }
+        edges.sort_by(f64::total_cmp);
+        let signs = edges.windows(2).filter(|pair| dip(pair[0] * flight) * dip(pair[1] * flight) < 0.0).count();
+        prop_assert_eq!(count("dip"), signs);
     }
 }

@@ -1,8 +1,20 @@
 //! Zero crossings within a step.
 //!
-//! An event function g is sampled at the ends of a few equal parts of the step. A change of sign brackets a crossing, and so does
-//! a dip: where three samples of one sign have their smallest in the middle, the vertex of the parabola through them is tried
-//! too, so that two crossings close together are seen. The bracket is closed by [`root`].
+//! An event function g is sampled at the ends of a few equal parts of the step. In a part of length H between samples gₐ and g_b, let |g″|H² ≤ c.
+//! Then g stays on the side of its chord that a parabola of that curvature bounds, and it
+//!
+//! * has no zero where gₐ and g_b have one sign and ½c < (√|gₐ| + √|g_b|)², when even that parabola stays off zero,
+//! * has one zero where their signs differ and ½c < |g_b − gₐ|, when it cannot turn.
+//!
+//! c is taken from the second differences at both ends of the part, with a factor of safety. A part that passes neither test is divided into four,
+//! until it does, or rounding is all that is left of it. That g is as smooth between its samples as they let expect is not taken on trust: where a
+//! new sample misses what the curvature of those around it lets expect, the parts among them are judged by what it says instead; and where samples
+//! look rough, one part is divided to see. So functions that oscillate faster than the samples are followed too. What stays unseen is a dip between samples of which
+//! none of them shows anything.
+//!
+//! Crossings are closed in on by [`root`].
+
+use crate::math;
 
 /// Which crossings count. Rising and falling are meant along the motion, also when it runs backwards in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -34,21 +46,61 @@ pub struct Crossing {
     pub direction: Direction,
 }
 
-/// Follows one event function through the samples of a step and finds its crossings.
+/// Why an event function cannot be followed through a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ScanError<E> {
+    /// It changes too fast for the evaluations that a step may take.
+    Unresolved,
+    /// It has no value somewhere.
+    Function(E),
+}
+
+/// A sample (θ, g).
+type Sample = (f64, f64);
+
+/// Most parts that are looked at together.
+const PARTS: usize = 8;
+/// Samples that divide a part: see [`place`].
+const INNER: [f64; 3] = [0.22, 0.53, 0.76];
+/// Most evaluations of a function in a step besides those that close in on a crossing: an oscillation of some 2,000 radians.
+const MOST_EVALUATIONS: u32 = 16_384;
+
+/// How parts are looked at together.
+#[derive(Clone, Copy, PartialEq)]
+enum Look {
+    /// For the first time: their samples are all that is known.
+    First,
+    /// Within a part that was divided; what samples near them missed what was expected by, as a bound of |g″|H².
+    Closer(f64),
+}
+
+/// Follows one event function through a step and finds its crossings.
 #[derive(Clone, Copy, Debug)]
 pub struct Scan {
-    /// The two samples before, (θ, g).
-    past: [(f64, f64); 2],
-    seen: usize,
     /// The last sign that was not 0; 0 while unknown.
     sign: f64,
+    /// Up to where it follows.
+    horizon: f64,
+    /// Down to which distance crossings are told apart.
+    resolution: f64,
+    /// Changes of g up to this are rounding.
+    noise: f64,
+    evaluations: u32,
+    reached: f64,
 }
 
 impl Scan {
-    /// Begins at a sample (θ, g) where the function has the given sign (0: unknown, the next sample decides without a crossing).
+    /// Begins where the function has the given sign (0: unknown, the next sample decides without a crossing). Crossings are located to within
+    /// `resolution` in θ; what changes g by less than `noise` counts as rounding.
     #[must_use]
-    pub fn new(theta: f64, value: f64, sign: f64) -> Self {
-        Self { past: [(theta, value); 2], seen: 1, sign }
+    pub fn new(sign: f64, resolution: f64, noise: f64) -> Self {
+        Self { sign, horizon: f64::INFINITY, resolution, noise, evaluations: 0, reached: 0.0 }
+    }
+
+    /// Leaves out parts that begin beyond a place.
+    #[must_use]
+    pub fn up_to(self, horizon: f64) -> Self {
+        Self { horizon, ..self }
     }
 
     /// The last sign that was not 0.
@@ -57,42 +109,132 @@ impl Scan {
         self.sign
     }
 
-    /// θ of the last sample.
+    /// θ up to which the function was followed.
     #[must_use]
-    pub fn last_theta(&self) -> f64 {
-        self.past[1].0
+    pub fn reached(&self) -> f64 {
+        self.reached
     }
 
-    /// Takes the next sample; calls `found(θ, direction)` for every crossing up to it. `g` evaluates the function.
-    pub fn sample(
+    /// Follows the function from the first of some samples (θ, g) to the last. Calls `found(θ, direction)` for every crossing, in order, until it
+    /// returns `false`; then nothing more is looked for. `g` evaluates the function.
+    ///
+    /// # Errors
+    /// What `g` returns; [`ScanError::Unresolved`] where it changes too fast.
+    pub fn follow<E>(
         &mut self,
-        theta: f64,
-        value: f64,
-        resolution: f64,
-        mut g: impl FnMut(f64) -> f64,
-        mut found: impl FnMut(f64, Direction),
-    ) {
-        let [older, last] = self.past;
-        if self.seen >= 2
-            && let Some(dip) = dip(older, last, (theta, value))
-        {
-            let low = g(dip);
-            if sign(low) != 0.0 && sign(low) != self.sign {
-                // The dip lies on either side of the sample before; both crossings are still to be reported.
-                let (from, to) = if dip < last.0 { (older, last) } else { (last, (theta, value)) };
-                found(root(&mut g, from, (dip, low), resolution), direction(sign(low)));
-                found(root(&mut g, (dip, low), to, resolution), direction(self.sign));
+        samples: &[(f64, f64)],
+        mut g: impl FnMut(f64) -> Result<f64, E>,
+        mut found: impl FnMut(f64, Direction) -> bool,
+    ) -> Result<(), ScanError<E>> {
+        let mut rest = samples;
+        while rest.len() >= 2 {
+            let parts = (rest.len() - 1).min(PARTS);
+            self.panel(&rest[..=parts], Look::First, &mut g, &mut found)?;
+            rest = &rest[parts..];
+        }
+        Ok(())
+    }
+
+    /// Looks at parts together.
+    fn panel<E>(
+        &mut self,
+        samples: &[Sample],
+        look: Look,
+        g: &mut impl FnMut(f64) -> Result<f64, E>,
+        found: &mut impl FnMut(f64, Direction) -> bool,
+    ) -> Result<(), ScanError<E>> {
+        let parts = samples.len() - 1;
+        let at = curvatures(samples);
+        let (rough, doubt) = match look {
+            Look::First => (roughest(&at[1..parts]), 0.0),
+            Look::Closer(doubt) => (None, doubt),
+        };
+        let mut inner = [None; PARTS];
+        let mut surprise = 0.0f64;
+        for part in 0..parts {
+            let (from, to, bending) = (samples[part], samples[part + 1], bending(samples, &at, part));
+            let bound = bound(bending);
+            let fine = self.is_fine(from, to) || bound <= self.noise;
+            if !fine && (rough == Some(part) || !is_resolved(from, to, bound + doubt)) {
+                let fresh = self.divide(from, to, g)?;
+                surprise = surprise.max(surprising(from, to, &fresh, bending, self.noise));
+                inner[part] = Some(fresh);
             }
         }
-        let now = sign(value);
-        if now != 0.0 {
-            if self.sign != 0.0 && now != self.sign {
-                found(root(&mut g, last, (theta, value), resolution), direction(now));
+        for part in 0..parts {
+            let (from, to) = (samples[part], samples[part + 1]);
+            let settled = inner[part].is_some() || surprise == 0.0 || self.is_fine(from, to);
+            if !settled && !is_resolved(from, to, bound(bending(samples, &at, part)) + surprise) {
+                inner[part] = Some(self.divide(from, to, g)?);
             }
-            self.sign = now;
+            match inner[part] {
+                Some([a, b, c]) => self.panel(&[from, a, b, c, to], Look::Closer(surprise), g, found)?,
+                None => self.part(from, to, g, found)?,
+            }
         }
-        self.past = [last, (theta, value)];
-        self.seen += 1;
+        Ok(())
+    }
+
+    /// Whether there is nothing to look at between two samples.
+    fn is_fine(&self, from: Sample, to: Sample) -> bool {
+        from.0 > self.horizon || to.0 - from.0 <= 8.0 * self.resolution
+    }
+
+    fn divide<E>(
+        &mut self,
+        from: Sample,
+        to: Sample,
+        g: &mut impl FnMut(f64) -> Result<f64, E>,
+    ) -> Result<[Sample; 3], ScanError<E>> {
+        let mut fresh = [(0.0, 0.0); 3];
+        for (sample, part) in fresh.iter_mut().zip(INNER) {
+            let theta = from.0 + part * (to.0 - from.0);
+            *sample = (theta, g(theta).map_err(ScanError::Function)?);
+        }
+        self.evaluations += 3;
+        if self.evaluations > MOST_EVALUATIONS {
+            return Err(ScanError::Unresolved);
+        }
+        Ok(fresh)
+    }
+
+    /// A part in which the function has one zero at most.
+    fn part<E>(
+        &mut self,
+        from: Sample,
+        to: Sample,
+        g: &mut impl FnMut(f64) -> Result<f64, E>,
+        found: &mut impl FnMut(f64, Direction) -> bool,
+    ) -> Result<(), ScanError<E>> {
+        if from.0 > self.horizon {
+            return Ok(());
+        }
+        self.reached = to.0;
+        let now = sign(to.1);
+        if now == 0.0 || now == self.sign {
+            return Ok(());
+        }
+        if self.sign != 0.0 {
+            // Where rounding has the first sample on the wrong side already, or at zero, the crossing is there.
+            let from = if sign(from.1) == self.sign { from } else { (from.0, 0.0) };
+            let mut fault = None;
+            let value = |theta| match g(theta) {
+                Ok(value) => value,
+                Err(error) => {
+                    fault = Some(error);
+                    f64::NAN
+                }
+            };
+            let theta = root(value, from, to, self.resolution);
+            if let Some(error) = fault {
+                return Err(ScanError::Function(error));
+            }
+            if !found(theta, direction(now)) {
+                self.horizon = f64::NEG_INFINITY;
+            }
+        }
+        self.sign = now;
+        Ok(())
     }
 }
 
@@ -111,18 +253,78 @@ pub(crate) fn sign(value: f64) -> f64 {
     }
 }
 
-/// The vertex of the parabola through three samples of one sign whose middle one is the smallest.
-fn dip((x0, g0): (f64, f64), (x1, g1): (f64, f64), (x2, g2): (f64, f64)) -> Option<f64> {
-    // A middle sample that is exactly zero is no crossing by itself, and may be the first of two.
-    let of_one_sign = sign(g0) != 0.0 && sign(g0) == sign(g2) && (sign(g1) == sign(g0) || g1 == 0.0);
-    if !(of_one_sign && g1.abs() < g0.abs() && g1.abs() < g2.abs()) {
-        return None;
+/// Where in a step, 0 to 1, the sample at the end of each of some parts is best taken: nearly equidistant, so that no oscillation looks slow because
+/// it is sampled once a period.
+#[must_use]
+pub fn place(part: usize, parts: usize) -> f64 {
+    if part == 0 || part == parts {
+        return (part / parts.max(1)) as f64;
     }
-    let (left, right) = ((g1 - g0) / (x1 - x0), (g2 - g1) / (x2 - x1));
-    let curvature = (right - left) / (x2 - x0);
-    let slope = left + curvature * (x1 - x0);
-    let vertex = x1 - slope / (2.0 * curvature);
-    (vertex > x0 && vertex < x2 && vertex != x1).then_some(vertex)
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let turns = part as f64 * GOLDEN;
+    (part as f64 + 0.4 * (turns - turns as u32 as f64 - 0.5)) / parts as f64
+}
+
+/// g″ at the samples, known inside only; the first and the last are left out.
+fn curvatures(samples: &[Sample]) -> [f64; PARTS] {
+    let mut out = [0.0; PARTS];
+    let slope = |k: usize| (samples[k + 1].1 - samples[k].1) / (samples[k + 1].0 - samples[k].0);
+    let mut past = slope(0);
+    for k in 1..samples.len() - 1 {
+        let now = slope(k);
+        out[k] = 2.0 * (now - past) / (samples[k + 1].0 - samples[k - 1].0);
+        past = now;
+    }
+    out
+}
+
+/// g″H² at both ends of a part between samples, infinite where too few are known. Beyond the first and the last it goes on changing as it did.
+fn bending(samples: &[Sample], at: &[f64; PARTS], part: usize) -> [f64; 2] {
+    let last = samples.len() - 2;
+    let width = samples[part + 1].0 - samples[part].0;
+    let ends = match part {
+        _ if last == 0 => [f64::INFINITY; 2],
+        _ if last == 1 => [at[1]; 2],
+        0 => [2.0 * at[1] - at[2], at[1]],
+        _ if part == last => [at[last], 2.0 * at[last] - at[last - 1]],
+        _ => [at[part], at[part + 1]],
+    };
+    ends.map(|end| end * width * width)
+}
+
+/// Bound of |g″|H² with its factor of safety, 4: a kink, too, bends no further.
+fn bound([left, right]: [f64; 2]) -> f64 {
+    2.0 * (left.abs() + right.abs())
+}
+
+/// The part over which the curvature changes most, if that is much of its largest value.
+fn roughest(curvatures: &[f64]) -> Option<usize> {
+    let largest = curvatures.iter().fold(0.0f64, |largest, curvature| largest.max(curvature.abs()));
+    let changes = curvatures.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let (at, most) = changes.enumerate().fold((0, 0.0), |most, now| if now.1 > most.1 { now } else { most });
+    (most > 0.3 * largest).then_some(at + 1)
+}
+
+/// Whether a function has no zero between samples of one sign, or one between those of different signs.
+fn is_resolved((_, a): Sample, (_, b): Sample, bound: f64) -> bool {
+    let (a_size, b_size) = (a.abs(), b.abs());
+    match sign(a) * sign(b) > 0.0 {
+        true => bound < a_size + b_size + 2.0 * math::sqrt(a_size * b_size),
+        false => bound <= (b - a).abs(),
+    }
+}
+
+/// The bound of |g″|H² that samples inside of a part ask for, where they miss what the curvature at its ends lets expect by as much as that moves
+/// them off the chord; 0 where they do not.
+fn surprising(from: Sample, to: Sample, inner: &[Sample; 3], [left, right]: [f64; 2], noise: f64) -> f64 {
+    INNER.iter().zip(inner).fold(0.0, |most, (part, (_, value))| {
+        let off = value - (from.1 + part * (to.1 - from.1));
+        let weight = 0.5 * part * (1.0 - part);
+        let miss = (off + weight * ((1.0 - part) * left + part * right)).abs();
+        let expected = miss <= 0.5 * weight * (left.abs() + right.abs()) + noise;
+        // What is not a number was not expected either.
+        if expected { most } else { most.max(if miss.is_finite() { 4.0 * off.abs() / weight } else { f64::INFINITY }) }
+    })
 }
 
 /// A root of g between two points where its signs differ, to the given resolution, by the ITP method: never more evaluations than
@@ -232,27 +434,109 @@ mod tests {
         assert!(count_root(|x| x * x - 0.5, 0.0, 1.0).1 <= 10);
     }
 
+    /// Crossings on a step sampled at the ends of equal parts, and the evaluations that they took besides those.
+    fn follow(g: impl Fn(f64) -> f64, parts: usize, sign: f64) -> (Vec<(f64, Direction)>, u32) {
+        let samples: Vec<_> = (0..=parts).map(|j| place(j, parts)).map(|theta| (theta, g(theta))).collect();
+        let (mut out, mut calls) = (Vec::new(), 0);
+        let value = |theta| {
+            calls += 1;
+            Ok::<f64, ()>(g(theta))
+        };
+        let found = |theta, direction| {
+            out.push((theta, direction));
+            true
+        };
+        Scan::new(sign, 1e-14, 1e-15).follow(&samples, value, found).unwrap();
+        (out, calls)
+    }
+
     fn crossings(g: impl Fn(f64) -> f64, parts: usize, initial: f64) -> Vec<(f64, Direction)> {
-        let mut scan = Scan::new(0.0, g(0.0), initial);
-        let mut out = Vec::new();
-        for j in 1..=parts {
-            let theta = j as f64 / parts as f64;
-            scan.sample(theta, g(theta), 1e-14, &g, |theta, direction| out.push((theta, direction)));
-        }
-        out
+        follow(g, parts, initial).0
     }
 
     #[test]
     fn sees_two_crossings_between_samples() {
-        let found = crossings(|x| (x - 0.55) * (x - 0.56), 4, 1.0);
-        assert_eq!(found.len(), 2);
-        assert!((found[0].0 - 0.55).abs() < 1e-12 && found[0].1 == Direction::Falling);
-        assert!((found[1].0 - 0.56).abs() < 1e-12 && found[1].1 == Direction::Rising);
-        for (first, second) in [(0.5, 0.51), (0.49, 0.5)] {
+        for (first, second) in [(0.55, 0.56), (0.5, 0.51), (0.49, 0.5), (0.01, 0.02), (0.98, 0.99), (0.3, 0.3 + 1e-6)] {
             let found = crossings(|x| (x - first) * (x - second), 4, 1.0);
-            assert_eq!(found.len(), 2, "one of them on a sample: {found:?}");
-            assert!((found[0].0 - first).abs() < 1e-12 && (found[1].0 - second).abs() < 1e-12);
+            assert_eq!(found.len(), 2, "{first} {second}: {found:?}");
+            assert!((found[0].0 - first).abs() < 1e-9 && found[0].1 == Direction::Falling);
+            assert!((found[1].0 - second).abs() < 1e-9 && found[1].1 == Direction::Rising);
         }
+    }
+
+    #[test]
+    fn sees_three_crossings_between_samples() {
+        for middle in [0.05, 0.37, 0.5, 0.61, 0.96] {
+            let found = crossings(|x| (x - middle + 0.01) * (x - middle) * (x - middle - 0.013), 4, -1.0);
+            let expected =
+                [(middle - 0.01, Direction::Rising), (middle, Direction::Falling), (middle + 0.013, Direction::Rising)];
+            assert_eq!(found.len(), 3, "{middle}: {found:?}");
+            assert!(found.iter().zip(expected).all(|(a, b)| (a.0 - b.0).abs() < 1e-10 && a.1 == b.1));
+        }
+    }
+
+    #[test]
+    fn what_oscillates_faster_than_the_samples_is_followed() {
+        let cases = (0..350).flat_map(|k| [4, 8].map(|parts| (parts, 3.0 * 1.0171f64.powi(k))));
+        for (parts, omega) in cases {
+            for k in 0..5 {
+                let phase = 1.31 * f64::from(k);
+                let found = crossings(|x| (omega * x + phase).sin(), parts, sign(phase.sin()));
+                let half_turns = |angle: f64| (angle / core::f64::consts::PI) as usize;
+                assert_eq!(found.len(), half_turns(omega + phase) - half_turns(phase), "{parts} {omega} {phase}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_followed_is_an_error() {
+        let g = |x: f64| (1e6 * x).sin();
+        let samples: Vec<_> = (0..=8).map(|j| f64::from(j) / 8.0).map(|theta| (theta, g(theta))).collect();
+        let mut scan = Scan::new(0.0, 1e-14, 1e-15);
+        assert_eq!(scan.follow(&samples, |x| Ok::<f64, ()>(g(x)), |_, _| true), Err(ScanError::Unresolved));
+        assert!(scan.reached() < 1.0);
+        let nowhere = |_| Err("nowhere");
+        let found = Scan::new(0.0, 1e-14, 1e-15).follow(&samples, nowhere, |_, _| true);
+        assert_eq!(found, Err(ScanError::Function("nowhere")));
+    }
+
+    /// Where nothing is at risk nothing is evaluated; a touch costs the way down to rounding.
+    #[test]
+    fn only_what_is_at_risk_costs() {
+        assert_eq!(follow(|x| 1.0 + x + x * x, 8, 1.0).1, 0);
+        assert_eq!(follow(|x| (2.0 * x).sin() + 0.5, 8, 1.0).1, 0);
+        let calls = follow(|x| (x - 0.5) * (x - 0.5), 8, 1.0).1;
+        assert!(calls > 20 && calls < 120, "{calls}");
+        // A crossing alone.
+        let calls = follow(|x| x * x - 0.5, 8, -1.0).1;
+        assert!(calls <= 12, "{calls}");
+    }
+
+    #[test]
+    fn jumps_and_poles_are_crossed_once() {
+        assert_eq!(crossings(|x| if x < 0.3 { 1.0 } else { -2.0 }, 8, 1.0).len(), 1);
+        assert_eq!(crossings(|x| 1.0 / (x - 0.3), 8, -1.0).len(), 1);
+        assert!(crossings(|x| if x < 0.3 { 5.0 } else { 1e-6 }, 8, 1.0).is_empty());
+        // Kinks far from zero are none of its business.
+        let (found, calls) = follow(|x| 1.001 - (40.0 * x).cos().abs(), 8, 1.0);
+        assert!(found.is_empty() && calls < 2000, "{found:?} {calls}");
+        assert_eq!(crossings(|x| (x - 0.3).abs() - 1e-3, 8, 1.0).len(), 2);
+    }
+
+    /// What follows the first crossing that ends a step is none of its business.
+    #[test]
+    fn nothing_is_looked_for_beyond_the_last_crossing_that_is_wanted() {
+        let g = |x: f64| (20.0 * x).cos();
+        let samples: Vec<_> = (0..=8).map(|j| f64::from(j) / 8.0).map(|theta| (theta, g(theta))).collect();
+        let value = |x| if x > 0.5 { Err(()) } else { Ok(g(x)) };
+        let mut count = 0;
+        let mut scan = Scan::new(1.0, 1e-14, 1e-15).up_to(0.2);
+        scan.follow(&samples, value, |_, _| {
+            count += 1;
+            false
+        })
+        .unwrap();
+        assert_eq!(count, 1);
     }
 
     #[test]

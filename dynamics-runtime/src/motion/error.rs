@@ -62,6 +62,11 @@ pub enum SimulationErrorKind {
         /// The event.
         event: String,
     },
+    /// An event function changes faster than it can be followed within a step.
+    EventUnresolved {
+        /// The event.
+        event: String,
+    },
     /// An event happens again and again in ever shorter time (Zeno's paradox: a ball that comes to rest by bouncing).
     EventsAccumulate {
         /// The event.
@@ -325,6 +330,11 @@ impl fmt::Display for SimulationErrorKind {
             ),
             Self::Cancelled => write!(f, "cancelled"),
             Self::EventNotANumber { event } => write!(f, "the function of event `{event}` is not a number"),
+            Self::EventUnresolved { event } => write!(
+                f,
+                "the function of event `{event}` changes too fast to be followed through a step; limit steps with `.max_step(..)`, or give the \
+                 event a smoother function"
+            ),
             Self::EventsAccumulate { event, at } => write!(
                 f,
                 "event `{event}` happens in ever shorter time and accumulates at about t = {at}; let its action \

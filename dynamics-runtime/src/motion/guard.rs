@@ -92,12 +92,12 @@ impl Guard {
         }
     }
 
-    /// The function of the guard; `events` are the values of the other events there, `reactions` solves for λ.
+    /// The function of the guard; `event` gives the values of other events there, `reactions` solves for λ.
     pub(crate) fn value<M: Simulate>(
         &self,
         model: &M,
         state: &M::State,
-        events: &[f64],
+        mut event: impl FnMut(usize) -> Result<f64, SolveError>,
         reactions: impl FnOnce() -> Result<OutcomeOf<M>, SolveError>,
     ) -> Result<f64, SolveError> {
         let row = self.constraint.first;
@@ -105,7 +105,7 @@ impl Guard {
         Ok(match self.law {
             Law::Contact(_) if modes.holds(self.switch) => reactions()?.multipliers[row],
             Law::Contact(_) => model.residual(state)[row],
-            Law::Stick { breakaway } if modes.holds(self.switch) => events[breakaway],
+            Law::Stick { breakaway } if modes.holds(self.switch) => event(breakaway)?,
             Law::Stick { .. } => model.velocity_residual(state)[row] * modes.side(self.switch),
         })
     }

@@ -14,21 +14,20 @@
 //!   one, and starts afresh; a guard that leaves zero to the wrong side acts again at once, and doing so twice at one instant is an error.
 
 use alloc::boxed::Box;
-use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
-use core::cell::RefCell;
 
 use super::change::Change;
 use super::error::SimulationErrorKind;
+use super::functions::{AdHoc, Functions};
 use super::guard::{Guard, Guards};
 use super::leave::{Leave, leave};
 use super::simulate::Simulate;
-use super::upkeep::apart;
-use crate::constrain::{self, OutcomeOf};
-use crate::error::SolveError;
-use crate::integrate::{Crossing, Dense, Direction, Scan, Step};
-use crate::model::{Events, ModelState};
+
+use super::zeno::Zeno;
+use crate::constrain::memory::max_abs;
+use crate::integrate::{Crossing, Dense, Direction, Scan, ScanError, Step, place};
+use crate::model::{Events, ModelState, Vector};
 
 /// Whether a simulation goes on after an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -43,12 +42,6 @@ impl From<()> for Flow {
     fn from((): ()) -> Self {
         Self::Continue
     }
-}
-
-/// An event function given at the simulation.
-pub(crate) struct AdHoc<'m, S> {
-    pub(crate) name: String,
-    pub(crate) function: Box<dyn Fn(&S) -> f64 + 'm>,
 }
 
 /// What is to happen at an event.
@@ -68,6 +61,11 @@ pub(crate) struct Rule<'m, M: Simulate> {
     pub(crate) direction: Direction,
     pub(crate) action: Action<'m, M>,
 }
+
+/// Events closer than this in a step happen at the same instant.
+const SIMULTANEOUS: f64 = 1e-12;
+/// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q|.
+const NOISE: f64 = 4.0 * f64::EPSILON;
 
 /// What is known of a function where a step starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,92 +87,20 @@ pub(crate) struct Watch<'m, M: Simulate> {
     standing: Vec<Standing>,
     zeno: Vec<Zeno>,
     values: Vec<f64>,
-    scratch: Vec<f64>,
+    /// Values of all functions at the samples of the step, one sample after the other.
+    samples: Vec<f64>,
+    /// Samples (θ, g) of one function.
+    column: Vec<(f64, f64)>,
     start_values: Vec<f64>,
-    /// Largest |g| met in the step, per function.
+    /// Largest |g| at the samples of the step, per function.
     sizes: Vec<f64>,
-    scans: Vec<Scan>,
+    /// Signs at the end of the step.
+    signs: Vec<f64>,
     /// Crossings of the step, in order.
     pub(crate) found: Vec<Crossing>,
 }
 
 type Fault = SimulationErrorKind;
-
-/// The functions that are watched: those of the model, those given at the simulation, those of the guards.
-struct Functions<'m, M: Simulate> {
-    model: &'m M,
-    constants: M::Constants,
-    ad_hoc: Vec<AdHoc<'m, M::State>>,
-    guards: Guards,
-    /// For reactions of guards.
-    workspace: RefCell<Vec<f64>>,
-}
-
-impl<'m, M: Simulate> Functions<'m, M> {
-    fn new(model: &'m M, constants: M::Constants, ad_hoc: Vec<AdHoc<'m, M::State>>, guards: Guards) -> Self {
-        let len = if guards.is_empty() { 0 } else { constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len()) };
-        Self { model, constants, ad_hoc, guards, workspace: RefCell::new(vec![0.0; len]) }
-    }
-
-    fn count(&self) -> usize {
-        self.first_guard() + self.guards.len()
-    }
-
-    fn first_guard(&self) -> usize {
-        M::EVENTS.len() + self.ad_hoc.len()
-    }
-
-    fn name(&self, index: usize) -> &str {
-        if let Some(event) = M::EVENTS.get(index) {
-            return event.name;
-        }
-        match self.ad_hoc.get(index - M::EVENTS.len()) {
-            Some(event) => &event.name,
-            None => &self.guards[index - self.first_guard()].name,
-        }
-    }
-
-    fn evaluate(&self, state: &M::State, values: &mut [f64]) -> Result<(), SolveError> {
-        let (own, given) = values.split_at_mut(M::EVENTS.len());
-        self.model.events(state, own)?;
-        for (value, event) in given.iter_mut().zip(&self.ad_hoc) {
-            *value = (event.function)(state);
-        }
-        let (events, guarded) = values.split_at_mut(self.first_guard());
-        let mut known = None;
-        for (value, guard) in guarded.iter_mut().zip(&self.guards) {
-            *value = guard.value(self.model, state, events, || match known {
-                Some(reactions) => Ok(reactions),
-                None => self.reactions(state).inspect(|reactions| known = Some(*reactions)),
-            })?;
-            let is_contact = guard.is_contact() && guard.holds(state);
-            if is_contact && *value < 0.0 && known.is_some_and(|reactions| !reactions.unique()) {
-                constrain::check_unique(self.model, state, guard.constraint.first, &mut self.workspace.borrow_mut())?;
-            }
-        }
-        Ok(())
-    }
-
-    fn holds(&self, index: usize, state: &M::State) -> bool {
-        self.guards[index - self.first_guard()].holds(state)
-    }
-
-    /// A contact that is open has to be so where it is free, but for rounding.
-    fn check_open(&self, index: usize, state: &M::State) -> Result<(), Fault> {
-        let guard = &self.guards[index - self.first_guard()];
-        if !guard.is_contact() {
-            return Ok(());
-        }
-        match apart(self.model, state, guard.constraint, &mut self.workspace.borrow_mut()) {
-            Some((row, residual)) => Err(Fault::Penetration { row, residual }),
-            None => Ok(()),
-        }
-    }
-
-    fn reactions(&self, state: &M::State) -> Result<OutcomeOf<M>, SolveError> {
-        constrain::solve(self.model, &self.constants, state, &mut self.workspace.borrow_mut())
-    }
-}
 
 impl<'m, M: Simulate> Watch<'m, M> {
     pub(crate) fn new(
@@ -192,10 +118,11 @@ impl<'m, M: Simulate> Watch<'m, M> {
             standing: vec![Standing::Zero; count],
             zeno: vec![Zeno::default(); count],
             values: vec![0.0; count],
-            scratch: vec![0.0; count],
+            samples: Vec::new(),
+            column: Vec::new(),
             start_values: vec![0.0; count],
             sizes: vec![0.0; count],
-            scans: Vec::with_capacity(count),
+            signs: vec![0.0; count],
             found: Vec::new(),
         }
     }
@@ -240,7 +167,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
         Ok(())
     }
 
-    /// Finds the crossings within a step and orders them; `state(θ)` interpolates.
+    /// Finds the crossings within a step and orders them; `state(θ)` interpolates. Beyond the first one that calls for an action, where the
+    /// step will end, nothing is looked for.
     pub(crate) fn scan(
         &mut self,
         step: &Step<M::Vector>,
@@ -248,56 +176,95 @@ impl<'m, M: Simulate> Watch<'m, M> {
         state: impl Fn(f64) -> M::State,
     ) -> Result<(), Fault> {
         self.found.clear();
-        self.scans.clear();
-        self.sizes.fill(0.0);
-        self.evaluate(&state(0.0))?;
-        self.start_values.copy_from_slice(&self.values);
-        self.evaluate(&state(1.0))?;
-        self.note_sizes();
-        for index in 0..self.standing.len() {
-            let scan = self.departure(index, &state)?;
-            self.scans.push(scan);
-        }
+        let size = self.sample(parts, &state)?;
         let resolution = 4.0 * f64::EPSILON * (1.0f64).max(step.start.t.abs() / step.h.abs());
-        for part in 1..=parts {
-            let theta = part as f64 / parts as f64;
-            self.evaluate(&state(theta))?;
-            self.note_sizes();
-            self.advance(theta, resolution, &state);
+        let (mut horizon, mut fault) = (1.0, None);
+        for index in 0..self.standing.len() {
+            let (start, sign) = self.departure(index, &state)?;
+            let noise = NOISE * (4.0 * self.sizes[index] + size);
+            let mut scan = Scan::new(sign, resolution, noise).up_to(self.first_end(horizon) + SIMULTANEOUS);
+            let followed = self.follow(index, parts, start, &mut scan, &state);
+            self.signs[index] = scan.sign();
+            horizon = self.first_end(horizon);
+            if let Err(error) = followed {
+                let earlier = fault.take().filter(|(theta, _)| *theta <= scan.reached());
+                fault = earlier.or(Some((scan.reached(), error)));
+            }
         }
         self.found.sort_by(|a, b| a.theta.total_cmp(&b.theta));
-        Ok(())
-    }
-
-    fn advance(&mut self, theta: f64, resolution: f64, state: &impl Fn(f64) -> M::State) {
-        let Self { functions, values, scratch, scans, found, .. } = self;
-        for (index, scan) in scans.iter_mut().enumerate() {
-            let mut function = |theta: f64| match functions.evaluate(&state(theta), scratch) {
-                Ok(()) => scratch[index],
-                Err(_) => f64::NAN,
-            };
-            if theta <= scan.last_theta() {
-                continue;
-            }
-            scan.sample(theta, values[index], resolution, &mut function, |theta, direction| {
-                found.push(Crossing { index, theta, direction });
-            });
+        match fault {
+            Some((theta, fault)) if theta <= horizon => Err(fault),
+            _ => Ok(()),
         }
     }
 
-    /// Where the scan of a function starts in this step, and with which sign.
-    fn departure(&mut self, index: usize, state: &impl Fn(f64) -> M::State) -> Result<Scan, Fault> {
+    /// Samples all functions at the ends of the parts of a step; 1 + |q|.
+    fn sample(&mut self, parts: usize, state: &impl Fn(f64) -> M::State) -> Result<f64, Fault> {
+        self.sizes.fill(0.0);
+        self.samples.clear();
+        let mut size = 0.0f64;
+        for part in 0..=parts {
+            let state = state(place(part, parts));
+            self.evaluate(&state)?;
+            self.samples.extend_from_slice(&self.values);
+            for (size, value) in self.sizes.iter_mut().zip(&self.values) {
+                *size = size.max(value.abs());
+            }
+            size = size.max(max_abs(state.q().as_slice()));
+        }
+        self.start_values.copy_from_slice(&self.samples[..self.standing.len()]);
+        Ok(1.0 + size)
+    }
+
+    /// The first crossing found so far that calls for an action, or else `horizon`.
+    fn first_end(&self, horizon: f64) -> f64 {
+        self.found.iter().filter(|c| acts(&self.rules, c)).fold(horizon, |first, c| first.min(c.theta))
+    }
+
+    /// Follows a function through the step from where it is seen to leave zero, if it starts there.
+    fn follow(
+        &mut self,
+        index: usize,
+        parts: usize,
+        start: Option<(f64, f64)>,
+        scan: &mut Scan,
+        state: &impl Fn(f64) -> M::State,
+    ) -> Result<(), Fault> {
+        let Self { functions, values, samples, column, found, rules, standing, .. } = self;
+        column.clear();
+        let own = samples.iter().skip(index).step_by(standing.len());
+        column.extend(own.enumerate().map(|(part, value)| (place(part, parts), *value)));
+        let mut function = |theta: f64| functions.value(index, &state(theta), values);
+        let mut take = |theta, direction| {
+            found.push(Crossing { index, theta, direction });
+            found.last().is_some_and(|crossing| !acts(rules, crossing))
+        };
+        if let Some(start) = start {
+            column.retain(|sample| sample.0 > start.0);
+            column.insert(0, start);
+        }
+        let followed = scan.follow(column, &mut function, &mut take);
+        followed.map_err(|error| match error {
+            ScanError::Function(fault) => fault,
+            ScanError::Unresolved => Fault::EventUnresolved { event: functions.name(index).into() },
+        })
+    }
+
+    /// Where a function that starts at zero is seen to leave it, and its sign from there or from the start of the step on.
+    fn departure(
+        &mut self,
+        index: usize,
+        state: &impl Fn(f64) -> M::State,
+    ) -> Result<(Option<(f64, f64)>, f64), Fault> {
         let value = self.start_values[index];
         if let Standing::Sign(sign) = self.standing[index] {
-            return Ok(Scan::new(0.0, value, sign));
+            return Ok((None, sign));
         }
-        let left = leave(value, |theta| {
-            self.evaluate(&state(theta))?;
-            Ok::<f64, Fault>(self.values[index])
-        })?;
+        let Self { functions, values, .. } = self;
+        let left = leave(value, |theta| functions.value(index, &state(theta), values))?;
         let (Leave::Slope { theta, value: now } | Leave::Tangent { theta, value: now }) = left else {
             let turned_back = matches!((left, self.standing[index]), (Leave::Hidden { .. }, Standing::JustFired(_)));
-            return if turned_back { Err(self.repeats(index)) } else { Ok(Scan::new(0.0, value, 0.0)) };
+            return if turned_back { Err(self.repeats(index)) } else { Ok((None, 0.0)) };
         };
         let direction = if now > 0.0 { Direction::Rising } else { Direction::Falling };
         match self.standing[index] {
@@ -315,7 +282,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
             }
             _ => {}
         }
-        Ok(Scan::new(theta, now, now.signum()))
+        Ok((Some((theta, now)), now.signum()))
     }
 
     fn repeats(&self, index: usize) -> Fault {
@@ -330,23 +297,19 @@ impl<'m, M: Simulate> Watch<'m, M> {
 
     /// Position in `found` of the first crossing that calls for an action.
     pub(crate) fn first_acting(&self) -> Option<usize> {
-        self.found.iter().position(|c| self.acts(c))
-    }
-
-    fn acts(&self, crossing: &Crossing) -> bool {
-        self.rules.iter().any(|r| r.index == crossing.index && r.direction.admits(crossing.direction))
+        self.found.iter().position(|c| acts(&self.rules, c))
     }
 
     /// Forgets the crossings after the first acting one and what happens with it at the same instant.
     pub(crate) fn cut_after(&mut self, acting: usize) {
         let theta = self.found[acting].theta;
-        self.found.retain(|c| c.theta <= theta + 1e-12);
+        self.found.retain(|c| c.theta <= theta + SIMULTANEOUS);
     }
 
     /// No action: the signs at the end of the step are those of the scans.
     pub(crate) fn carry_on(&mut self) {
-        for (standing, scan) in self.standing.iter_mut().zip(&self.scans) {
-            *standing = if scan.sign() == 0.0 { Standing::Zero } else { Standing::Sign(scan.sign()) };
+        for (standing, sign) in self.standing.iter_mut().zip(&self.signs) {
+            *standing = if *sign == 0.0 { Standing::Zero } else { Standing::Sign(*sign) };
         }
     }
 
@@ -378,7 +341,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
         self.evaluate(after)?;
         for index in 0..self.standing.len() {
             let value = self.values[index];
-            let fired = self.found[acting..].iter().rev().find(|c| c.index == index && self.acts(c)).copied();
+            let fired = self.found[acting..].iter().rev().find(|c| c.index == index && acts(&self.rules, c)).copied();
             let noise = (4.0 * self.start_values[index].abs()).max(1e-13 * self.sizes[index]);
             if index >= self.functions.first_guard() {
                 self.standing[index] = self.guard_after(index, after, fired.is_some())?;
@@ -433,23 +396,17 @@ impl<'m, M: Simulate> Watch<'m, M> {
 
     /// Value of one function at a state.
     pub(crate) fn value(&mut self, index: usize, state: &M::State) -> Result<f64, Fault> {
-        self.evaluate(state)?;
-        Ok(self.values[index])
-    }
-
-    fn note_sizes(&mut self) {
-        for (size, value) in self.sizes.iter_mut().zip(&self.values) {
-            *size = size.max(value.abs());
-        }
+        self.functions.value(index, state, &mut self.values)
     }
 
     fn evaluate(&mut self, state: &M::State) -> Result<(), Fault> {
-        self.functions.evaluate(state, &mut self.values).map_err(Fault::from)?;
-        match self.values.iter().position(|v| v.is_nan()) {
-            Some(index) => Err(Fault::EventNotANumber { event: self.name(index).into() }),
-            None => Ok(()),
-        }
+        self.functions.evaluate(state, &mut self.values)
     }
+}
+
+/// Whether a crossing calls for an action.
+fn acts<M: Simulate>(rules: &[Rule<'_, M>], crossing: &Crossing) -> bool {
+    rules.iter().any(|r| r.index == crossing.index && r.direction.admits(crossing.direction))
 }
 
 /// Interpolates states within a step.
@@ -464,37 +421,4 @@ pub(crate) fn state_within<M: Events, D: Dense<M::Vector>>(
     }
     let y = if theta <= 0.0 { step.start.y } else { dense.at(theta) };
     with_inputs(step.start.t + theta * step.h, &y.q, &y.u)
-}
-
-/// Guards one event against accumulation: many resets in a row, each sooner than the one before, at last a millionth of the
-/// first interval apart.
-#[derive(Clone, Copy, Debug, Default)]
-struct Zeno {
-    last: Option<f64>,
-    first_interval: f64,
-    interval: f64,
-    shrinking: u32,
-}
-
-impl Zeno {
-    fn note(&mut self, t: f64, h: f64, event: String) -> Result<(), Fault> {
-        let Some(last) = self.last.replace(t) else {
-            return Ok(());
-        };
-        let interval = (t - last).abs();
-        if interval < self.interval {
-            self.shrinking += 1;
-        } else {
-            (self.first_interval, self.shrinking) = (interval, 0);
-        }
-        let ratio = interval / self.interval;
-        self.interval = interval;
-        let accumulates = self.shrinking >= 8 && interval < 1e-6 * self.first_interval;
-        let stands = interval <= 16.0 * f64::EPSILON * t.abs();
-        if accumulates || stands {
-            let left = if ratio < 1.0 { interval * ratio / (1.0 - ratio) } else { 0.0 };
-            return Err(Fault::EventsAccumulate { event, at: t + left.copysign(h) });
-        }
-        Ok(())
-    }
 }

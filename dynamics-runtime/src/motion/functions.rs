@@ -1,0 +1,129 @@
+//! The functions that a run watches, and their values.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::cell::RefCell;
+
+use super::error::SimulationErrorKind as Fault;
+use super::guard::{Guard, Guards};
+use super::simulate::Simulate;
+use super::upkeep::apart;
+use crate::constrain::{self, OutcomeOf};
+use crate::error::SolveError;
+
+/// An event function given at the simulation.
+pub(crate) struct AdHoc<'m, S> {
+    pub(crate) name: String,
+    pub(crate) function: Box<dyn Fn(&S) -> f64 + 'm>,
+}
+
+/// The functions that are watched: those of the model, those given at the simulation, those of the guards.
+pub(super) struct Functions<'m, M: Simulate> {
+    model: &'m M,
+    constants: M::Constants,
+    ad_hoc: Vec<AdHoc<'m, M::State>>,
+    pub(super) guards: Guards,
+    /// For reactions of guards.
+    workspace: RefCell<Vec<f64>>,
+}
+
+impl<'m, M: Simulate> Functions<'m, M> {
+    pub(super) fn new(model: &'m M, constants: M::Constants, ad_hoc: Vec<AdHoc<'m, M::State>>, guards: Guards) -> Self {
+        let len = if guards.is_empty() { 0 } else { constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len()) };
+        Self { model, constants, ad_hoc, guards, workspace: RefCell::new(vec![0.0; len]) }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.first_guard() + self.guards.len()
+    }
+
+    pub(super) fn first_guard(&self) -> usize {
+        M::EVENTS.len() + self.ad_hoc.len()
+    }
+
+    pub(super) fn name(&self, index: usize) -> &str {
+        if let Some(event) = M::EVENTS.get(index) {
+            return event.name;
+        }
+        match self.ad_hoc.get(index - M::EVENTS.len()) {
+            Some(event) => &event.name,
+            None => &self.guards[index - self.first_guard()].name,
+        }
+    }
+
+    /// Values of all functions at a state.
+    pub(super) fn evaluate(&self, state: &M::State, values: &mut [f64]) -> Result<(), Fault> {
+        let (own, given) = values.split_at_mut(M::EVENTS.len());
+        self.model.events(state, own)?;
+        for (value, event) in given.iter_mut().zip(&self.ad_hoc) {
+            *value = (event.function)(state);
+        }
+        let (events, guarded) = values.split_at_mut(self.first_guard());
+        let mut known = None;
+        for (value, guard) in guarded.iter_mut().zip(&self.guards) {
+            *value = self.guarded(guard, state, |event| Ok(events[event]), &mut known)?;
+        }
+        match values.iter().position(|value| value.is_nan()) {
+            Some(index) => Err(self.not_a_number(index)),
+            None => Ok(()),
+        }
+    }
+
+    /// Value of one function at a state; `scratch` has room for all.
+    pub(super) fn value(&self, index: usize, state: &M::State, scratch: &mut [f64]) -> Result<f64, Fault> {
+        let mut event = |index: usize| match self.ad_hoc.get(index.wrapping_sub(M::EVENTS.len())) {
+            Some(event) => Ok((event.function)(state)),
+            None => self.model.events(state, &mut scratch[..M::EVENTS.len()]).map(|()| scratch[index]),
+        };
+        let value = match index.checked_sub(self.first_guard()) {
+            None => event(index)?,
+            Some(guard) => self.guarded(&self.guards[guard], state, event, &mut None)?,
+        };
+        if value.is_nan() { Err(self.not_a_number(index)) } else { Ok(value) }
+    }
+
+    /// Value of the function of a guard; `event` gives those of events, `known` keeps the reactions for other guards.
+    fn guarded(
+        &self,
+        guard: &Guard,
+        state: &M::State,
+        event: impl FnMut(usize) -> Result<f64, SolveError>,
+        known: &mut Option<OutcomeOf<M>>,
+    ) -> Result<f64, SolveError> {
+        let value = guard.value(self.model, state, event, || match known {
+            Some(reactions) => Ok(*reactions),
+            None => Ok(*known.insert(self.reactions(state)?)),
+        })?;
+        let is_contact = guard.is_contact() && guard.holds(state);
+        if is_contact && value < 0.0 && known.is_some_and(|reactions| !reactions.unique()) {
+            constrain::check_unique(self.model, state, guard.constraint.first, &mut self.workspace.borrow_mut())?;
+        }
+        Ok(value)
+    }
+
+    fn not_a_number(&self, index: usize) -> Fault {
+        Fault::EventNotANumber { event: self.name(index).into() }
+    }
+
+    pub(super) fn holds(&self, index: usize, state: &M::State) -> bool {
+        self.guards[index - self.first_guard()].holds(state)
+    }
+
+    /// A contact that is open has to be so where it is free, but for rounding.
+    pub(super) fn check_open(&self, index: usize, state: &M::State) -> Result<(), Fault> {
+        let guard = &self.guards[index - self.first_guard()];
+        if !guard.is_contact() {
+            return Ok(());
+        }
+        match apart(self.model, state, guard.constraint, &mut self.workspace.borrow_mut()) {
+            Some((row, residual)) => Err(Fault::Penetration { row, residual }),
+            None => Ok(()),
+        }
+    }
+
+    fn reactions(&self, state: &M::State) -> Result<OutcomeOf<M>, SolveError> {
+        constrain::solve(self.model, &self.constants, state, &mut self.workspace.borrow_mut())
+    }
+}
