@@ -31,7 +31,7 @@ mod zeno;
 
 pub use crate::integrate::{Direction, Method};
 pub use change::{Change, ChangeError, Impact};
-pub use conditioning::Conditioning;
+pub use conditioning::{Conditioning, Nearest};
 pub use drift::ConstraintDrift;
 pub(crate) use driver::AnyDriver;
 pub(crate) use error::suggest;

@@ -1,9 +1,13 @@
 //! How well the mass matrix determines the accelerations along a motion.
 
+use alloc::vec::Vec;
+
 use nalgebra::DMatrix;
 
 use super::query::Motion;
 use super::simulate::Simulate;
+use crate::constrain::Involved;
+use crate::constrain::weakness::{Weakness, weakness};
 use crate::math;
 use crate::model::{Dynamics, ModelState};
 
@@ -14,13 +18,70 @@ use crate::model::{Dynamics, ModelState};
 /// der Sluis, Numer. Math. 14 (1969) 14, by whom no other scaling of the rows and columns makes κ much smaller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditioning {
-    /// Largest κ over the accepted states: 1 for a diagonal M, infinite for a singular one, NaN where M is not a number.
+    /// Largest κ over the accepted states: 1 for a diagonal M, infinite for a singular one, NaN where M is not a number. Coordinates without any
+    /// inertia, which constraints carry along, are left out.
     pub largest: f64,
     /// When it was met first.
     pub time: f64,
 }
 
+/// Models of more coordinates are asked at fewer states how near their constraints are to losing rank: it takes 30 n³ operations.
+const MOST_COORDINATES: usize = 32;
+/// States between which the worst conditioning is looked for, in every step.
+const PARTS: usize = 4;
+/// A position at which the constraints are worse conditioned than this is a singular one.
+const SINGULAR: f64 = 1e4;
+/// Bisections of the golden section.
+const SECTIONS: usize = 40;
+
+/// Where a motion has been nearest to a singular position of its constraints, or in one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nearest {
+    /// Largest over smallest singular value of Φ_q, coordinates measured by √Mᵢᵢ and the rows of a constraint by the longest of them.
+    pub condition: f64,
+    /// When.
+    pub time: f64,
+    /// The rows that come to depend on each other there.
+    pub rows: Involved,
+    /// The coordinates that they come to leave open there.
+    pub coordinates: Involved,
+    /// How many singular positions the motion has passed: places where the conditioning is above 10⁴ between states where it is not.
+    pub passed: usize,
+}
+
 impl<M: Simulate> Motion<'_, M> {
+    /// The nearest approach to a singular position: of quarters of all steps, refined where the conditioning peaks between them. `None` without
+    /// constraints, and for more than 32 coordinates, where it would cost more than the run.
+    pub(super) fn nearest(&self) -> Option<Nearest> {
+        let records = &self.trajectory.records;
+        if M::ROWS.is_empty() || M::COORDINATES.len() > MOST_COORDINATES || !self.is_repeatable() {
+            return None;
+        }
+        let mut sampler = self.sampler();
+        let mut conditions = Vec::with_capacity(records.len() * PARTS);
+        for record in records {
+            let parts = if record.h == 0.0 { 1 } else { PARTS };
+            let times = (0..parts).map(|k| record.state.t() + record.h * k as f64 / PARTS as f64);
+            conditions.extend(times.map(|t| (t, weakness(self.model(), &sampler.at(t)).condition)));
+        }
+        let mut worst = conditions.iter().copied().fold((self.start_time(), 0.0), |a, b| if b.1 > a.1 { b } else { a });
+        let mut passed = 0;
+        for i in 1..conditions.len().saturating_sub(1) {
+            let [before, here, after] = [conditions[i - 1], conditions[i], conditions[i + 1]];
+            // A peak, and no place where nothing happens.
+            if here.1 < before.1 || here.1 <= after.1 || here.1 < 1.01 * before.1.min(after.1) {
+                continue;
+            }
+            let mut value = |t: f64| weakness(self.model(), &sampler.at(t)).condition;
+            let top = golden(before.0, after.0, &mut value);
+            let top = if top.1 >= here.1 { top } else { here };
+            passed += usize::from(top.1 > SINGULAR);
+            worst = if top.1 > worst.1 { top } else { worst };
+        }
+        let Weakness { condition, rows, coordinates } = weakness(self.model(), &sampler.at(worst.0));
+        Some(Nearest { condition, time: worst.0, rows, coordinates, passed })
+    }
+
     pub(super) fn conditioning(&self) -> Conditioning {
         let mut worst = Conditioning { largest: 0.0, time: self.start_time() };
         for state in self.steps() {
@@ -40,8 +101,11 @@ impl<M: Simulate> Motion<'_, M> {
 fn condition_number<M: Dynamics>(model: &M, state: &M::State) -> f64 {
     let n = M::COORDINATES.len();
     let matrix = model.mass_matrix(state);
+    // Coordinates without any inertia are carried along by constraints; the accelerations of the others are what M determines.
+    let heavy: Vec<usize> = (0..n).filter(|i| (0..n).any(|j| matrix[(*i, j)] != 0.0)).collect();
     let scale = |i: usize| if matrix[(i, i)] == 0.0 { 1.0 } else { matrix[(i, i)].abs() };
-    let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] / math::sqrt(scale(i) * scale(j)));
+    let entry = |i: usize, j: usize| matrix[(i, j)] / math::sqrt(scale(i) * scale(j));
+    let scaled = DMatrix::from_fn(heavy.len(), heavy.len(), |i, j| entry(heavy[i], heavy[j]));
     if scaled.iter().any(|x| x.is_nan()) {
         return f64::NAN;
     }
@@ -52,4 +116,23 @@ fn condition_number<M: Dynamics>(model: &M, state: &M::State) -> f64 {
 /// ‖A‖₁, the largest sum of absolute values in a column.
 fn norm(matrix: &DMatrix<f64>) -> f64 {
     matrix.column_iter().map(|column| column.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
+}
+
+/// The place of the greatest value between two, by golden section, and the value.
+fn golden(mut a: f64, mut b: f64, value: &mut impl FnMut(f64) -> f64) -> (f64, f64) {
+    const PART: f64 = 0.381_966_011_250_105_1;
+    let (mut left, mut right) = (a + PART * (b - a), b - PART * (b - a));
+    let (mut at_left, mut at_right) = (value(left), value(right));
+    for _ in 0..SECTIONS {
+        if at_left > at_right {
+            (b, right, at_right) = (right, left, at_left);
+            left = a + PART * (b - a);
+            at_left = value(left);
+        } else {
+            (a, left, at_left) = (left, right, at_right);
+            right = b - PART * (b - a);
+            at_right = value(right);
+        }
+    }
+    if at_left > at_right { (left, at_left) } else { (right, at_right) }
 }

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 
-use super::conditioning::Conditioning;
+use super::conditioning::{Conditioning, Nearest};
 use super::drift::ConstraintDrift;
 use super::formulation::Formulation;
 use super::query::Motion;
@@ -68,6 +68,8 @@ pub struct Summary {
     pub falls_back: bool,
     /// Switched constraints that were released at some time.
     pub released: Vec<&'static str>,
+    /// Where the motion came nearest to a singular position of its constraints, and how many it passed.
+    pub nearest: Option<Nearest>,
     /// How often constraints were hit.
     pub impacts: usize,
     /// Energy that was lost in them.
@@ -119,6 +121,7 @@ impl<M: Simulate> Motion<'_, M> {
             upkept: self.trajectory.upkept,
             falls_back: matches!(M::ROUTE, Route::Unrolled { .. }),
             released: self.released(),
+            nearest: self.nearest(),
             impacts: self.events().iter().flat_map(|event| &event.impacts).filter(|impact| !impact.held).count(),
             energy_lost: self.events().iter().map(EventRecord::energy_lost).sum(),
             conditioning: self.conditioning(),
@@ -258,7 +261,20 @@ impl Summary {
             write!(f, "\n               {} ends of steps put back onto the constraints, by ", Grouped(settled))?;
             write!(f, "{largest_move:.1e} permitted errors at most: steps are too long for the tolerance")?;
         }
-        if let Some(Conditioning { largest, time }) = conditioning
+        if let Some(Nearest { condition, time, rows, coordinates, passed }) = &self.nearest
+            && *condition > 1e3
+        {
+            match passed {
+                0 => write!(f, "\n               near a singular position")?,
+                1 => write!(f, "\n               passed a singular position")?,
+                more => write!(f, "\n               passed {} singular positions, the nearest", Grouped(*more as u64))?,
+            }
+            write!(
+                f,
+                " at t = {}: {rows} depend on each other in {coordinates}, conditioning {condition:.1e}",
+                Rounded(*time)
+            )?;
+        } else if let Some(Conditioning { largest, time }) = conditioning
             && largest > 1e3
         {
             write!(f, "\n               conditioning {largest:.1e} at most, at t = {}", Rounded(time))?;
