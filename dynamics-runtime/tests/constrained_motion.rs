@@ -158,8 +158,8 @@ fn an_embedded_run_that_starts_at_a_change_point_keeps_all_its_rows() {
         for row in &embedded.constraints {
             assert!(row.residual < 1e-12 && row.velocity_residual < 1e-12, "{embedded}");
         }
-        // Under gravity the reaction that keeps the cranks parallel is infinite where they start.
-        let most = if g == 0.0 { 2 } else { 5 };
+        // Under gravity the reaction that keeps the cranks parallel is infinite where they start; projected motions know the accelerations there.
+        let most = if g == 0.0 { 2 } else { 10 };
         assert!(embedded.evaluations < most * projected.evaluations, "{projected}\n{embedded}");
     }
 }

@@ -9,7 +9,7 @@ use super::simulate::Simulate;
 use crate::constrain::Involved;
 use crate::constrain::weakness::{Weakness, weakness};
 use crate::math;
-use crate::model::{Dynamics, ModelState};
+use crate::model::{Constraints, ModelState};
 
 /// The worst conditioning of the mass matrix that a motion met.
 ///
@@ -98,11 +98,12 @@ impl<M: Simulate> Motion<'_, M> {
     }
 }
 
-fn condition_number<M: Dynamics>(model: &M, state: &M::State) -> f64 {
+fn condition_number<M: Constraints>(model: &M, state: &M::State) -> f64 {
     let n = M::COORDINATES.len();
     let matrix = model.mass_matrix(state);
     // Coordinates without any inertia are carried along by constraints; the accelerations of the others are what M determines.
-    let heavy: Vec<usize> = (0..n).filter(|i| (0..n).any(|j| matrix[(*i, j)] != 0.0)).collect();
+    let held = !M::ROWS.is_empty();
+    let heavy: Vec<usize> = (0..n).filter(|i| !held || (0..n).any(|j| matrix[(*i, j)] != 0.0)).collect();
     let scale = |i: usize| if matrix[(i, i)] == 0.0 { 1.0 } else { matrix[(i, i)].abs() };
     let entry = |i: usize, j: usize| matrix[(i, j)] / math::sqrt(scale(i) * scale(j));
     let scaled = DMatrix::from_fn(heavy.len(), heavy.len(), |i, j| entry(heavy[i], heavy[j]));
