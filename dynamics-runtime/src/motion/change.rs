@@ -59,6 +59,13 @@ pub enum ChangeError {
         /// Φ there.
         residual: f64,
     },
+    /// A constraint is to be hit at a place where it does not touch.
+    ImpactApart {
+        /// Its row that is missed most.
+        row: &'static str,
+        /// Φ there.
+        residual: f64,
+    },
     /// The side to which a constraint is released cannot be told from its reaction: there is none, or one for each of several rows.
     NoSide {
         /// Its name.
@@ -105,6 +112,10 @@ impl core::fmt::Display for ChangeError {
             Self::EngagedApart { row, residual } => write!(
                 f,
                 "`{row}` is to engage where its residual is {residual:e}; engage it where it crosses zero, or move the state there first"
+            ),
+            Self::ImpactApart { row, residual } => write!(
+                f,
+                "`{row}` is to be hit where its residual is {residual:e}; hit it where it crosses zero, or move the state there first"
             ),
             Self::NoSide { constraint } => write!(
                 f,
@@ -172,10 +183,12 @@ impl<'c, M: Simulate> Change<'c, M> {
         &self.impacts
     }
 
-    /// Whether a switched constraint holds; `false` for a name that is not known, which ends the simulation.
-    pub fn holds(&mut self, name: &str) -> bool {
-        let modes = self.state.modes();
-        self.attempt(|change| change.switched(name).map(|(_, index)| modes.holds(index))).unwrap_or(false)
+    /// Whether a switched constraint holds.
+    ///
+    /// # Errors
+    /// Where there is no constraint of this name, or it is not one that can be switched.
+    pub fn holds(&self, name: &str) -> Result<bool, ChangeError> {
+        self.switched(name).map(|(_, index)| self.state.modes().holds(index))
     }
 
     /// λ of a constraint at the state as it is now, by rows; 0 where it does not hold. Empty where there is none: that ends the simulation.
@@ -195,7 +208,13 @@ impl<'c, M: Simulate> Change<'c, M> {
     /// the impact opens them, and those that are closed but released are hit along by their own law. See
     /// [`constrain::impact`](crate::constrain::impact).
     pub fn impact(&mut self, name: &str, restitution: f64) {
-        self.attempt(|change| change.strike(find::<M>(name)?, Blow::Rebound(restitution)));
+        self.attempt(|change| {
+            let constraint = find::<M>(name)?;
+            if let Some((row, residual)) = change.far(constraint) {
+                return Err(ChangeError::ImpactApart { row, residual });
+            }
+            change.strike(constraint, Blow::Rebound(restitution))
+        });
     }
 
     /// A contact that closes rebounds or holds by its own law, together with those that touch at the same instant.
@@ -338,12 +357,18 @@ impl<'c, M: Simulate> Change<'c, M> {
 
     /// A holonomic constraint can hold only where its Φ is 0.
     fn check_place(&mut self, constraint: &'static Constraint) -> Result<(), ChangeError> {
-        if constraint.kind == ConstraintKind::Nonholonomic {
-            return Ok(());
-        }
-        match self.upkeep.apart(self.model, self.state, constraint) {
+        match self.far(constraint) {
             Some((row, residual)) => Err(ChangeError::EngagedApart { row, residual }),
             None => Ok(()),
+        }
+    }
+
+    /// The row of a released holonomic constraint that is missed most, and its Φ, if it is missed.
+    fn far(&mut self, constraint: &'static Constraint) -> Option<(&'static str, f64)> {
+        let holds = constraint.switched.is_none_or(|switch| self.state.modes().holds(switch));
+        match constraint.kind {
+            ConstraintKind::Holonomic if !holds => self.upkeep.apart(self.model, self.state, constraint),
+            _ => None,
         }
     }
 

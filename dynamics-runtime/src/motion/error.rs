@@ -195,6 +195,17 @@ pub enum OptionError {
     },
     /// A contact or sticking constraint cannot be what was asked for.
     Constraint(Box<ChangeError>),
+    /// A number of a contact's law is not admissible.
+    Contact {
+        /// The constraint.
+        constraint: String,
+        /// `restitution` or `rest_speed`.
+        option: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is admissible.
+        admissible: &'static str,
+    },
     /// A contact needs a switched holonomic constraint of one row, sticking a switched nonholonomic one.
     NotForGuard {
         /// `contact` or `stick_slip`.
@@ -272,6 +283,9 @@ impl fmt::Display for OptionError {
                 write!(f, "the start is not finite: {what}`{name}`")
             }
             Self::Constraint(error) => error.fmt(f),
+            Self::Contact { constraint, option, value, admissible } => {
+                write!(f, "`.contact(\"{constraint}\", ..)` with {option} {value} is not possible; give {admissible}")
+            }
             Self::NotForGuard { option, constraint, kind } => {
                 let role = if *kind == ConstraintKind::Holonomic { "holonomic" } else { "nonholonomic" };
                 write!(
@@ -337,8 +351,18 @@ impl fmt::Display for SimulationErrorKind {
             ),
             Self::EventsAccumulate { event, at } => write!(
                 f,
-                "event `{event}` happens in ever shorter time and accumulates at about t = {at}; let its action \
-                 return `Flow::Stop` once the speed is small, and go on from there without it"
+                "event `{event}` happens in ever shorter time and accumulates at about t = {at}; {}",
+                match event.rsplit_once(' ') {
+                    Some((name, "contact")) => alloc::format!(
+                        "give `.contact(\"{name}\", ..)` a larger `rest_speed`, below which it closes instead of rebounding"
+                    ),
+                    Some((_, "slip")) => String::from(
+                        "it neither sticks nor slips: let it break away at no less than the friction with which it slips"
+                    ),
+                    _ => String::from(
+                        "let its action return `Flow::Stop` once the speed is small, and go on from there without it"
+                    ),
+                }
             ),
             Self::EventRepeats { event } => write!(
                 f,

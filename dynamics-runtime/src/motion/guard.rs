@@ -69,9 +69,10 @@ impl Guard {
         let Contact { restitution, rest_speed } = contact;
         let number = |option, value, good: bool, admissible| match good {
             true => Ok(()),
-            false => Err(OptionError::Number { option, value, admissible }),
+            false => Err(OptionError::Contact { constraint: name.into(), option, value, admissible }),
         };
-        number("restitution", restitution, (0.0..=1.0).contains(&restitution), "a coefficient from 0 to 1")?;
+        let coefficient = "a coefficient of restitution from 0 to 1";
+        number("restitution", restitution, (0.0..=1.0).contains(&restitution), coefficient)?;
         let speed = rest_speed.unwrap_or(0.0);
         number("rest_speed", speed, speed >= 0.0 && speed.is_finite(), "a speed of 0 or more")?;
         Self::new::<M>(name, "contact", ConstraintKind::Holonomic, Law::Contact(contact))

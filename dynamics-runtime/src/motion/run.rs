@@ -338,7 +338,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             guard.turn(from.modes(), plant.model, after, &mut plant.upkeep);
         }
         if from != *after && !M::ROWS.is_empty() {
-            let placed = plant.upkeep.place(plant.model, after);
+            let placed = plant.upkeep.place(plant.model, &from, after);
             placed.map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error.into()) })?;
         }
         let Crossing { index, direction, .. } = *crossing;
