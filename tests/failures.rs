@@ -315,6 +315,9 @@ mod contradictions {
         let StateError::NotAssembled { residual, given, .. } = error else { panic!("{error}") };
         assert!((residual.abs() - 0.25).abs() < 1e-6, "{error}");
         assert!(given.is_empty());
+        // A length of zero has no gradient.
+        let error = model.state().assemble().unwrap_err();
+        assert_eq!(error, StateError::GradientNotFinite { row: "first" }, "{error}");
     }
 
     /// Stretched in one line, the rods hold the bob; the linearised constraints do not. Neither falls it nor does it hover with a growing velocity.

@@ -234,6 +234,11 @@ pub enum StateError {
         /// The row.
         row: &'static str,
     },
+    /// A constraint is finite at the state or the guess, but its gradient is not: the length of a vector where it is zero, for example.
+    GradientNotFinite {
+        /// The row.
+        row: &'static str,
+    },
     /// No values of the coordinates that were not given fulfil the constraints, at least none that the guess leads to.
     NotAssembled {
         /// The row that is missed most at the closest approach.
@@ -326,6 +331,11 @@ impl fmt::Display for StateError {
             Self::ConstraintNotFinite { row } => {
                 write!(f, "constraint `{row}` is not finite here; give other coordinates or guesses")
             }
+            Self::GradientNotFinite { row } => write!(
+                f,
+                "constraint `{row}` has no finite gradient here (a length or a root where it is 0); give other coordinates or guesses, or write \
+                 it with squares"
+            ),
             Self::NotAssembled { row, residual, distance, given } => {
                 write!(
                     f,

@@ -171,8 +171,11 @@ fn worst<M: Constraints>(
     let mut worst: Option<Violation> = None;
     for row in active_rows::<M>(modes, holonomic) {
         let (residual, gradient) = (values[row], &jacobian[row * n..][..n]);
-        if !residual.is_finite() || !norm(gradient).is_finite() {
+        if !residual.is_finite() {
             return Err(StateError::ConstraintNotFinite { row: M::ROWS[row].name });
+        }
+        if !norm(gradient).is_finite() {
+            return Err(StateError::GradientNotFinite { row: M::ROWS[row].name });
         }
         let distance = distance(residual, gradient);
         if distance > worst.as_ref().map_or(tolerance, |worst| worst.distance) {

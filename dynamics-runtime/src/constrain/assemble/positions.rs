@@ -71,7 +71,12 @@ impl<M: Constraints> Search<'_, '_, M> {
 
     fn linearise(&mut self, state: &M::State) -> Result<(), StateError> {
         self.room.evaluate(self.model, state);
-        self.room.decompose::<M>(state.modes(), true, self.given)
+        self.room.decompose::<M>(state.modes(), true, self.given).map_err(|error| {
+            // Where Φ is not finite it is no matter of its gradient.
+            let residual = self.model.residual(state);
+            let row = active_rows::<M>(state.modes(), true).find(|row| !residual[*row].is_finite());
+            row.map_or(error, |row| StateError::ConstraintNotFinite { row: M::ROWS[row].name })
+        })
     }
 
     /// Linearises with the rows scaled as they are.

@@ -102,7 +102,7 @@ impl<'w> Room<'w> {
         for constraint in active::<M>(modes, holonomic) {
             let rows = constraint.first..constraint.first + constraint.rows;
             if let Some(row) = rows.clone().find(|row| !square(*row).is_finite()) {
-                return Err(StateError::ConstraintNotFinite { row: M::ROWS[row].name });
+                return Err(StateError::GradientNotFinite { row: M::ROWS[row].name });
             }
             let largest = rows.clone().map(square).fold(0.0, f64::max);
             let scale = if largest > 0.0 { math::sqrt(largest) } else { 1.0 };
