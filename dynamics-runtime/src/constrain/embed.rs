@@ -43,6 +43,8 @@ struct Partition<V, R> {
     scale: V,
     /// Least pivot then.
     quality: f64,
+    /// Whether the determinant of the block was negative then.
+    negative: bool,
 }
 
 /// Independent and dependent coordinates and velocities of a model.
@@ -122,14 +124,14 @@ impl<M: Constraints> Embedding<M> {
         }
         self.latest = 1.0;
         let start = *state.q();
-        if !self.restore_positions(model, state, workspace)? {
+        let restored =
+            self.restore_positions(model, state, workspace)? && self.restore_velocities(model, state, workspace)?;
+        if !restored {
             *state.q_mut() = start;
             self.projections += 1;
-            project_positions(model, &model.constants()?, state, workspace)?;
-        }
-        if !self.restore_velocities(model, state, workspace)? {
-            self.projections += 1;
-            project_velocities(model, &model.constants()?, state, workspace)?;
+            let constants = model.constants()?;
+            project_positions(model, &constants, state, workspace)?;
+            project_velocities(model, &constants, state, workspace)?;
         }
         self.worst = self.worst.min(self.latest);
         Ok(())
@@ -178,7 +180,7 @@ impl<M: Constraints> Embedding<M> {
             let (right, delta) = (memory.take(k), memory.take(k));
             let block = self.positions.factor(model, state, &mut memory);
             self.latest = self.latest.min(block.quality());
-            if block.is_useless() {
+            if block.fails(&self.positions) {
                 return Ok(false);
             }
             block.solve(right, delta);
@@ -212,7 +214,7 @@ impl<M: Constraints> Embedding<M> {
         }
         let block = self.velocities.factor(model, state, &mut memory);
         self.latest = self.latest.min(block.quality());
-        if block.is_useless() {
+        if block.fails(&self.velocities) {
             return Ok(false);
         }
         block.solve(right, delta);
@@ -243,7 +245,7 @@ impl<M: Constraints> Embedding<M> {
             let (right, delta) = (memory.take(k), memory.take(k));
             right.copy_from_slice(&across.as_slice()[..k]);
             let block = partition.factor(model, state, &mut memory);
-            if block.is_useless() {
+            if block.fails(partition) {
                 continue;
             }
             block.solve(right, delta);
@@ -272,11 +274,14 @@ impl<M: Constraints> Embedding<M> {
     pub fn renew(&mut self, model: &M, state: &M::State, workspace: &mut [f64]) -> Result<bool, SolveError> {
         let quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
             let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
-            partition.factor(model, state, &mut memory).quality()
+            let block = partition.factor(model, state, &mut memory);
+            if block.fails(partition) { 0.0 } else { block.quality() }
         };
         let now = [quality(&self.positions, workspace), quality(&self.velocities, workspace)];
         // At a change point a block lacks rows, which are there again where the motion goes on.
-        let fine = |now: f64, partition: &PartitionOf<M>| !partition.lacks() && now >= DEGRADED * partition.quality;
+        let fine = |now: f64, partition: &PartitionOf<M>| {
+            !partition.lacks() && now > 0.0 && now >= DEGRADED * partition.quality
+        };
         if fine(now[0], &self.positions) && fine(now[1], &self.velocities) {
             return Ok(false);
         }
@@ -342,9 +347,11 @@ impl Block<'_> {
         if self.factored.least > 1.0 { 1.0 } else { self.factored.least }
     }
 
-    /// Whether it is as good as singular, or not finite.
-    fn is_useless(&self) -> bool {
-        self.quality().is_nan() || self.quality() < USELESS
+    /// Whether it is as good as singular or not finite, or a dead point lies between here and where it was chosen: beyond it, what leads has
+    /// turned, and the others follow from it on another branch.
+    fn fails<V: Vector, R: Vector>(&self, partition: &Partition<V, R>) -> bool {
+        let quality = self.quality();
+        quality.is_nan() || quality < USELESS || self.factored.negative != partition.negative
     }
 
     /// Φ_D δ = right, which is overwritten.
@@ -394,6 +401,7 @@ fn partition<M: Constraints>(
         columns: M::Rows::zeros(),
         scale: M::Vector::zeros(),
         quality: 0.0,
+        negative: false,
     };
     chosen.scale.as_mut_slice().copy_from_slice(scale);
     for i in 0..rank {
@@ -402,6 +410,7 @@ fn partition<M: Constraints>(
     }
     let mut memory = Memory::new(workspace, n, r);
     // A block that is taken because there is no better one is judged by itself.
-    chosen.quality = chosen.factor(model, state, &mut memory).quality();
+    let block = chosen.factor(model, state, &mut memory);
+    (chosen.quality, chosen.negative) = (block.quality(), block.factored.negative);
     Ok(chosen)
 }

@@ -33,7 +33,7 @@ pub struct Upkept {
     pub largest_move: f64,
     /// How often the independent coordinates of the embedded formulation were chosen anew.
     pub repartitions: u64,
-    /// How often their constraints were as good as singular in the dependent ones, and a projection took over.
+    /// How often a dead point of theirs came in the way, within a step or at its end, and a projection took over.
     pub block_failures: u64,
     /// Worst conditioning of the constraints: met by the general solver, or of the block of dependent coordinates.
     pub conditioning: Option<Conditioning>,
