@@ -73,7 +73,9 @@ fn steps_of_unrolled_constraints_do_not_allocate() {
                 let simulation = model.simulate(start).until(end).formulation(formulation).method(method);
                 let simulation =
                     if method == Method::Rk4 { simulation.fixed_step(1e-3) } else { simulation.tolerance(1e-8) };
-                let info = measure(|| drop(simulation.run_with(|_| states += 1).unwrap()));
+                let info = measure(|| {
+                    simulation.run_with(|_| states += 1).unwrap();
+                });
                 (states, info.count_total)
             };
             let ((few, short), (many, long)) = (observed(0.5), observed(10.0));

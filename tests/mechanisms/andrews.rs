@@ -229,7 +229,7 @@ impl Led {
 #[test]
 fn the_error_is_that_of_the_crank_alone() {
     type V = SVector<f64, 1>;
-    let model = model();
+    let model = PUBLISHED;
     let begin = start(&model);
     let error = |end: &State<Andrews>| distance(end.q.as_slice(), &Q_END);
     let mut excess = 0.0;
