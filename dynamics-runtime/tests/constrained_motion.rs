@@ -237,7 +237,7 @@ fn blocks_that_fail_within_a_step_are_told_of() {
     let slide = -model.a * theta.sin() * rate - model.b * beta.sin() * swing;
     let start = at_rest_or_not([theta, beta, x], [rate, swing, slide]);
     let run = |formulation| {
-        let run = model.simulate(start).until(0.05).method(Method::Rk4).fixed_step(0.0125).formulation(formulation);
+        let run = model.simulate(start).until(0.05).method(methods::Rk4).fixed_step(0.0125).formulation(formulation);
         run.run().unwrap()
     };
     let (embedded, projected) = (run(Formulation::Embedded), run(Formulation::Projected));
