@@ -486,6 +486,20 @@ mod everything {
     }
 
     #[test]
+    fn parameters_are_told_in_their_order() {
+        let model = model(&PARAMETERS);
+        let told: Vec<Option<f64>> = (0..=PARAMETERS.len()).map(|i| model.parameter(i)).collect();
+        let expected = PARAMETERS.iter().copied().map(Some).chain([None]);
+        assert!(told.iter().copied().eq(expected), "{told:?}");
+        // Of vectors and matrices by element; a model without constraints is asked as well.
+        let mut broken = model;
+        broken.inertia = Mat3::from([[0.9, 0.05, 0.02], [0.05, 0.7, f64::NAN], [0.02, 0.04, 0.6]]);
+        let error = broken.state().build().unwrap_err();
+        let StateError::NotFinite { what: "parameter", name, .. } = error else { panic!("{error}") };
+        assert_eq!(name, Everything::PARAMETERS[11].name);
+    }
+
+    #[test]
     fn parameters_by_two_routes() {
         verify_parameters(model, &PARAMETERS, 0.5);
     }

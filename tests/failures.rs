@@ -4,7 +4,8 @@
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use dynamics::constrain::solve_once;
-use dynamics::motion::SimulationErrorKind;
+use dynamics::kinematics::KinematicsErrorKind;
+use dynamics::motion::{OptionError, SimulationErrorKind};
 use dynamics::prelude::*;
 
 /// A pendulum in Cartesian coordinates.
@@ -69,6 +70,31 @@ mod starts {
         let SimulationErrorKind::Start(why) = &error.kind else { panic!("{error}") };
         assert!(matches!(**why, StateError::ConstraintViolated { row: "rod", .. }), "{error}");
         assert_eq!((error.time, error.state.x()), (0.0, 1.1));
+    }
+
+    /// Blamed on the parameter by whatever comes first, not on the constraint or force that contains it.
+    #[test]
+    fn a_parameter_that_is_not_a_number_is_named() {
+        for value in [f64::NAN, f64::INFINITY] {
+            let named = |what: &dyn std::fmt::Display| {
+                assert!(what.to_string().contains("parameter `length`"), "{what}");
+                assert!(what.to_string().contains(&format!("is {value}; give a finite number")), "{what}");
+            };
+            let model = Pendulum { length: value, ..pendulum() };
+            let error = model.state().x(1.0).build().unwrap_err();
+            assert!(matches!(error, StateError::NotFinite { what: "parameter", name: "length", .. }), "{error}");
+            named(&error);
+            named(&model.state().x(1.0).assemble().unwrap_err());
+            // A start of the model as it was.
+            let start = pendulum().state().x(1.0).build().unwrap();
+            let error = model.simulate(start).until(1.0).run().unwrap_err();
+            let parameter = |option: &_| matches!(option, OptionError::ParameterNotFinite { name: "length", .. });
+            assert!(matches!(&error.kind, SimulationErrorKind::Option(option) if parameter(option)), "{error}");
+            named(&error.kind);
+            let Err(error) = model.kinematics(start).until(1.0).run() else { panic!("went through") };
+            assert!(matches!(&error.kind, KinematicsErrorKind::Option(option) if parameter(option)), "{error}");
+            named(&error.kind);
+        }
     }
 
     #[test]

@@ -169,6 +169,40 @@ mod passing {
         }
     }
 
+    /// With one rate given the velocities of least energy are on neither branch; with what decides, they are those of its branch.
+    #[test]
+    fn velocities_are_not_assembled_where_branches_meet_unless_what_is_given_decides() {
+        for incline in [0.0, 0.5] {
+            let model = Parallelogram { inertia: 1.0, a: 1.0, b: 2.0, weight: 0.0, incline };
+            let at = |angle: f64| model.state().crank(angle).coupler_guess(incline).rocker_guess(angle);
+            let flat = || model.state().crank(incline).coupler(incline).rocker(incline);
+            for start in [flat().crank_rate(1.0), flat().coupler_rate(1.0), flat().rocker_rate(-2.0)] {
+                let error = start.assemble().unwrap_err();
+                let StateError::VelocityUndetermined { rows, coordinates } = error else { panic!("{error}") };
+                assert!(rows.names().all(|row| row.starts_with("closure.")) && !rows.is_empty(), "{error}");
+                assert_eq!(coordinates.count(), 2, "{error}");
+            }
+            let error = flat().crank_rate(1.0).assemble().unwrap_err();
+            let message = error.to_string();
+            assert!(
+                message.contains("singular") && message.contains("give the rates of `rocker`, `coupler`"),
+                "{message}"
+            );
+            // The parallelogram by what it moves on, the antiparallelogram by the ratio of its bars: a θ̇₁² + b θ̇₂² = a θ̇₃².
+            for [crank, coupler, rocker] in [[1.0, 0.0, 1.0], [1.0, -2.0, -3.0]] {
+                let start = flat().crank_rate(crank).rocker_rate(rocker).assemble().unwrap();
+                assert!((start.coupler_rate() - coupler).abs() < 1e-14, "{start:?}");
+                solve_once(&model, &model.constants().unwrap(), &start).unwrap();
+            }
+            // What rests is on all branches, and beside the change point there is one.
+            assert_eq!(flat().assemble().unwrap().u.norm(), 0.0);
+            for beside in [1e-5, 1e-3, 0.1] {
+                let start = at(incline + beside).crank_rate(1.0).assemble().unwrap();
+                assert!(start.coupler_rate().abs() < 1e-9 && (start.rocker_rate() - 1.0).abs() < 1e-9, "{start:?}");
+            }
+        }
+    }
+
     /// In the change point reactions are not unique, and velocities that belong to no branch have no accelerations.
     #[test]
     fn in_the_change_point_reactions_are_not_unique() {

@@ -124,22 +124,7 @@ impl fmt::Display for SolveError {
                 "the constraints contradict each other: no acceleration satisfies `{row}` (missed by {residual:e}) together with the \
                  others, whose Jacobian has rank {rank} here"
             ),
-            Self::Friction { row, solutions: 0 } => write!(
-                f,
-                "no acceleration and reaction of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid \
-                 model has no motion; make the contact compliant, or end the motion before"
-            ),
-            Self::Friction { row, solutions: 1 } => write!(
-                f,
-                "the only reaction of `{row}` that satisfies the equations with friction here is unstable (Painlevé's paradox: more \
-                 reaction accelerates into the constraint): the rigid model does not decide; make the contact compliant, or end \
-                 the motion before"
-            ),
-            Self::Friction { row, solutions } => write!(
-                f,
-                "{solutions} different reactions of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid \
-                 model does not decide; make the contact compliant, or end the motion before"
-            ),
+            Self::Friction { row, solutions } => painleve(f, row, *solutions),
             Self::InputNotSet { input } => {
                 write!(f, "the reactions depend on inputs, and `{input}` has no value; set it in the state")
             }
@@ -177,15 +162,37 @@ impl fmt::Display for SolveError {
     }
 }
 
+/// The three ways in which rigid friction has no answer.
+fn painleve(f: &mut fmt::Formatter<'_>, row: &str, solutions: usize) -> fmt::Result {
+    let remedy = "make the contact compliant, or end the motion before";
+    match solutions {
+        0 => write!(
+            f,
+            "no acceleration and reaction of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid model has no motion; \
+             {remedy}"
+        ),
+        1 => write!(
+            f,
+            "the only reaction of `{row}` that satisfies the equations with friction here is unstable (Painlevé's paradox: more reaction \
+             accelerates into the constraint): the rigid model does not decide; {remedy}"
+        ),
+        _ => write!(
+            f,
+            "{solutions} different reactions of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid model does not \
+             decide; {remedy}"
+        ),
+    }
+}
+
 impl core::error::Error for SolveError {}
 
 /// Why values do not make a state of a model: one is not finite, the constraints do not hold, or they cannot be made to hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StateError {
-    /// A coordinate, velocity, input or the time is infinite or not a number.
+    /// A coordinate, velocity, input, parameter or the time is infinite or not a number.
     NotFinite {
-        /// What it is: `time`, `coordinate`, `velocity of`, `input`.
+        /// What it is: `time`, `coordinate`, `velocity of`, `input`, `parameter`.
         what: &'static str,
         /// Its name; `t` for the time.
         name: &'static str,
@@ -259,6 +266,13 @@ pub enum StateError {
         /// The coordinates in which the branches differ.
         coordinates: Involved,
     },
+    /// The position is singular, branches of motions meet there, and the velocities that were given do not say along which it moves.
+    VelocityUndetermined {
+        /// The rows that depend on each other at this position alone.
+        rows: Involved,
+        /// The coordinates whose velocities are open there, and are not beside it.
+        coordinates: Involved,
+    },
     /// No values of the velocities that were not given fulfil the constraints.
     VelocityNotAssembled {
         /// The row that is missed most.
@@ -270,7 +284,22 @@ pub enum StateError {
     },
 }
 
+/// The first scalar parameter that is infinite or not a number, of models that tell them, with its value.
+pub(crate) fn parameter_not_finite<M: Dynamics>(model: &M) -> Option<(&'static str, f64)> {
+    let mut values = M::PARAMETERS.iter().enumerate().filter_map(|(i, named)| Some((named.name, model.parameter(i)?)));
+    values.find(|(_, value)| !value.is_finite())
+}
+
 impl StateError {
+    /// Checks that all scalar parameters are finite, of models that tell them.
+    ///
+    /// # Errors
+    /// [`StateError::NotFinite`] with the first that is not.
+    pub fn check_parameters<M: Dynamics>(model: &M) -> Result<(), Self> {
+        let found = parameter_not_finite(model);
+        found.map_or(Ok(()), |(name, value)| Err(Self::NotFinite { what: "parameter", name, value }))
+    }
+
     /// Checks that all values of a state are finite; inputs may be NaN, which means not set.
     pub fn check<M: Dynamics>(state: &M::State) -> Result<(), Self> {
         fn all(what: &'static str, values: &[f64], names: &'static [Quantity]) -> Result<(), StateError> {
@@ -295,18 +324,7 @@ impl fmt::Display for StateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotFinite { what, name, value } => write!(f, "{what} `{name}` is {value}; give a finite number"),
-            Self::NotSwitched { name, constraints } => {
-                if constraints.iter().any(|c| c.name == *name) {
-                    return write!(f, "constraint `{name}` always holds; declare it with the option `switched`");
-                }
-                write!(f, "no switched constraint is called `{name}`; ")?;
-                let mut switched = constraints.iter().filter(|c| c.switched.is_some()).peekable();
-                if switched.peek().is_none() {
-                    return f.write_str("the model has none: declare one with the option `switched`");
-                }
-                f.write_str("there are")?;
-                switched.enumerate().try_for_each(|(i, c)| write!(f, "{} `{}`", if i == 0 { "" } else { "," }, c.name))
-            }
+            Self::NotSwitched { name, constraints } => not_switched(f, name, constraints),
             Self::ConstraintViolated { row, residual, distance } => write!(
                 f,
                 "constraint `{row}` does not hold: its residual is {residual:e}, the coordinates are {distance:e} away from it; give \
@@ -337,23 +355,17 @@ impl fmt::Display for StateError {
                  it with squares"
             ),
             Self::NotAssembled { row, residual, distance, given } => {
-                write!(
-                    f,
-                    "the constraints cannot be fulfilled: at the closest approach `{row}` is missed by {residual:e}"
-                )?;
-                if distance.is_finite() {
-                    write!(f, " (a distance of {distance:e})")?;
-                }
-                if given.is_empty() {
-                    write!(f, "; check the parameters, or give another guess")
-                } else {
-                    write!(f, "; change what is given for {given}, or give another guess")
-                }
+                not_assembled(f, row, [*residual, *distance], given)
             }
             Self::SingularGuess { row, residual, coordinates } => write!(
                 f,
                 "the guess leads to a point where branches meet (`{row}` is missed by {residual:e} there) and does not decide between \
                  them; give another guess for {coordinates}"
+            ),
+            Self::VelocityUndetermined { rows, coordinates } => write!(
+                f,
+                "the position is singular: the constraints {rows} depend on each other here, branches meet, and the velocities that are given do \
+                 not decide between them; give the rates of {coordinates} as well, or start beside it"
             ),
             Self::VelocityNotAssembled { row, residual, given } if given.is_empty() => write!(
                 f,
@@ -364,6 +376,36 @@ impl fmt::Display for StateError {
                 "no velocities fulfil the constraints: `{row}` is missed by {residual:e}; change what is given for the rates of {given}"
             ),
         }
+    }
+}
+
+fn not_switched(f: &mut fmt::Formatter<'_>, name: &str, constraints: &[Constraint]) -> fmt::Result {
+    if constraints.iter().any(|c| c.name == name) {
+        return write!(f, "constraint `{name}` always holds; declare it with the option `switched`");
+    }
+    write!(f, "no switched constraint is called `{name}`; ")?;
+    let mut switched = constraints.iter().filter(|c| c.switched.is_some()).peekable();
+    if switched.peek().is_none() {
+        return f.write_str("the model has none: declare one with the option `switched`");
+    }
+    f.write_str("there are")?;
+    switched.enumerate().try_for_each(|(i, c)| write!(f, "{} `{}`", if i == 0 { "" } else { "," }, c.name))
+}
+
+fn not_assembled(
+    f: &mut fmt::Formatter<'_>,
+    row: &str,
+    [residual, distance]: [f64; 2],
+    given: &Involved,
+) -> fmt::Result {
+    write!(f, "the constraints cannot be fulfilled: at the closest approach `{row}` is missed by {residual:e}")?;
+    if distance.is_finite() {
+        write!(f, " (a distance of {distance:e})")?;
+    }
+    if given.is_empty() {
+        write!(f, "; check the parameters, or give another guess")
+    } else {
+        write!(f, "; change what is given for {given}, or give another guess")
     }
 }
 

@@ -202,6 +202,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let number = |option, value: f64, good: bool, admissible| {
             if good { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
         };
+        OptionError::check_parameters(self.model)?;
         let start = self.guess.t();
         let end = self.end.ok_or(OptionError::NoEnd)?;
         number("until", end, end.is_finite() && end != start, "a time other than the start's")?;

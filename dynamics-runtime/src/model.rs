@@ -194,6 +194,11 @@ pub trait Dynamics: Model {
     /// in the order of [`Dynamics::conserved`].
     const CONSERVED: &'static [Quantity];
 
+    /// The value of the scalar parameter of this index in [`Dynamics::PARAMETERS`]; `None` where there is none, and for models that do
+    /// not tell. Starts and runs ask it, so that a parameter that is not a finite number is named.
+    fn parameter(&self, _index: usize) -> Option<f64> {
+        None
+    }
     /// Computes what depends on parameters alone.
     fn constants(&self) -> Result<Self::Constants, SingularMassMatrix>;
     /// q̈ at a state, from constants computed before.

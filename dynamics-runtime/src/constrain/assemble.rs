@@ -7,6 +7,7 @@
 //! Levenberg–Marquardt method looks for the closest approach; what is then still open is an error that says by how much.
 //!
 //! **Velocities** that were not given are those of least kinetic energy among all that fulfil Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0 together with those given.
+//! In a singular position branches meet, and the velocities of least energy belong to none of them: what is given has to decide, or it is an error.
 //! Accelerations and multipliers follow from the equations of motion.
 //!
 //! Released constraints take no part. Nothing here allocates where the crate does not (`alloc` takes the matrices off the stack).
@@ -45,6 +46,7 @@ pub fn check_start<M: Constraints>(model: &M, state: &M::State) -> Result<(), St
 
 /// [`check_start`] for the constraints that hold alone.
 pub(crate) fn check_held<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
+    StateError::check_parameters(model)?;
     StateError::check::<M>(state)?;
     if M::ROWS.is_empty() {
         return Ok(());
@@ -125,6 +127,7 @@ pub fn assemble<M: Constraints>(
     for (u, _) in state.u_mut().as_mut_slice().iter_mut().zip(given_u).filter(|(_, given)| !**given) {
         *u = 0.0;
     }
+    StateError::check_parameters(model)?;
     StateError::check::<M>(&state)?;
     if M::ROWS.is_empty() {
         return Ok(state);
@@ -132,7 +135,8 @@ pub fn assemble<M: Constraints>(
     with_workspace::<M, _>(|memory| {
         positions::solve(model, &mut state, &given_q[..n], &mut Room::new(memory, n, M::ROWS.len()))?;
         refuse::<M>(vanishing_row(model, &state, memory))?;
-        velocities::solve(model, &mut state, &given_u[..n], &mut Room::new(memory, n, M::ROWS.len()))
+        let open = velocities::solve(model, &mut state, &given_u[..n], &mut Room::new(memory, n, M::ROWS.len()))?;
+        if open { velocities::check_branch(model, &state, &given_u[..n], memory) } else { Ok(()) }
     })?;
     Ok(state)
 }
@@ -144,6 +148,7 @@ pub(crate) fn positions_of<M: Constraints>(
     mut state: M::State,
     given: &[bool],
 ) -> Result<M::State, StateError> {
+    StateError::check_parameters(model)?;
     StateError::check::<M>(&state)?;
     with_workspace::<M, _>(|memory| {
         positions::solve(model, &mut state, given, &mut Room::new(memory, M::COORDINATES.len(), M::ROWS.len()))?;
@@ -226,6 +231,9 @@ pub(super) fn beside<M: Constraints>(state: &M::State) -> M::State {
     beside
 }
 
+/// Nothing is given; more coordinates than any generated model has.
+const NONE: [bool; 4096] = [false; 4096];
+
 /// A state on the constraints [`beside`] this one; `None` where none was found.
 pub(crate) fn beside_on_constraints<M: Constraints>(
     model: &M,
@@ -233,8 +241,6 @@ pub(crate) fn beside_on_constraints<M: Constraints>(
     workspace: &mut [f64],
 ) -> Option<M::State> {
     let n = M::COORDINATES.len();
-    // More coordinates than any generated model has.
-    const NONE: [bool; 4096] = [false; 4096];
     let none = NONE.get(..n)?;
     let mut along = beside::<M>(state);
     let placed = positions::solve(model, &mut along, none, &mut Room::new(workspace, n, M::ROWS.len()));

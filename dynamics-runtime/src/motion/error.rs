@@ -7,7 +7,7 @@ use core::fmt;
 use super::change::ChangeError;
 use super::record::Trajectory;
 use crate::constrain::Involved;
-use crate::error::{SingularMassMatrix, SolveError, StateError};
+use crate::error::{SingularMassMatrix, SolveError, StateError, parameter_not_finite};
 use crate::model::{ConstraintKind, Dynamics, Model, ModelState};
 
 /// A simulation that stopped before its end. What was computed up to there is still in hand: [`SimulationError::motion`].
@@ -193,6 +193,13 @@ pub enum OptionError {
         /// Whether it is the coordinate's velocity.
         rate: bool,
     },
+    /// A parameter of the model is infinite or not a number.
+    ParameterNotFinite {
+        /// Its name, `m1`, `mass[3]`.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// A contact or sticking constraint cannot be what was asked for.
     Constraint(Box<ChangeError>),
     /// A number of a contact's law is not admissible.
@@ -258,6 +265,14 @@ impl From<SolveError> for SimulationErrorKind {
     }
 }
 
+impl OptionError {
+    /// A model whose parameters are not finite is not run: what it would fail at first says nothing of them.
+    pub(crate) fn check_parameters<M: Dynamics>(model: &M) -> Result<(), Self> {
+        let found = parameter_not_finite(model);
+        found.map_or(Ok(()), |(name, value)| Err(Self::ParameterNotFinite { name, value }))
+    }
+}
+
 impl fmt::Display for OptionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -281,6 +296,9 @@ impl fmt::Display for OptionError {
             Self::StartNotFinite { name, rate } => {
                 let what = if *rate { "the velocity of " } else { "" };
                 write!(f, "the start is not finite: {what}`{name}`")
+            }
+            Self::ParameterNotFinite { name, value } => {
+                write!(f, "parameter `{name}` of the model is {value}; give a finite number")
             }
             Self::Constraint(error) => error.fmt(f),
             Self::Contact { constraint, option, value, admissible } => {

@@ -397,6 +397,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     fn check_options(&mut self) -> Result<Checked<'m, M>, OptionError> {
+        OptionError::check_parameters(self.model)?;
         self.check_start()?;
         let end = self.end.ok_or(OptionError::NoEnd)?;
         number("until", end, end.is_finite(), "a finite time")?;

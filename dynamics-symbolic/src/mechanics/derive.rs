@@ -4,7 +4,7 @@ use crate::calculus::{ZeroDenominator, directional, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::constraints::{self, Rows};
-use super::equations::{ConstraintEquations, Derivation, Equations, Named};
+use super::equations::{ConstraintEquations, Derivation, Equations, Named, Released, Solution};
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{self, Residual, SOLVED_FOR, Sweep};
 use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
@@ -50,12 +50,7 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     let mut powers = powers(g, &applied, energies.lagrangian);
     powers.extend(rows.iter().flat_map(|rows| constraints::powers(g, &model.constraints, &rows.velocity_offset)));
     let solved = Solved::new(g, &inertia, rows.as_ref(), manifold)?;
-    // T + V is there already, so it stands for the energy function wherever the two are equal.
-    let energy_function = {
-        let twice = power(g, &inertia.momenta);
-        let energy = g.sub(twice, energies.lagrangian);
-        timeless(g, &[energy])[0]
-    };
+    let energy_function = energy_function(g, &inertia.momenta, energies.lagrangian);
     let swept: Residual = &|g| {
         let inverse = parts.inverse(g, n);
         applied.iter().fold(inverse, |total, (_, part)| each(g, &total, part, Graph::sub))
@@ -71,19 +66,9 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     let accelerations = solved.free_accelerations().map_or_else(Vec::new, <[NodeId]>::to_vec);
     let released =
         rows.as_ref().map_or_else(Vec::new, |rows| solved.released(g, &inertia, rows, &model.constraints, manifold));
-    let constraints = rows.zip(solved.into_solution()).map(|(rows, solution)| ConstraintEquations {
-        force_by_multipliers: constraints::force_by_multipliers(g, &inertia.force, rows.named.len()),
-        derivatives: constraints::derivatives(g, &rows, n),
-        free_force,
-        rows: rows.named,
-        holonomic: rows.holonomic,
-        residual: rows.residual,
-        velocity_residual: rows.velocity_residual,
-        jacobian: rows.jacobian,
-        velocity_offset: rows.velocity_offset,
-        gamma: rows.gamma,
-        solution,
-        released,
+    let constraints = rows.zip(solved.into_solution()).map(|(rows, solution)| {
+        let forces = (inertia.force.as_slice(), free_force);
+        constraint_equations(g, rows, forces, solution, released)
     });
     Ok(Equations {
         derivation: parts.derivation,
@@ -103,6 +88,37 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         events_use_accelerations,
         constraints,
     })
+}
+
+/// q̇·∂L/∂q̇ − L. T + V is there already, so it stands for the energy function wherever the two are equal.
+fn energy_function(g: &mut Graph, momenta: &[NodeId], lagrangian: NodeId) -> NodeId {
+    let twice = power(g, momenta);
+    let energy = g.sub(twice, lagrangian);
+    timeless(g, &[energy])[0]
+}
+
+/// What the rows give; `forces`: Q, and Q without what depends on multipliers.
+fn constraint_equations(
+    g: &mut Graph,
+    rows: Rows,
+    (force, free_force): (&[NodeId], Vec<NodeId>),
+    solution: Solution,
+    released: Vec<Released>,
+) -> ConstraintEquations {
+    ConstraintEquations {
+        force_by_multipliers: constraints::force_by_multipliers(g, force, rows.named.len()),
+        derivatives: constraints::derivatives(g, &rows, force.len()),
+        free_force,
+        rows: rows.named,
+        holonomic: rows.holonomic,
+        residual: rows.residual,
+        velocity_residual: rows.velocity_residual,
+        jacobian: rows.jacobian,
+        velocity_offset: rows.velocity_offset,
+        gamma: rows.gamma,
+        solution,
+        released,
+    }
 }
 
 /// The energies by role.

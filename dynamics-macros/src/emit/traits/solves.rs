@@ -53,6 +53,7 @@ impl Emission<'_> {
         let (f5, momenta) = self.method(&programs.momenta, "momenta", &vector, to_vector);
         let (f6, energy) = self.method(&programs.energy_function, "energy_function", &f64, |r| r[0].clone());
         let (f7, conserved) = self.writing(&programs.conserved, "conserved");
+        let parameter = self.parameter();
         quote! {
             use #private::{Model, Result, Result::{Ok, Err}};
             #f1 #f2 #f3 #f4 #f5 #f6 #f7
@@ -60,7 +61,22 @@ impl Emission<'_> {
                 type Constants = [#f64; #count];
                 #quantities
                 const CONSERVED: &'static [#private::Quantity] = #names;
-                #constants #accelerations #mass #force #momenta #energy #conserved
+                #parameter #constants #accelerations #mass #force #momenta #energy #conserved
+            }
+        }
+    }
+
+    /// `fn parameter`: the scalars by index, for what names them.
+    fn parameter(&self) -> TokenStream {
+        let (private, f64, index) = (&self.private, self.float(), local("index"));
+        let usize = quote!(#private::usize);
+        let arms = self.surface.parameters.iter().enumerate().map(|(i, place)| quote!(#i => self #place,));
+        quote! {
+            fn parameter(&self, #index: #usize) -> #private::Option<#f64> {
+                #private::Option::Some(match #index {
+                    #(#arms)*
+                    _ => return #private::Option::None,
+                })
             }
         }
     }

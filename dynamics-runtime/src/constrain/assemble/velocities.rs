@@ -1,25 +1,27 @@
 //! Velocities of least kinetic energy that fulfil the constraints.
 
 use super::room::{Room, free, shift};
-use super::{ASSEMBLED, size, worst};
+use super::{ASSEMBLED, NEARBY, NONE, beside_on_constraints, size, worst};
 use crate::constrain::Involved;
 use crate::constrain::held::active_rows;
 use crate::constrain::memory::{dot, norm};
 use crate::constrain::svd::Svd;
 use crate::error::StateError;
+use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 
 /// Singular values below this part of the largest count as zero: at a singular position, which is itself known to √ε = 1.5·10⁻⁸ only, they
 /// come out about as large as that.
 const RANK: f64 = 1e-7;
 
-/// Solves the velocities that are not given, which are 0 in the state.
+/// Solves the velocities that are not given, which are 0 in the state. Says whether the constraints had fewer than their rows of rank, so that
+/// the position may be singular.
 pub(super) fn solve<M: Constraints>(
     model: &M,
     state: &mut M::State,
     given: &[bool],
     room: &mut Room<'_>,
-) -> Result<(), StateError> {
+) -> Result<bool, StateError> {
     room.evaluate(model, state);
     room.weigh();
     room.decompose::<M>(state.modes(), false, given)?;
@@ -34,7 +36,8 @@ pub(super) fn solve<M: Constraints>(
     let values = model.velocity_residual(state);
     let tolerance = ASSEMBLED * size(state.u().as_slice());
     let Some(missed) = worst::<M>(state.modes(), false, values.as_slice(), room.jacobian, tolerance)? else {
-        return Ok(());
+        let (rows, free) = room.shape;
+        return Ok(open(room) > free.saturating_sub(rows));
     };
     room.load::<M>(state.modes(), false, values.as_slice())?;
     Err(StateError::VelocityNotAssembled {
@@ -42,6 +45,66 @@ pub(super) fn solve<M: Constraints>(
         residual: missed.residual,
         given: culprits::<M>(state, given, room),
     })
+}
+
+/// How many directions the free velocities have left.
+fn open(room: &Room<'_>) -> usize {
+    let svd = room.svd();
+    svd.sigma.iter().filter(|sigma| **sigma <= RANK * svd.largest()).count()
+}
+
+/// Refuses velocities that the constraints leave open at this position alone: those of least energy are then on none of the branches that meet
+/// here. What is at rest is on all of them.
+pub(super) fn check_branch<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    given: &[bool],
+    memory: &mut [f64],
+) -> Result<(), StateError> {
+    let n = given.len();
+    let (Some(none), Some(beside)) = (NONE.get(..n), beside_on_constraints(model, state, memory)) else {
+        return Ok(());
+    };
+    let room = &mut Room::new(memory, n, M::ROWS.len());
+    let decompose = |room: &mut Room<'_>, at: &M::State, given: &[bool]| {
+        room.evaluate(model, at);
+        room.weigh();
+        room.decompose::<M>(at.modes(), false, given)
+    };
+    decompose(room, &beside, given)?;
+    let elsewhere = open(room);
+    keep_open(room, 1);
+    decompose(room, state, given)?;
+    if open(room) <= elsewhere {
+        return Ok(());
+    }
+    keep_open(room, 2);
+    // What is open beside it, too, differs by how far away that is.
+    let lost = |k: usize| room.steps[2][k] - room.steps[1][k];
+    let shares = free(given).enumerate().map(|(k, j)| (j, if lost(k) > 10.0 * NEARBY { lost(k) } else { 0.0 }));
+    let coordinates = Involved::ranked(M::COORDINATES, shares);
+    let rest = ASSEMBLED * size(state.u().as_slice());
+    if !free(given).any(|j| state.u()[j].abs() > rest && coordinates.contains(M::COORDINATES[j].name)) {
+        return Ok(());
+    }
+    decompose(room, state, none)?;
+    let svd = room.svd();
+    let (cut, all) = (RANK * svd.largest(), 0..svd.sigma.len());
+    // What the others do not reach: 1 − Σ (A v/σ)².
+    let reached = |k: usize, c: usize| math::powi(svd.column(c)[k] / svd.sigma[c], 2);
+    let beyond = |k: usize| 1.0 - all.clone().filter(|c| svd.sigma[*c] > cut).map(|c| reached(k, c)).sum::<f64>();
+    let rows = active_rows::<M>(state.modes(), false).enumerate().map(|(k, row)| (row, beyond(k)));
+    Err(StateError::VelocityUndetermined { rows: Involved::ranked(M::ROWS, rows), coordinates })
+}
+
+/// Writes to `steps\[to\]` what part of each free coordinate is open: Σ v² over the directions that nothing holds.
+fn keep_open(room: &mut Room<'_>, to: usize) {
+    let (_, f) = room.shape;
+    let Room { v, sigma, steps, .. } = room;
+    let cut = RANK * sigma[..f].iter().copied().fold(0.0, f64::max);
+    for (i, share) in steps[to][..f].iter_mut().enumerate() {
+        *share = (0..f).filter(|c| sigma[*c] <= cut).map(|c| math::powi(v[c * f + i], 2)).sum();
+    }
 }
 
 /// Moves the velocities within the null space of the constraints to the least kinetic energy ½ q̇ᵀ M q̇: with q̇ + Z w,
