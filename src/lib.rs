@@ -60,6 +60,8 @@ pub use dynamics_runtime::*;
 pub mod prelude {
     pub use dynamics_macros::{Dynamics, dynamics};
     pub use dynamics_runtime::TimeDerivative as _;
+    #[cfg(feature = "std")]
+    pub use dynamics_runtime::analysis::Analyze as _;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};

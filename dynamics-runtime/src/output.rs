@@ -17,14 +17,14 @@ pub mod csv;
 mod drawing;
 mod error;
 #[cfg(feature = "std")]
-mod file;
+pub(crate) mod file;
 #[cfg(test)]
 mod json_check;
 mod motion;
 mod names;
 mod reduce;
 mod svg;
-mod text;
+pub(crate) mod text;
 mod ticks;
 #[cfg(test)]
 mod xml_check;

@@ -64,6 +64,9 @@ pub struct Series {
     pub(super) points: Vec<[f64; 2]>,
     pub(super) mark: Mark,
     pub(super) color: Option<Color>,
+    pub(super) dashed: Option<bool>,
+    pub(super) sign: Option<usize>,
+    pub(super) hollow_below: f64,
 }
 
 impl Series {
@@ -75,6 +78,9 @@ impl Series {
             points: points.into_iter().map(|(x, y)| [x, y]).collect(),
             mark: Mark::Line,
             color: None,
+            dashed: None,
+            sign: None,
+            hollow_below: f64::NEG_INFINITY,
         }
     }
 
@@ -89,6 +95,34 @@ impl Series {
     #[must_use]
     pub fn color(mut self, color: Color) -> Self {
         self.color = Some(color);
+        self
+    }
+
+    /// With an unbroken line instead of the next pattern of the cycle.
+    #[must_use]
+    pub fn solid(mut self) -> Self {
+        self.dashed = Some(false);
+        self
+    }
+
+    /// With a dashed line instead of the next pattern of the cycle.
+    #[must_use]
+    pub fn dashed(mut self) -> Self {
+        self.dashed = Some(true);
+        self
+    }
+
+    /// With the k-th sign, disc, square, triangle, diamond in turn, instead of the next of the cycle: one that a series has in several panels.
+    #[must_use]
+    pub fn sign(mut self, k: usize) -> Self {
+        self.sign = Some(k);
+        self
+    }
+
+    /// Draws the signs of points with y at or below this value hollow: what is there but not believed.
+    #[must_use]
+    pub fn hollow_below(mut self, y: f64) -> Self {
+        self.hollow_below = y;
         self
     }
 }

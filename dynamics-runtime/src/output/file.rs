@@ -44,7 +44,7 @@ pub(super) fn create(path: &Path) -> Result<BufWriter<fs::File>, FileError> {
 }
 
 /// Writes a whole file.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let mut file = create(path)?;
     io::Write::write_all(&mut file, bytes).and_then(|()| io::Write::flush(&mut file)).map_err(|source| FileError {
         path: path.to_path_buf(),

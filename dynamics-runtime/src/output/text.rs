@@ -5,7 +5,7 @@ use alloc::string::String;
 use core::fmt::Write;
 
 /// `text` for XML or HTML content and quoted attributes. Characters that XML 1.0 forbids become U+FFFD.
-pub(super) fn xml(text: &str) -> String {
+pub(crate) fn xml(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -23,7 +23,7 @@ pub(super) fn xml(text: &str) -> String {
 }
 
 /// `text` as a JSON string, quotes included, safe inside an HTML `script` element.
-pub(super) fn json(text: &str) -> String {
+pub(crate) fn json(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push('"');
     for c in text.chars() {
@@ -46,18 +46,18 @@ pub(super) fn json(text: &str) -> String {
 }
 
 /// `x` as a JSON number that reads back as the same value; `null` where JSON has no number for it.
-pub(super) fn json_number(x: f64) -> String {
+pub(crate) fn json_number(x: f64) -> String {
     if x.is_finite() { exact(x) } else { String::from("null") }
 }
 
 /// The shortest digits that read back as `x`, with an exponent where plain digits would be long.
-pub(super) fn exact(x: f64) -> String {
+pub(crate) fn exact(x: f64) -> String {
     let magnitude = x.abs();
     if x == 0.0 || !x.is_finite() || (1e-5..1e16).contains(&magnitude) { format!("{x}") } else { format!("{x:e}") }
 }
 
 /// `x` with `digits` significant digits for people: `1234`, `0.00123`, `1.2×10⁻⁹`; a real minus sign, no trailing zeros.
-pub(super) fn readable(x: f64, digits: usize) -> String {
+pub(crate) fn readable(x: f64, digits: usize) -> String {
     if !x.is_finite() {
         return format!("{x}");
     }

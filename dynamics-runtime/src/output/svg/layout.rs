@@ -282,8 +282,12 @@ fn curves<'a>(panel: &'a Panel, x: &Side, y: &Side, [width, height]: [f64; 2]) -
             look: Look {
                 color: series.color.unwrap_or(Color::cycle(k)),
                 // Shifted after each round of colours: 32 series differ.
-                dashes: if dense(series) { "" } else { DASHES[(k + k / 8) % DASHES.len()] },
-                sign: k,
+                dashes: match series.dashed {
+                    Some(dashed) => DASHES[usize::from(dashed)],
+                    None if dense(series) => "",
+                    None => DASHES[(k + k / 8) % DASHES.len()],
+                },
+                sign: series.sign.unwrap_or(k),
                 mark: series.mark,
             },
         })

@@ -72,7 +72,7 @@ fn sample(svg: &mut String, look: Look, [x, y]: [f64; 2]) {
         let _ = writeln!(svg, "<polyline points=\"{ends}\" fill=\"none\" stroke-width=\"2\"{}/>", stroke(look));
     }
     if look.mark != Mark::Line {
-        sign(svg, look, [x + 0.5 * SAMPLE, y]);
+        sign(svg, look, [x + 0.5 * SAMPLE, y], false);
     }
 }
 
@@ -200,9 +200,10 @@ fn draw(svg: &mut String, plot: &Plot<'_>, curve: &Curve<'_>) {
         }
     }
     if curve.look.mark != Mark::Line {
-        let shown: Vec<_> = placed.into_iter().flatten().collect();
-        for place in separate(&shown) {
-            sign(svg, curve.look, place);
+        let hollow = curve.series.points.iter().map(|point| point[1] <= curve.series.hollow_below);
+        let shown: Vec<_> = placed.into_iter().zip(hollow).filter_map(|(at, hollow)| Some((at?, hollow))).collect();
+        for (place, hollow) in separate(&shown) {
+            sign(svg, curve.look, place, hollow);
         }
     }
 }
@@ -226,20 +227,22 @@ fn line(svg: &mut String, look: Look, points: &[[f64; 2]]) {
 }
 
 /// The places without those that are hidden under the one before.
-fn separate(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let mut kept: Vec<[f64; 2]> = Vec::new();
-    for place in places {
-        let hidden = kept.last().is_some_and(|last| libm::hypot(place[0] - last[0], place[1] - last[1]) < 0.5);
+fn separate(places: &[([f64; 2], bool)]) -> Vec<([f64; 2], bool)> {
+    let mut kept: Vec<([f64; 2], bool)> = Vec::new();
+    for (place, hollow) in places {
+        let hidden = kept.last().is_some_and(|(last, _)| libm::hypot(place[0] - last[0], place[1] - last[1]) < 0.5);
         if !hidden {
-            kept.push(*place);
+            kept.push((*place, *hollow));
         }
     }
     kept
 }
 
 /// The sign of a series: disc, square, triangle, diamond in turn.
-fn sign(svg: &mut String, look: Look, [x, y]: [f64; 2]) {
-    let fill = look.color.on_light();
+fn sign(svg: &mut String, look: Look, [x, y]: [f64; 2], hollow: bool) {
+    let color = look.color.on_light();
+    // White, so that the line does not show through.
+    let fill = if hollow { format!("#ffffff\" stroke=\"{color}\" stroke-width=\"1.4") } else { color };
     let corners: &[[f64; 2]] = match look.sign % 4 {
         0 => {
             let (x, y) = (pixel(x), pixel(y));

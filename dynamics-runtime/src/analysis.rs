@@ -1,0 +1,27 @@
+//! What answers questions about methods and models by many runs: which method is the fastest for the accuracy that is wanted.
+//!
+//! ```text
+//! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;
+//! println!("{study}");
+//! study.write_html("work_precision.html")?;
+//! ```
+
+mod page;
+mod work_precision;
+
+pub use page::Page;
+pub use work_precision::{
+    Cost, Curve, ErrorOf, Errors, Measured, OutsideError, Point, Reference, Study, WorkPrecision, WorkPrecisionError,
+};
+
+use crate::motion::Simulate;
+
+/// Models that can be studied: all that can be moved.
+pub trait Analyze: Simulate {
+    /// Opens a study of methods on this model, from a start state; options follow, [`WorkPrecision::run`] runs it.
+    fn work_precision(&self, start: Self::State) -> WorkPrecision<'_, Self> {
+        WorkPrecision::new(self, start)
+    }
+}
+
+impl<M: Simulate> Analyze for M {}

@@ -1,0 +1,104 @@
+//! Studies side by side on one HTML page without network access.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Write;
+use std::path::Path;
+
+use super::work_precision::{Cost, ErrorOf, Study};
+use crate::motion::Simulate;
+use crate::output::Chart;
+use crate::output::file::{self, FileError};
+use crate::output::text::xml;
+
+/// Errors of the table that compares curves.
+const COMPARED: [f64; 5] = [1e-3, 1e-6, 1e-8, 1e-9, 1e-12];
+
+/// A page of several studies: charts, what each curve costs for the same errors, and all runs.
+#[derive(Clone, Debug)]
+pub struct Page {
+    title: String,
+    sections: Vec<String>,
+}
+
+impl Page {
+    /// A page without studies.
+    #[must_use]
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), sections: Vec::new() }
+    }
+
+    /// Adds a paragraph: on which machine it was measured, what to look at.
+    #[must_use]
+    pub fn text(mut self, text: &str) -> Self {
+        let mut html = String::new();
+        let _ = writeln!(html, "<p>{}</p>", xml(text));
+        self.sections.push(html);
+        self
+    }
+
+    /// Adds a study.
+    #[must_use]
+    pub fn study<M: Simulate>(mut self, study: &Study<'_, M>) -> Self {
+        let mut html = String::new();
+        let _ = writeln!(html, "<section>\n<h2>{}</h2>\n<p>{}</p>", xml(study.problem()), xml(&study.heading()));
+        html.push_str("<div class=\"charts\">\n");
+        let mut chart = |part: ErrorOf, cost: Cost| {
+            let chart = Chart::new("").width(620.0).panel_height(340.0).panel(study.panel(part, cost));
+            html.push_str("<figure>");
+            html.push_str(&chart.to_svg());
+            html.push_str("</figure>\n");
+        };
+        chart(ErrorOf::State, Cost::Time);
+        chart(ErrorOf::State, Cost::Evaluations);
+        for part in study.parts().into_iter().filter(|part| *part != ErrorOf::State) {
+            chart(part, Cost::Time);
+        }
+        html.push_str("</div>\n");
+        let _ = writeln!(html, "<pre>{}</pre>", xml(&study.comparison(ErrorOf::State, Cost::Time, &COMPARED)));
+        html.push_str("<details><summary>all runs</summary>\n<table>\n");
+        for (i, row) in study.rows().iter().enumerate() {
+            table_row(&mut html, row, if i == 0 { "th" } else { "td" });
+        }
+        html.push_str("</table></details>\n</section>\n");
+        self.sections.push(html);
+        self
+    }
+
+    /// The page as text.
+    #[must_use]
+    pub fn to_html(&self) -> String {
+        let title = xml(&self.title);
+        let mut html = String::from("<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
+        html.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
+        let _ = writeln!(html, "<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>");
+        let _ = writeln!(html, "<p>{LEGEND}</p>");
+        for section in &self.sections {
+            html.push_str(section);
+        }
+        html.push_str("</body>\n</html>\n");
+        html
+    }
+
+    /// Writes the page, making the folders that the path needs.
+    pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
+        file::write(path.as_ref(), self.to_html().as_bytes())
+    }
+}
+
+fn table_row(html: &mut String, row: &[String], cell: &str) {
+    html.push_str("<tr>");
+    for text in row {
+        let _ = write!(html, "<{cell}>{}</{cell}>", xml(text));
+    }
+    html.push_str("</tr>\n");
+}
+
+const LEGEND: &str = "Further to the left is faster, further down is more accurate. Solid curves are this library's, dashed ones were measured \
+                      with other solvers. The grey line is what the reference itself may be wrong by; hollow signs lie below it and say no more \
+                      than that.";
+
+const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;margin:1.5rem auto;\
+max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(560px,100%),1fr));gap:.5rem}\
+figure{margin:0}svg{max-width:100%;height:auto}pre,table{font-size:13px;overflow-x:auto}table{border-collapse:collapse}\
+td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left}h2{margin-top:2rem}";

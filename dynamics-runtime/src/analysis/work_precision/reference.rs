@@ -1,0 +1,209 @@
+//! What errors are measured against, and how far it can be trusted itself.
+
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+use super::WorkPrecision;
+use super::error::WorkPrecisionError;
+use super::study::Errors;
+use crate::constrain;
+use crate::methods::{Any, Dop853, DormandPrince5};
+use crate::model::{ModelState, Vector};
+use crate::motion::Simulate;
+
+/// Where the runs of the reference take their tolerance from, unless it is given: near rounding, but not so near that a method rejects its steps
+/// for rounding's sake.
+const TIGHT: f64 = 1e-14;
+/// Most steps of a run of the reference: minutes for a small model, and it keeps none of them.
+const MOST_STEPS: u64 = 50_000_000;
+/// The part of a quantity that its uncertainty may be at most: three digits.
+const THREE_DIGITS: f64 = 1e-3;
+
+/// What errors are measured against.
+pub struct Reference<M: Simulate>(Kind<M>);
+
+enum Kind<M: Simulate> {
+    Runs { methods: [Any<M>; 2], tolerance: f64 },
+    Known { end: M::State, uncertainty: f64 },
+}
+
+impl<M: Simulate> Default for Reference<M> {
+    /// DOP853 and Dormand–Prince 5(4) at tolerance 1e-14.
+    fn default() -> Self {
+        Self::runs(Dop853, DormandPrince5, TIGHT)
+    }
+}
+
+impl<M: Simulate> Reference<M> {
+    /// The end by the first method at this tolerance; uncertain by twice the largest difference between it, the second method's, and that of
+    /// the first at ten times the tolerance. The methods should have nothing in common but the model.
+    #[must_use]
+    pub fn runs(first: impl Into<Any<M>>, second: impl Into<Any<M>>, tolerance: f64) -> Self {
+        Self(Kind::Runs { methods: [first.into(), second.into()], tolerance })
+    }
+
+    /// A state at the end that is known, and by how much its positions and velocities may be wrong. What that makes of multipliers and energy is
+    /// found by moving each of them so far.
+    #[must_use]
+    pub fn known(end: M::State, uncertainty: f64) -> Self {
+        Self(Kind::Known { end, uncertainty })
+    }
+
+    /// Runs what has to be run.
+    pub(super) fn find(self, study: &WorkPrecision<'_, M>, end: f64) -> Result<Found, WorkPrecisionError> {
+        match self.0 {
+            Kind::Runs { methods, tolerance } => by_runs(study, end, &methods, tolerance),
+            Kind::Known { end: state, uncertainty } => {
+                if !(uncertainty >= 0.0 && uncertainty.is_finite()) {
+                    return Err(WorkPrecisionError::Uncertainty { value: uncertainty });
+                }
+                known(study, end, state, uncertainty)
+            }
+        }
+    }
+}
+
+/// The end of a motion with all that is compared.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct End {
+    pub(super) q: Vec<f64>,
+    pub(super) u: Vec<f64>,
+    pub(super) multipliers: Vec<f64>,
+    pub(super) energy: f64,
+}
+
+impl End {
+    pub(super) fn of<M: Simulate>(model: &M, state: &M::State) -> Self {
+        let multipliers = match model.constants() {
+            Ok(constants) if !M::ROWS.is_empty() => {
+                let solved = constrain::solve_once(model, &constants, state);
+                solved.map_or_else(
+                    |_| alloc::vec![f64::NAN; M::ROWS.len()],
+                    |solved| solved.multipliers.as_slice().to_vec(),
+                )
+            }
+            _ => Vec::new(),
+        };
+        let (q, u) = (state.q().as_slice().to_vec(), state.u().as_slice().to_vec());
+        Self { q, u, multipliers, energy: model.energy_function(state) }
+    }
+
+    /// Largest differences.
+    pub(super) fn errors(&self, other: &Self) -> Errors {
+        Errors {
+            positions: largest(&self.q, &other.q),
+            velocities: largest(&self.u, &other.u),
+            multipliers: (!self.multipliers.is_empty()).then(|| largest(&self.multipliers, &other.multipliers)),
+            energy: (self.energy - other.energy).abs(),
+        }
+    }
+
+    fn size(&self) -> Errors {
+        let zero = |v: &Vec<f64>| alloc::vec![0.0; v.len()];
+        self.errors(&Self { q: zero(&self.q), u: zero(&self.u), multipliers: zero(&self.multipliers), energy: 0.0 })
+    }
+}
+
+/// Largest |difference|; NaN where there is one.
+fn largest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
+}
+
+/// The reference of a study.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Found {
+    pub(super) end: End,
+    /// In each of its parts.
+    pub(super) uncertainty: Errors,
+    /// How it was found, in words.
+    pub(super) how: String,
+}
+
+impl Found {
+    /// Rejects a reference of fewer than three digits. No uncertainty is below the rounding of what is compared.
+    fn checked(mut self, start: &End, span: f64) -> Result<Self, WorkPrecisionError> {
+        let scale = self.end.size().zip(start.size(), f64::max);
+        // What starts and ends at rest moved nevertheless.
+        let scale = Errors { velocities: scale.velocities.max(scale.positions / span), ..scale };
+        self.uncertainty = self.uncertainty.zip(scale.map(|x| f64::EPSILON * x), f64::max);
+        let Errors { positions, velocities, .. } = self.uncertainty;
+        for (what, uncertainty, scale) in
+            [("positions", positions, scale.positions), ("velocities", velocities, scale.velocities)]
+        {
+            if uncertainty.is_nan() || uncertainty > THREE_DIGITS * scale {
+                return Err(WorkPrecisionError::NotConverged { what, uncertainty, scale });
+            }
+        }
+        Ok(self)
+    }
+}
+
+fn by_runs<M: Simulate>(
+    study: &WorkPrecision<'_, M>,
+    end: f64,
+    methods: &[Any<M>; 2],
+    tolerance: f64,
+) -> Result<Found, WorkPrecisionError> {
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return Err(WorkPrecisionError::Setting { what: "tolerances", value: tolerance });
+    }
+    let run = |method: &Any<M>, tolerance: f64| -> Result<End, WorkPrecisionError> {
+        let failed =
+            |reason: String| WorkPrecisionError::ReferenceFails { method: method.to_string(), tolerance, reason };
+        let simulation = study.simulation(end, method).tolerance(tolerance).max_steps(MOST_STEPS);
+        let state = simulation.run_with(|_| {}).map_err(|error| failed(error.to_string()))?;
+        reaches(&state, end).map_err(&failed)?;
+        Ok(End::of(study.model, &state))
+    };
+    let [first, second] = methods;
+    let ends = [run(first, tolerance)?, run(first, 10.0 * tolerance)?, run(second, tolerance)?];
+    let apart = |i: usize, j: usize| ends[i].errors(&ends[j]);
+    let spread = apart(0, 1).zip(apart(0, 2), larger).zip(apart(1, 2), larger);
+    let how = format!("{first} and {second} at tolerance {tolerance:e}");
+    let [best, ..] = ends;
+    Found { end: best, uncertainty: spread.map(|x| 2.0 * x), how }
+        .checked(&End::of(study.model, &study.start), (end - study.start.t()).abs())
+}
+
+/// The larger one; NaN wins, so that it is seen.
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
+/// Whether a run went to the end of the motion; an event may have stopped it.
+pub(super) fn reaches<S: ModelState>(state: &S, end: f64) -> Result<(), String> {
+    let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
+    if state.t() != end {
+        return Err(format!("it stopped at t = {}, before the end", state.t()));
+    }
+    if !finite(state.q().as_slice()) || !finite(state.u().as_slice()) {
+        return Err("its end is not finite".into());
+    }
+    Ok(())
+}
+
+fn known<M: Simulate>(
+    study: &WorkPrecision<'_, M>,
+    end: f64,
+    state: M::State,
+    uncertainty: f64,
+) -> Result<Found, WorkPrecisionError> {
+    if reaches(&state, end).is_err() {
+        return Err(WorkPrecisionError::ReferenceState { time: state.t(), end });
+    }
+    let known = End::of(study.model, &state);
+    let none = known.errors(&known);
+    let mut sum = none;
+    for i in 0..2 * M::Vector::LEN {
+        let mut moved = state;
+        match i.checked_sub(M::Vector::LEN) {
+            None => moved.q_mut()[i] += uncertainty,
+            Some(i) => moved.u_mut()[i] += uncertainty,
+        }
+        sum = sum.zip(End::of(study.model, &moved).errors(&known), |a, b| a + b);
+    }
+    let uncertainty = Errors { positions: uncertainty, velocities: uncertainty, ..sum };
+    Found { end: known, uncertainty, how: "a known end".into() }
+        .checked(&End::of(study.model, &study.start), (end - study.start.t()).abs())
+}

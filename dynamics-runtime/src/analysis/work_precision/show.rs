@@ -1,0 +1,235 @@
+//! A study as tables, charts and files.
+
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::fmt::{self, Write};
+use std::path::Path;
+
+use super::study::{Cost, Curve, ErrorOf, Measured, Study};
+use crate::analysis::Page;
+use crate::motion::Simulate;
+use crate::output::file::{self, FileError};
+use crate::output::text::readable;
+use crate::output::{Axis, Chart, Color, Mark, Panel, Series};
+
+/// Errors below this part of the uncertainty stand at it: how far below is not known, and rounding would stretch the axis.
+const LOWEST: f64 = 0.1;
+
+impl ErrorOf {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::State, Self::Positions, Self::Velocities, Self::Multipliers, Self::Energy];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Positions => "positions",
+            Self::Velocities => "velocities",
+            Self::State => "positions and velocities",
+            Self::Multipliers => "multipliers",
+            Self::Energy => "energy",
+        }
+    }
+}
+
+impl fmt::Display for ErrorOf {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl<M: Simulate> Study<'_, M> {
+    /// Error against cost as one panel; costs in µs or in evaluations. Hollow signs are not believed. Dashed curves were measured elsewhere. Runs
+    /// that failed are counted beside the names.
+    #[must_use]
+    pub fn panel(&self, part: ErrorOf, cost: Cost) -> Panel {
+        let (title, unit) = match cost {
+            Cost::Time => ("time in µs", 1e6),
+            Cost::Evaluations => ("evaluations of the accelerations", 1.0),
+        };
+        let floor = self.reference.uncertainty.of(part).unwrap_or(f64::NAN);
+        let panel = Panel::new(Axis::log(title), Axis::log(format!("error of {part}")));
+        let mut ends = (f64::INFINITY, 0.0f64);
+        let mut series = Vec::new();
+        for (k, curve) in self.curves.iter().enumerate() {
+            let points = points(curve, part, cost, unit, LOWEST * floor);
+            if points.is_empty() {
+                continue;
+            }
+            ends = points.iter().fold(ends, |(lo, hi), (x, _)| (lo.min(*x), hi.max(*x)));
+            let line = Series::new(name_with_failures(curve), points).mark(Mark::LineAndPoints).hollow_below(floor);
+            // Each curve has its colour in all panels.
+            let line = line.color(Color::cycle(k)).sign(k);
+            series.push(if curve.outside { line.dashed() } else { line.solid() });
+        }
+        let uncertainty = Series::new("uncertainty of the reference", [(ends.0, floor), (ends.1, floor)]);
+        series.into_iter().chain([uncertainty.color(Color::Faint).solid()]).fold(panel, Panel::series)
+    }
+
+    /// The parts of the error that this study has.
+    #[must_use]
+    pub fn parts(&self) -> Vec<ErrorOf> {
+        ErrorOf::ALL.into_iter().filter(|part| self.reference.uncertainty.of(*part).is_some()).collect()
+    }
+
+    /// All errors against time, then that of the state against evaluations, one below the other.
+    #[must_use]
+    pub fn chart(&self) -> Chart {
+        let chart = Chart::new(format!("{}: error against cost", self.problem)).panel_height(300.0);
+        let chart = self.parts().into_iter().fold(chart, |chart, part| chart.panel(self.panel(part, Cost::Time)));
+        chart.panel(self.panel(ErrorOf::State, Cost::Evaluations))
+    }
+
+    /// Writes [`Study::chart`] as an SVG file, making the folders that the path needs.
+    pub fn write_svg(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
+        self.chart().write_svg(path)
+    }
+
+    /// Writes charts and tables as one HTML page without network access, making the folders that the path needs.
+    pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
+        Page::new(format!("{}: error against cost", self.problem)).study(self).write_html(path)
+    }
+
+    /// Writes [`Study::json_lines`] into a file, making the folders that the path needs.
+    pub fn write_json_lines(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
+        file::write(path.as_ref(), self.json_lines().as_bytes())
+    }
+
+    /// What every curve costs down to each of the errors, and, where there are curves from elsewhere, the best own cost over the best of those:
+    /// below 1 this library is the cheaper. Times are in µs.
+    #[must_use]
+    pub fn comparison(&self, part: ErrorOf, cost: Cost, errors: &[f64]) -> String {
+        let (what, unit) = match cost {
+            Cost::Time => ("µs", 1e6),
+            Cost::Evaluations => ("evaluations", 1.0),
+        };
+        let mut rows = Vec::new();
+        let header = errors.iter().map(|error| readable(*error, 2));
+        rows.push([format!("{}: {what} to an error of {part} of", self.problem)].into_iter().chain(header).collect());
+        let cell = |value: Option<f64>, digits| value.map_or_else(|| "–".to_string(), |value| readable(value, digits));
+        let cost = |curve: &Curve, error: f64| self.cost_of(curve, part, error, cost).map(|cost| unit * cost);
+        for curve in &self.curves {
+            let cells = errors.iter().map(|error| cell(cost(curve, *error), 3));
+            rows.push([curve.name.clone()].into_iter().chain(cells).collect());
+        }
+        if self.curves.iter().any(|curve| curve.outside) {
+            let best = |outside: bool, error: f64| {
+                let curves = self.curves.iter().filter(|curve| curve.outside == outside);
+                curves.filter_map(|curve| cost(curve, error)).min_by(f64::total_cmp)
+            };
+            let ratio = |error: &f64| cell(best(false, *error).zip(best(true, *error)).map(|(a, b)| a / b), 2);
+            rows.push(
+                ["best own over best of the others".to_string()].into_iter().chain(errors.iter().map(ratio)).collect(),
+            );
+        }
+        columns(&rows)
+    }
+
+    /// The runs as rows of text, the names of the columns first.
+    pub(in crate::analysis) fn rows(&self) -> Vec<Vec<String>> {
+        let parts: Vec<ErrorOf> = self.parts().into_iter().filter(|part| *part != ErrorOf::State).collect();
+        let names = parts.iter().map(|part| part.to_string());
+        let tail = ["time in µs", "evaluations", "steps", "rejected"].map(String::from);
+        let mut rows = alloc::vec![
+            ["method", "tolerance"].map(String::from).into_iter().chain(names).chain(tail).collect::<Vec<_>>()
+        ];
+        for curve in &self.curves {
+            for point in &curve.points {
+                let setting = readable(point.setting, 3);
+                let setting = if curve.adaptive { setting } else { format!("h = {setting}") };
+                let mut row = alloc::vec![curve.name.clone(), setting];
+                match &point.outcome {
+                    Ok(run) => {
+                        row.extend(parts.iter().map(|part| self.error_text(*part, run.errors.of(*part))));
+                        row.push(readable(run.time.as_nanos() as f64 * 1e-3, 4));
+                        let counts = [run.evaluations, run.steps, run.rejected];
+                        row.extend(counts.map(|count| count.map_or_else(|| "–".into(), |count| count.to_string())));
+                        if let Some(t) = run.stiff_at {
+                            row.push(format!("stiff from t = {}", readable(t, 3)));
+                        }
+                    }
+                    Err(reason) => row.push(format!("failed: {reason}")),
+                }
+                rows.push(row);
+            }
+        }
+        rows
+    }
+
+    /// In words, what the errors are measured against.
+    pub(in crate::analysis) fn heading(&self) -> String {
+        let (start, end) = self.interval;
+        let mut text = format!(
+            "{} from t = {} to {}: errors at the end against {}, uncertain by",
+            self.problem,
+            readable(start, 6),
+            readable(end, 6),
+            self.reference.how
+        );
+        for (i, part) in self.parts().into_iter().filter(|part| *part != ErrorOf::State).enumerate() {
+            let value = self.reference.uncertainty.of(part).unwrap_or(f64::NAN);
+            let _ = write!(text, "{} {} in {part}", if i == 0 { "" } else { "," }, readable(value, 2));
+        }
+        text
+    }
+
+    fn error_text(&self, part: ErrorOf, error: Option<f64>) -> String {
+        match (error, self.reference.uncertainty.of(part)) {
+            (Some(error), Some(floor)) if error <= floor => format!("< {}", readable(floor, 2)),
+            (Some(error), _) if !error.is_nan() => readable(error, 3),
+            _ => "–".into(),
+        }
+    }
+}
+
+impl<M: Simulate> fmt::Display for Study<'_, M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.heading())?;
+        f.write_str(columns(&self.rows()).trim_end())
+    }
+}
+
+/// (cost, error) of the runs that succeeded and are measured in both.
+fn points(curve: &Curve, part: ErrorOf, cost: Cost, unit: f64, lowest: f64) -> Vec<(f64, f64)> {
+    let runs = curve.points.iter().filter_map(|point| point.outcome.as_ref().ok());
+    let place = |run: &Measured| {
+        // `max` would pass over NaN, and what was not measured is no small error.
+        let error = run.errors.of(part).filter(|error| error.is_finite())?;
+        Some((unit * run.cost(cost)?, error.max(lowest)))
+    };
+    runs.filter_map(place).collect()
+}
+
+fn name_with_failures(curve: &Curve) -> String {
+    match curve.points.iter().filter(|point| point.outcome.is_err()).count() {
+        0 => curve.name.clone(),
+        count => format!("{} ({count} failed)", curve.name),
+    }
+}
+
+/// Rows with their cells one below the other, the first column flush left, the others right; what follows the last column of the first row stands
+/// as it is.
+fn columns(rows: &[Vec<String>]) -> String {
+    let count = rows.first().map_or(0, Vec::len);
+    let wide = |text: &String| text.chars().count();
+    let of_column = |i: usize| {
+        // A row that ends here says something in words.
+        let cells = rows.iter().filter(|row| row.len() >= count).filter_map(|row| row.get(i));
+        cells.map(wide).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..count).map(of_column).collect();
+    let first = rows.iter().filter_map(|row| row.first()).map(wide).max().unwrap_or(0);
+    let mut out = String::new();
+    for row in rows {
+        let mut line = String::new();
+        for (i, cell) in row.iter().enumerate() {
+            let _ = match widths.get(i) {
+                _ if i == 0 => write!(line, "{cell:first$}"),
+                Some(width) if row.len() >= count || i < 2 => write!(line, "  {cell:>width$}"),
+                _ => write!(line, "  {cell}"),
+            };
+        }
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
+    out
+}

@@ -1,0 +1,244 @@
+//! Studies of error against cost: what they say is true, and what could not be trusted is refused.
+
+mod common;
+
+use std::time::Duration;
+
+use common::constrained::Rod;
+use common::*;
+use dynamics_runtime::analysis::{
+    Analyze, Cost, ErrorOf, OutsideError, Page, Reference, Study, WorkPrecision, WorkPrecisionError,
+};
+use dynamics_runtime::methods::{Dop853, DormandPrince5, Rk4};
+use dynamics_runtime::motion::{Direction, Simulate};
+
+const END: f64 = 10.0;
+
+fn study(model: &Oscillator) -> WorkPrecision<'_, Oscillator> {
+    model.work_precision(at_rest_or_not([1.0], [0.5])).until(END).effort(Duration::ZERO)
+}
+
+/// The end in closed form.
+fn exact(omega: f64) -> PlainState<1, 0> {
+    let (s, c) = (omega * END).sin_cos();
+    PlainState { t: END, ..at_rest_or_not([c + 0.5 / omega * s], [0.5 * c - omega * s]) }
+}
+
+fn ran<M: Simulate>(study: WorkPrecision<'_, M>) -> Study<'_, M> {
+    study.run().unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn errors_are_those_of_the_closed_form_and_the_reference_knows_its_own() {
+    let model = Oscillator { omega: 2.0 };
+    let (by_runs, exact) = (ran(study(&model)), exact(2.0));
+    let known = ran(study(&model).reference(Reference::known(exact, 1e-15)));
+    let uncertainty = by_runs.uncertainty();
+    assert!(uncertainty.positions < 1e-12 && uncertainty.velocities < 1e-12, "{uncertainty:?}");
+    assert_eq!(by_runs.curves().len(), 2);
+    for (runs, closed) in by_runs.curves().iter().zip(known.curves()) {
+        assert_eq!((runs.name.as_str(), runs.points.len()), (closed.name.as_str(), 11));
+        for (run, closed) in runs.points.iter().zip(&closed.points) {
+            let (run, closed) = (run.outcome.as_ref().unwrap(), closed.outcome.as_ref().unwrap());
+            for part in [ErrorOf::Positions, ErrorOf::Velocities, ErrorOf::State, ErrorOf::Energy] {
+                let (a, b) = (run.errors.of(part).unwrap(), closed.errors.of(part).unwrap());
+                let apart = uncertainty.of(part).unwrap() + 1e-14;
+                assert!((a - b).abs() <= apart, "{part} of {}: {a:e} {b:e}", runs.name);
+            }
+            assert_eq!((run.errors.multipliers, run.evaluations), (None, closed.evaluations));
+        }
+    }
+    // What the study measures is what the simulation does.
+    let motion = model.simulate(at_rest_or_not([1.0], [0.5])).until(END).method(Dop853).tolerance(1e-6).run().unwrap();
+    let point = &known.curve("DOP853 (order 8)").unwrap().points[3];
+    let run = point.outcome.as_ref().unwrap();
+    assert_eq!((point.setting, run.evaluations), (1e-6, Some(motion.counts().evaluations)));
+    assert_eq!(run.errors.positions, (motion.end().q[0] - exact.q[0]).abs());
+    assert!(run.time > Duration::ZERO);
+}
+
+#[test]
+fn costs_lie_between_runs_and_no_error_is_reached_below_the_uncertainty() {
+    let model = Oscillator { omega: 2.0 };
+    let steps = (4..12).map(|k| END / f64::from(1 << k));
+    let study = ran(study(&model)
+        .methods([Rk4.into(), Dop853.into()])
+        .steps(steps)
+        .reference(Reference::known(exact(2.0), 1e-12)));
+    let cost = |error: f64| study.cost("RK4 (order 4)", ErrorOf::State, error, Cost::Evaluations);
+    // Order 4: sixteen times the accuracy for twice the evaluations.
+    let ratio = cost(1e-7).unwrap() / cost(16e-7).unwrap();
+    assert!((ratio - 2.0).abs() < 0.02, "{ratio}");
+    let runs: Vec<(f64, f64)> = study.curves()[0]
+        .points
+        .iter()
+        .map(|point| point.outcome.as_ref().unwrap())
+        .map(|run| (run.errors.of(ErrorOf::State).unwrap(), run.evaluations.unwrap() as f64))
+        .collect();
+    for pair in runs.windows(2) {
+        assert_eq!(cost(pair[1].0), Some(pair[1].1), "at a run it is that run");
+        let between = cost((pair[0].0 * pair[1].0).sqrt()).unwrap();
+        assert!(pair[0].1 < between && between < pair[1].1);
+    }
+    assert_eq!(cost(1e-13), None, "the reference is uncertain by more");
+    assert_eq!(cost(1e-11), None, "no run is so accurate");
+    assert_eq!(study.cost("another", ErrorOf::State, 1e-3, Cost::Time), None);
+    assert_eq!(study.cost("RK4 (order 4)", ErrorOf::Multipliers, 1e-3, Cost::Time), None);
+}
+
+#[test]
+fn multipliers_are_judged_apart() {
+    let (model, start) = (Rod { m: 1.0, l: 1.0, g: 9.81 }, at_rest_or_not([1.0, 0.0], [0.0, 0.0]));
+    let study = ran(model.work_precision(start).until(3.0).tolerances([1e-4, 1e-8]).effort(Duration::ZERO));
+    assert_eq!(study.parts().len(), 5);
+    for curve in study.curves() {
+        let errors: Vec<f64> = curve
+            .points
+            .iter()
+            .map(|point| point.outcome.as_ref().unwrap().errors.of(ErrorOf::Multipliers).unwrap())
+            .collect();
+        assert!(errors[1] > 0.0 && errors[1] < 1e-2 * errors[0] && errors[0] < 1.0, "{}: {errors:?}", curve.name);
+    }
+    assert!(study.to_string().contains("multipliers"));
+}
+
+#[test]
+fn runs_that_fail_stay_in_the_table_with_their_reason() {
+    let model = Oscillator { omega: 2.0 };
+    let study = ran(study(&model)
+        .methods([Dop853.into()])
+        .variant("short of steps", DormandPrince5, |simulation| simulation.max_steps(40))
+        .variant("stopped", Dop853, |simulation| simulation.stop_at("centre", Direction::Falling))
+        .tolerances([1e-2, 1e-10]));
+    let short = &study.curve("short of steps").unwrap().points;
+    assert!(short[0].outcome.is_ok() && short[1].outcome.is_err());
+    let table = study.to_string();
+    assert!(table.lines().any(|line| line.starts_with("short of steps") && line.contains("failed: ")), "{table}");
+    assert!(table.lines().any(|line| line.starts_with("stopped") && line.contains("before the end")), "{table}");
+    assert!(study.chart().to_svg().contains("short of steps (1 failed)"));
+    assert!(study.json_lines().lines().any(|line| line.contains("\"failure\":\"")));
+}
+
+#[test]
+fn what_cannot_be_trusted_is_refused() {
+    let model = Oscillator { omega: 2.0 };
+    let refused = |study: WorkPrecision<'_, Oscillator>| study.run().err().expect("refused");
+    let loose = |end: PlainState<1, 0>, by: f64| study(&model).reference(Reference::known(end, by));
+    use WorkPrecisionError::*;
+    let end = exact(2.0);
+    assert_eq!(
+        refused(loose(end, 1e-4).tolerances([1e-9])),
+        NothingToBelieve { uncertainty: 1e-4 },
+        "errors below the uncertainty are no result"
+    );
+    assert!(matches!(refused(loose(end, 0.1)), NotConverged { what: "positions", .. }));
+    assert_eq!(refused(loose(end, -1.0)), Uncertainty { value: -1.0 });
+    assert!(matches!(refused(loose(end, f64::NAN)), Uncertainty { .. }));
+    assert_eq!(refused(loose(PlainState { t: 9.0, ..end }, 0.0)), ReferenceState { time: 9.0, end: END });
+    let broken = PlainState { q: [f64::NAN].into(), ..end };
+    assert!(matches!(refused(loose(broken, 0.0)), ReferenceState { .. }));
+
+    let none = refused(loose(end, 1e-15).variant("short", Dop853, |simulation| simulation.max_steps(1)));
+    assert!(matches!(&none, NoRunSucceeded { method, .. } if method == "short"), "{none}");
+    let stopped = study(&model).with(|simulation| simulation.stop_at("centre", Direction::Falling));
+    assert!(matches!(refused(stopped), ReferenceFails { .. }));
+
+    // A fall into the centre: every run of the reference stops short of it.
+    let fall = Kepler.work_precision(at_rest_or_not([1.0, 0.0], [0.0, 0.0])).until(2.0).run();
+    assert!(matches!(fall.err(), Some(ReferenceFails { .. })));
+    // Errors double in less than a second: after two minutes nothing is left of sixteen digits.
+    let chaos = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81 };
+    let chaos = chaos.work_precision(at_rest_or_not([2.5, 2.0], [0.0, 0.0])).until(120.0).run().err();
+    assert!(matches!(chaos, Some(NotConverged { .. })), "{chaos:?}");
+}
+
+#[test]
+fn options_without_sense_are_named() {
+    let model = Oscillator { omega: 2.0 };
+    let refused = |study: WorkPrecision<'_, Oscillator>| study.run().err().expect("refused").to_string();
+    let open = || model.work_precision(at_rest_or_not([1.0], [0.0]));
+    for (study, message) in [
+        (open(), "the study has no end"),
+        (open().until(f64::NAN), "a motion until NaN"),
+        (open().until(0.0), "a motion until 0"),
+        (study(&model).tolerances([]), "DOP853 (order 8) has no tolerances"),
+        (study(&model).methods([Rk4.into()]), "RK4 (order 4) has no steps"),
+        (study(&model).tolerances([1e-3, -1.0]), "-1 is none of the tolerances"),
+        (study(&model).tolerances([f64::NAN]), "NaN is none of the tolerances"),
+        (study(&model).methods([Rk4.into()]).steps([f64::INFINITY]), "inf is none of the steps"),
+        (study(&model).methods([Dop853.into(), Dop853.into()]), "two curves are called DOP853 (order 8)"),
+        (study(&model).reference(Reference::runs(Dop853, Rk4, 1e-14)), "the reference by RK4 (order 4)"),
+        (study(&model).reference(Reference::runs(Dop853, Dop853, 0.0)), "0 is none of the tolerances"),
+    ] {
+        let said = refused(study);
+        assert!(said.starts_with(message), "{said}");
+    }
+}
+
+#[test]
+fn measurements_from_elsewhere_are_judged_by_the_same_reference() {
+    let model = Oscillator { omega: 2.0 };
+    let mut own = ran(study(&model).methods([Dop853.into()]).tolerances([1e-4, 1e-8]));
+    let lines = own.json_lines().replace("DOP853 (order 8)", "another").replace("\"positions\"", "\"passed over\"");
+    assert_eq!(own.add_outside(&lines).unwrap(), 2);
+    let (ours, theirs) = (&own.curves()[0], &own.curves()[1]);
+    assert!(!ours.outside && theirs.outside);
+    for (a, b) in ours.points.iter().zip(&theirs.points) {
+        assert_eq!(a.outcome, b.outcome, "the end tells the errors");
+    }
+    let comparison = own.comparison(ErrorOf::State, Cost::Evaluations, &[1e-4]);
+    assert!(comparison.lines().last().unwrap().ends_with(" 1"), "{comparison}");
+
+    let text = r#"
+        {"problem":"elsewhere","solver":"x","tolerance":1e-3}
+        {"problem":"Oscillator","solver":"x","tolerance":1e-3,"time_us":30,"positions":1e-3}
+        {"problem":"Oscillator","solver":"x","tolerance":1e-3,"time_us":10,"positions":1e-3}
+        {"problem":"Oscillator","solver":"x","tolerance":1e-3,"time_us":20,"positions":1e-3}
+        {"problem":"Oscillator","solver":"x","tolerance":1e-6,"failure":"it gave up"}"#;
+    assert_eq!(own.add_outside(text).unwrap(), 4);
+    let x = &own.curve("x").unwrap().points;
+    assert_eq!(x[0].outcome.as_ref().unwrap().time, Duration::from_micros(20), "the median of three");
+    assert_eq!(x[1].outcome.as_ref().unwrap_err(), "it gave up");
+    assert_eq!(own.cost("x", ErrorOf::State, 1e-3, Cost::Time), Some(20e-6));
+
+    let line = |rest: &str| format!("\n{{\"problem\":\"Oscillator\",\"solver\":\"y\",\"tolerance\":1e-3{rest}}}");
+    for (text, problem) in [
+        ("{\"solver\":1}".to_string(), "line 1 is no measurement: `problem` is no text"),
+        (line(""), "line 2 is no measurement: `time_us` is missing or 0"),
+        (line(",\"time_us\":1"), "line 2 is no measurement: neither `end` nor `positions` is there"),
+        (line(",\"time_us\":1,\"end\":[1]"), "line 2 is no measurement: `end` has 1 numbers"),
+        (line(",\"time_us\":1,\"positions\":-1"), "line 2 is no measurement: `positions` is no number of at least 0"),
+        (
+            line(",\"time_us\":1,\"positions\":1").replace('y', "x"),
+            "line 2 is no measurement: there is a curve `x` already",
+        ),
+        ("nonsense".to_string(), "line 1 is no measurement: `{` expected, not `nonsense`"),
+    ] {
+        let said = own.add_outside(&text).unwrap_err().to_string();
+        assert!(said.starts_with(problem), "{said}");
+    }
+    assert!(matches!(own.read_outside("/no/such/file"), Err(OutsideError::File { .. })));
+}
+
+#[test]
+fn charts_show_what_is_believed_and_what_is_not() {
+    let model = Oscillator { omega: 2.0 };
+    let reference = || Reference::known(exact(2.0), 1e-8);
+    let study_of = |tolerances: &[f64]| {
+        ran(study(&model).methods([Dop853.into()]).tolerances(tolerances.iter().copied()).reference(reference()))
+    };
+    let hollow = |tolerances: &[f64]| {
+        let chart = study_of(tolerances).chart().to_svg();
+        assert!(chart.contains("uncertainty of the reference"));
+        chart.matches("fill=\"#ffffff\" stroke=").count()
+    };
+    assert_eq!(hollow(&[1e-3, 1e-4]), 0);
+    assert!(hollow(&[1e-3, 1e-13]) > 0);
+
+    let study = study_of(&[1e-3, 1e-13]);
+    assert!(study.to_string().contains("< 10⁻⁸"), "{study}");
+    let page = Page::new("a <page>").text("measured & drawn").study(&study).to_html();
+    assert!(page.contains("<h1>a &lt;page&gt;</h1>") && page.contains("measured &amp; drawn"));
+    let outside = page.replace("http://www.w3.org/2000/svg", "");
+    assert!(!outside.contains("http") && !outside.contains("<script"), "no network, nothing to run");
+}
