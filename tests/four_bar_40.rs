@@ -4,6 +4,7 @@
 
 use core::f64::consts::FRAC_PI_2;
 
+use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
 
 #[path = "mechanisms/support.rs"]
@@ -67,6 +68,11 @@ fn a_thread_of_two_megabytes_is_enough() {
             let mut embedding = dynamics::constrain::Embedding::new(&model, &level, memory).unwrap();
             embedding.restore(&model, &mut level, memory).unwrap();
         });
+        // A start that nothing decides: its rows and coordinates are asked for.
+        level.u.fill(0.0);
+        let error = model.simulate(level).until(1e-4).run().unwrap_err();
+        let SimulationErrorKind::SingularStart { rows, .. } = error.kind else { panic!("{error}") };
+        assert!(rows.count() >= 40, "{rows}");
     };
     std::thread::Builder::new().stack_size(2 << 20).spawn(run).expect("a thread").join().expect("no panic");
 }

@@ -71,6 +71,26 @@ impl<'w> Gradients<'w> {
     }
 }
 
+/// M at a state by rows, in memory that a caller lends; by itself where the model is small enough.
+#[cfg(feature = "alloc")]
+pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> &'w [f64] {
+    #[inline(never)]
+    fn by_value<M: Constraints>(model: &M, state: &M::State, rows: &mut [f64]) {
+        let mass = model.mass_matrix(state);
+        for (i, row) in rows.chunks_exact_mut(M::Vector::LEN).enumerate() {
+            row.iter_mut().enumerate().for_each(|(j, x)| *x = mass[(i, j)]);
+        }
+    }
+    let n = M::Vector::LEN;
+    if n * n <= BY_VALUE {
+        by_value(model, state, &mut workspace[..n * n]);
+    } else {
+        workspace[..n * n].fill(0.0);
+        Gradients::of(model, state, workspace);
+    }
+    &workspace[..n * n]
+}
+
 /// |residual|/‖gradient‖, how far a state is from fulfilling a row; 0 where the residual is, infinite where the gradient alone vanishes.
 pub(crate) fn distance(residual: f64, gradient: &[f64]) -> f64 {
     if residual == 0.0 { 0.0 } else { residual.abs() / norm(gradient) }

@@ -4,6 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::assemble::{beside_on_constraints, weigh};
+use super::gradients::{Gradients, mass};
 use super::held::{active, active_rows};
 use super::involved::Involved;
 use super::svd::Svd;
@@ -87,21 +88,23 @@ impl Frame {
     fn new<M: Constraints>(model: &M, state: &M::State) -> Option<Self> {
         let n = M::Vector::LEN;
         let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
-        let (mass, jacobian) = (model.mass_matrix(state), model.jacobian(state));
-        let mut weights: Vec<f64> = (0..n).map(|i| mass[(i, i)]).collect();
-        weigh(&mut weights);
         let mut a = Vec::with_capacity(rows.len() * n);
-        for constraint in active::<M>(state.modes(), false) {
-            let first = a.len();
-            for row in constraint.first..constraint.first + constraint.rows {
-                a.extend((0..n).map(|j| jacobian[(row, j)] / weights[j]));
+        with_workspace::<M, _>(|workspace| {
+            let mut weights: Vec<f64> = mass(model, state, workspace).iter().step_by(n + 1).copied().collect();
+            weigh(&mut weights);
+            let gradients = Gradients::alone(model, state, workspace);
+            for constraint in active::<M>(state.modes(), false) {
+                let first = a.len();
+                for row in constraint.first..constraint.first + constraint.rows {
+                    a.extend(gradients.row(row).iter().zip(&weights).map(|(x, weight)| x / weight));
+                }
+                let length = |row: &[f64]| math::sqrt(row.iter().map(|x| x * x).sum());
+                let longest = a[first..].chunks_exact(n).map(length).fold(0.0, f64::max);
+                if longest > 0.0 {
+                    a[first..].iter_mut().for_each(|x| *x /= longest);
+                }
             }
-            let length = |row: &[f64]| math::sqrt(row.iter().map(|x| x * x).sum());
-            let longest = a[first..].chunks_exact(n).map(length).fold(0.0, f64::max);
-            if longest > 0.0 {
-                a[first..].iter_mut().for_each(|x| *x /= longest);
-            }
-        }
+        });
         if rows.is_empty() || a.iter().any(|x| !x.is_finite()) {
             return None;
         }

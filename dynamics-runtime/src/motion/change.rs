@@ -324,7 +324,7 @@ impl<'c, M: Simulate> Change<'c, M> {
         }
         let jump = self.upkeep.impact(self.model, self.state, &hits)?;
         for (contact, switch) in contacts {
-            if rests(self.model, &start, self.state, M::CONSTRAINTS[contact].first) {
+            if self.rests(&start, M::CONSTRAINTS[contact].first) {
                 self.state.modes_mut().engage(switch);
             }
         }
@@ -332,11 +332,21 @@ impl<'c, M: Simulate> Change<'c, M> {
         Ok(())
     }
 
+    /// Whether a row is at rest after an impact, but for rounding.
+    fn rests(&mut self, before: &M::State, row: usize) -> bool {
+        let rate = self.model.velocity_residual(self.state)[row];
+        let gradients = self.upkeep.gradients(self.model, self.state);
+        let speeds = before.u().as_slice().iter().zip(self.state.u().as_slice()).map(|(a, b)| a.abs().max(b.abs()));
+        let largest = gradients.row(row).iter().zip(speeds).map(|(x, speed)| x.abs() * speed).fold(0.0, f64::max);
+        rate.abs() <= 1e-10 * largest
+    }
+
     /// Records what was struck, and what else took an impulse with it.
     fn record(&mut self, start: &M::State, struck: &'static Constraint, before: &[f64], impulses: &[f64]) {
-        let jacobian = self.model.jacobian(start);
-        let (u, v) = (start.u(), self.state.u());
-        let rate = |row: usize| (0..M::Vector::LEN).map(|j| jacobian[(row, j)] * (u[j] + v[j])).sum::<f64>();
+        let gradients = self.upkeep.gradients(self.model, start);
+        let (u, v) = (start.u().as_slice(), self.state.u().as_slice());
+        let twice_mean = |row: usize| gradients.row(row).iter().zip(u.iter().zip(v)).map(|(x, (u, v))| x * (u + v));
+        let rate = |row: usize| twice_mean(row).sum::<f64>();
         for constraint in M::CONSTRAINTS {
             let rows = constraint.first..constraint.first + constraint.rows;
             if constraint != struck && impulses[rows.clone()].iter().all(|impulse| *impulse == 0.0) {
@@ -384,13 +394,6 @@ pub(super) fn find<M: Simulate>(name: &str) -> Result<&'static Constraint, Chang
         let suggestion = suggest(name, M::CONSTRAINTS.iter().map(|constraint| constraint.name));
         ChangeError::UnknownConstraint { name: name.into(), suggestion }
     })
-}
-
-/// Whether a row is at rest after an impact, but for rounding.
-fn rests<M: Simulate>(model: &M, before: &M::State, after: &M::State, row: usize) -> bool {
-    let jacobian = model.jacobian(after);
-    let largest = (0..M::Vector::LEN).map(|j| jacobian[(row, j)].abs() * before.u()[j].abs().max(after.u()[j].abs()));
-    model.velocity_residual(after)[row].abs() <= 1e-10 * largest.fold(0.0, f64::max)
 }
 
 fn rows_of(constraint: &Constraint, rows: &[f64]) -> Vec<f64> {

@@ -6,8 +6,9 @@ use nalgebra::DMatrix;
 
 use super::query::Motion;
 use super::simulate::Simulate;
-use crate::constrain::Involved;
+use crate::constrain::gradients::mass;
 use crate::constrain::weakness::{Weakness, weakness};
+use crate::constrain::{Involved, with_workspace};
 use crate::math;
 use crate::model::{Constraints, ModelState};
 
@@ -99,14 +100,19 @@ impl<M: Simulate> Motion<'_, M> {
 }
 
 fn condition_number<M: Constraints>(model: &M, state: &M::State) -> f64 {
-    let n = M::COORDINATES.len();
-    let matrix = model.mass_matrix(state);
-    // Coordinates without any inertia are carried along by constraints; the accelerations of the others are what M determines.
-    let held = !M::ROWS.is_empty();
-    let heavy: Vec<usize> = (0..n).filter(|i| !held || (0..n).any(|j| matrix[(*i, j)] != 0.0)).collect();
-    let scale = |i: usize| if matrix[(i, i)] == 0.0 { 1.0 } else { matrix[(i, i)].abs() };
-    let entry = |i: usize, j: usize| matrix[(i, j)] / math::sqrt(scale(i) * scale(j));
-    let scaled = DMatrix::from_fn(heavy.len(), heavy.len(), |i, j| entry(heavy[i], heavy[j]));
+    with_workspace::<M, _>(|workspace| {
+        condition_of(M::COORDINATES.len(), mass(model, state, workspace), !M::ROWS.is_empty())
+    })
+}
+
+/// Of M by rows. Coordinates without any inertia are carried along by constraints, if there are any (`held`); the accelerations of the others are what M
+/// determines.
+fn condition_of(n: usize, mass: &[f64], held: bool) -> f64 {
+    let entry = |i: usize, j: usize| mass[i * n + j];
+    let heavy: Vec<usize> = (0..n).filter(|i| !held || (0..n).any(|j| entry(*i, j) != 0.0)).collect();
+    let scale = |i: usize| if entry(i, i) == 0.0 { 1.0 } else { entry(i, i).abs() };
+    let scaled = |i: usize, j: usize| entry(i, j) / math::sqrt(scale(i) * scale(j));
+    let scaled = DMatrix::from_fn(heavy.len(), heavy.len(), |i, j| scaled(heavy[i], heavy[j]));
     if scaled.iter().any(|x| x.is_nan()) {
         return f64::NAN;
     }

@@ -12,6 +12,7 @@ use alloc::boxed::Box;
 use super::error::SimulationErrorKind as Kind;
 use crate::constrain;
 use crate::constrain::assemble::{at_time, weigh};
+use crate::constrain::gradients::mass;
 use crate::constrain::held::active_rows;
 use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::{Weakness, weakness};
@@ -174,9 +175,9 @@ struct Probe<'p, M: Constraints> {
 
 impl<'p, M: Constraints> Probe<'p, M> {
     fn new(model: &'p M, constants: &'p M::Constants, state: &'p M::State, workspace: &'p mut [f64]) -> Self {
-        let mass = model.mass_matrix(state);
+        let mass = mass(model, state, workspace);
         let mut weights = M::Vector::zeros();
-        (0..M::Vector::LEN).for_each(|i| weights[i] = mass[(i, i)]);
+        (0..M::Vector::LEN).for_each(|i| weights[i] = mass[i * (M::Vector::LEN + 1)]);
         weigh(weights.as_mut_slice());
         Self { model, constants, state, workspace, weights }
     }

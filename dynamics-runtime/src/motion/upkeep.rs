@@ -424,6 +424,11 @@ impl<M: Constraints> Upkeep<M> {
         contact.is_some_and(|contact| rate.abs() <= contact.law.rest_speed.unwrap_or(1e-3 * contact.hardest))
     }
 
+    /// Φ_q at a state.
+    pub(super) fn gradients(&mut self, model: &M, state: &M::State) -> Gradients<'_> {
+        Gradients::alone(model, state, &mut self.workspace)
+    }
+
     /// An impact on the rows of constraints, by index with their coefficients of restitution; the state's velocities jump.
     pub(crate) fn impact(
         &mut self,
