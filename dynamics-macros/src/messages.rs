@@ -198,11 +198,11 @@ catalogue! {
     constraint_without_coordinate(name) "`{name}` involves no coordinate and restricts nothing that moves; write it in terms of coordinates, or remove it";
     constraint_repeats(name, of) "`{name}` repeats {of}; remove it, or mark its constraint `#[redundant]` if the repetition is meant";
     constraint_repeats_where_held(name, of) "`{name}` repeats {of} wherever the constraints hold; remove it, or mark its constraint `#[redundant]` if the repetition is meant";
-    constraint_contradicts(name, with) "`{name}` contradicts {with}: they differ by what no motion changes; correct or remove one of them";
+    constraint_contradicts(name, with) "`{name}` contradicts {with}: they cannot hold together; correct or remove one of them";
     constraint_unsatisfiable(name, distance) "no state was found in which all constraints hold at the nominal values: `{name}` stays {distance} away; check the constraints and `#[nominal(..)]`";
     constraint_too_many(rows, coordinates, name) "{rows} rows of constraints on {coordinates} leave no state: `{name}` is one too many; remove it, or mark it `#[redundant]` if it follows from the others";
     constraint_redundant_in_vain(name) "`{name}` repeats nothing; remove `#[redundant]`";
-    constraint_integrable(which, names) "{which} integrable: {names}; declare the integral as `#[holonomic]`, or say `#[nonholonomic(integrable)]`";
+    constraint_integrable(which, names) "{which} integrable: {names}; declare the integral as `#[holonomic]`, or say `#[nonholonomic(integrable)]` if that is meant";
     constraint_integrable_in_vain(name) "`{name}` cannot be integrated; remove `integrable`";
     constraint_gradient_vanishes(name) "the gradient of `{name}` vanishes wherever it holds, so that no reaction can hold it; write the root of a square, and each term of a sum of squares by itself";
     constraint_leaves_without_inertia(direction) "the constraints leave `{direction}` free, and no kinetic energy moves it; give it inertia or restrict it";
