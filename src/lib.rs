@@ -103,8 +103,8 @@ pub mod __private {
     pub use dynamics_runtime::constrain::{solve_once, workspace_len};
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
     pub use dynamics_runtime::generated::{
-        Complete, OnlyOneDynamicsImplPerModel, matrix, name_singular, no_derivatives, released, singular,
-        solved_or_nan, vector,
+        Complete, OnlyOneDynamicsImplPerModel, acceleration_derivatives, matrix, name_singular, no_derivatives,
+        released, singular, solved_or_nan, vector,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;

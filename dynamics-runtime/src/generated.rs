@@ -5,7 +5,7 @@ use nalgebra::{ArrayStorage, SMatrix, SVector};
 use crate::constrain::{assemble, check_sides, check_start, set_sides, solve_once};
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::expr::Expr;
-use crate::model::{Constraints, Model, Modes, Quantity, Solved, Vector};
+use crate::model::{Constraints, Linearize, Model, Modes, Quantity, Solved, StateJacobian, Vector};
 use crate::reaction::{self, Reaction, Reactions};
 
 /// Implemented once per `#[dynamics] impl`, before anything else: a second block for the same struct then begins with an error
@@ -139,6 +139,20 @@ pub fn solved_or_nan<M: Constraints>(model: &M, state: &M::State) -> Solved<M::V
     accelerations.as_mut_slice().fill(f64::NAN);
     multipliers.as_mut_slice().fill(f64::NAN);
     Solved { accelerations, multipliers }
+}
+
+/// ∂q̈/∂q and ∂q̈/∂q̇ by rows, from the derivatives that a model has; false where they do not exist at a state.
+#[inline]
+pub fn acceleration_derivatives<M: Linearize>(model: &M, state: &M::State, by_q: &mut [f64], by_u: &mut [f64]) -> bool {
+    let n = M::Vector::LEN;
+    let Ok(StateJacobian { by_q: of_q, by_u: of_u, .. }) = model.state_jacobian(state) else { return false };
+    for i in 0..n {
+        for j in 0..n {
+            by_q[i * n + j] = of_q[(i, j)];
+            by_u[i * n + j] = of_u[(i, j)];
+        }
+    }
+    true
 }
 
 /// The error of derivatives whose elimination meets a pivot that is too small: that of a coordinate, or of a constraint row.

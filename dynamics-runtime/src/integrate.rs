@@ -8,17 +8,21 @@
 //! | [`Rk4`] | 4 | quintic Hermite, 4 | 4 | none: fixed step |
 //! | [`DormandPrince5`] | 5 | 4 | 6 (+ 1 reused) | embedded 4th order |
 //! | [`Dop853`] | 8 | 7 | 12 (+ 3 for dense output) | embedded 5th and 3rd order |
+//! | [`Radau5`] | 5 | 3 (u), 4 (q) | implicit: 3 per Newton iteration, 1 or 2 more | filtered, 3rd order |
 //!
 //! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the stage velocity, so
 //! only accelerations are evaluated.
 
 mod controller;
 mod dense;
+mod differences;
 mod dop853;
 mod dop853_table;
 mod dormand_prince5;
 mod event;
 mod first_step;
+mod linear;
+mod radau5;
 mod rk4;
 mod stepper;
 mod tableau;
@@ -29,9 +33,12 @@ use crate::model::Vector;
 
 pub use controller::{Controller, ControllerSettings};
 pub use dense::{Dense, Hermite, Nested};
+#[cfg(feature = "alloc")]
+pub(crate) use differences::{by_state, increment};
 pub use dop853::Dop853;
 pub use dormand_prince5::DormandPrince5;
 pub use event::{Crossing, Direction, Scan, ScanError, place, root};
+pub use radau5::{Collocation, Radau5};
 pub use rk4::Rk4;
 pub use stepper::{Step, StepError, StepOptions, Stepper};
 #[cfg(feature = "alloc")]
@@ -73,6 +80,10 @@ pub trait System<V: Vector> {
     fn derivative(&mut self, t: f64, y: &Phase<V>) -> Result<Phase<V>, Self::Error> {
         let u = self.accelerations(t, &y.q, &y.u)?;
         Ok(Phase { q: y.u, u })
+    }
+    /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for methods that solve for their stages. By differences, where the system knows no better.
+    fn jacobian(&mut self, at: &Knot<V>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Self::Error> {
+        differences::by_state(at, by_q, by_u, |y| self.accelerations(at.t, &y.q, &y.u))
     }
     /// Is told before every attempt where the step starts and how long it is, with its sign. Where the accelerations depend on the step, those
     /// of the start, its first stage, become those of this one.
@@ -190,6 +201,19 @@ pub trait Scheme<V: Vector> {
     fn stages(&self) -> &[Phase<V>];
     /// The vector whose norm `attempt` returned, unscaled, to name the coordinate that forces small steps.
     fn error_vector(&self) -> Phase<V>;
+    /// Whether the equations of the last attempt are solved: always, for methods without any. Where they are not, the attempt's results mean nothing.
+    #[inline(always)]
+    fn converged(&self) -> bool {
+        true
+    }
+    /// Is told of every step that is accepted, with its end as it was settled.
+    #[inline(always)]
+    fn accepted(&mut self, _step: &Step<V>) {}
+    /// Has the last word on the next step: the step control wants it `factor` times as long as the one tried last, which had this error.
+    #[inline(always)]
+    fn pace(&mut self, factor: f64, _error: f64) -> f64 {
+        factor
+    }
     /// Estimate |h λ| of the dominant eigenvalue from two stages at the end of the step; `None` where they coincide.
     fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64>;
 }
@@ -204,6 +228,8 @@ pub enum Method {
     DormandPrince5,
     /// Dormand and Prince's method of order 8(5,3).
     Dop853,
+    /// Radau IIA of order 5, implicit.
+    Radau5,
     /// No integration: positions solved from constraints that leave no freedom ([`crate::kinematics`]).
     PositionAnalysis,
 }
@@ -215,7 +241,7 @@ impl Method {
         match self {
             Self::PositionAnalysis => 5,
             Self::Rk4 => 4,
-            Self::DormandPrince5 => 5,
+            Self::DormandPrince5 | Self::Radau5 => 5,
             Self::Dop853 => 8,
         }
     }
@@ -228,6 +254,7 @@ impl fmt::Display for Method {
             Self::Rk4 => "RK4 (order 4)",
             Self::DormandPrince5 => "Dormand–Prince 5(4)",
             Self::Dop853 => "DOP853 (order 8)",
+            Self::Radau5 => "Radau IIA (order 5, implicit)",
         })
     }
 }

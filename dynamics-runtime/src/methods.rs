@@ -97,4 +97,6 @@ plain! {
     DormandPrince5
     /// Dormand and Prince's method of order 8(5,3): [`integrate::Dop853`].
     Dop853
+    /// Radau IIA of order 5, for stiff problems: [`integrate::Radau5`].
+    Radau5
 }

@@ -18,6 +18,8 @@ pub trait Vector:
 {
     /// Number of elements.
     const LEN: usize;
+    /// A square matrix of as many rows and columns.
+    type Square: Square;
     /// All elements zero.
     fn zeros() -> Self;
     /// The elements in order.
@@ -26,8 +28,40 @@ pub trait Vector:
     fn as_mut_slice(&mut self) -> &mut [f64];
 }
 
+/// Memory for a square matrix, by rows, whose size is part of its type.
+pub trait Square: Copy + Debug + Send + Sync + 'static {
+    /// All elements zero.
+    fn zeros() -> Self;
+    /// The elements row by row.
+    fn as_slice(&self) -> &[f64];
+    /// The elements row by row, to be changed.
+    fn as_mut_slice(&mut self) -> &mut [f64];
+    /// The elements of many, one matrix after the other.
+    fn flatten(all: &mut [Self]) -> &mut [f64];
+}
+
+impl<const N: usize> Square for [[f64; N]; N] {
+    #[inline(always)]
+    fn zeros() -> Self {
+        [[0.0; N]; N]
+    }
+    #[inline(always)]
+    fn as_slice(&self) -> &[f64] {
+        self.as_flattened()
+    }
+    #[inline(always)]
+    fn as_mut_slice(&mut self) -> &mut [f64] {
+        self.as_flattened_mut()
+    }
+    #[inline(always)]
+    fn flatten(all: &mut [Self]) -> &mut [f64] {
+        all.as_flattened_mut().as_flattened_mut()
+    }
+}
+
 impl<const N: usize> Vector for SVector<f64, N> {
     const LEN: usize = N;
+    type Square = [[f64; N]; N];
     #[inline(always)]
     fn zeros() -> Self {
         SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; N]]))
@@ -206,6 +240,12 @@ pub trait Dynamics: Model {
     /// q̈ at a state.
     fn accelerations(&self, state: &Self::State) -> Result<Self::Vector, SolveError> {
         self.accelerations_with(&self.constants()?, state)
+    }
+    /// ∂q̈/∂q and ∂q̈/∂q̇ at a state, N×N by rows, inputs held, constraints that hold included; `false` where no code for them was generated or
+    /// they do not exist: whoever needs them takes differences then.
+    #[inline]
+    fn acceleration_derivatives(&self, _state: &Self::State, _by_q: &mut [f64], _by_u: &mut [f64]) -> bool {
+        false
     }
     /// Mass matrix M(q,t), N×N, symmetric.
     fn mass_matrix(&self, state: &Self::State) -> Self::Matrix;

@@ -190,6 +190,20 @@ fn end_values_in_every_formulation() {
     embeds_as_it_projects(&model, start(&model), &references, 3.0);
 }
 
+#[test]
+fn implicit_end_values() {
+    use Formulation::*;
+    let references = [Reference { t: 0.03, q: &Q_END, u: &U_END, multipliers: &LAMBDA_END }];
+    let promises = [
+        promise(Projected, 1e-6, [1e-4, 1e-2, 1e-2], [1e-12; 2]),
+        promise(Projected, 1e-8, [1e-6, 1e-4, 1e-4], [1e-12; 2]),
+        promise(Embedded, 1e-8, [1e-6, 1e-4, 1e-4], [1e-12; 2]),
+        promise(Projected, 1e-10, [1e-8, 1e-6, 1e-6], [1e-12; 2]),
+        promise(BaumgarteTied, 1e-8, [1e-6, 1e-4, 1e-4], [1e-5, 1e-2]),
+    ];
+    keeps_with(methods::Radau5, &PUBLISHED, start(&PUBLISHED), &references, &promises);
+}
+
 /// The crank alone leads: β from the integrator, the other angles and all velocities from the closure, β̈ from the equations by hand.
 struct Led {
     model: Andrews,

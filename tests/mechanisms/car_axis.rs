@@ -102,17 +102,19 @@ fn the_derived_equations_are_those_by_hand() {
     }
 }
 
+const REFERENCE: Reference<'_> = Reference {
+    t: 3.0,
+    q: &[0.049345578427524032, 0.496989460230008107, 1.041742524885426115, 0.373911027265365820],
+    u: &[-0.077058368403592084, 0.007446866592068416, 0.017556815753741734, 0.770341043779601063],
+    multipliers: &[-0.004736886590853327, -0.001104680331259566],
+};
+
 /// 25 digits by two formulations; what is published to 21 digits is right to 12.5 in the positions, 9.2 in the velocities.
 #[test]
 fn end_values_in_every_formulation() {
     use Formulation::*;
     let model = model();
-    let references = [Reference {
-        t: 3.0,
-        q: &[0.049345578427524032, 0.496989460230008107, 1.041742524885426115, 0.373911027265365820],
-        u: &[-0.077058368403592084, 0.007446866592068416, 0.017556815753741734, 0.770341043779601063],
-        multipliers: &[-0.004736886590853327, -0.001104680331259566],
-    }];
+    let references = [REFERENCE];
     keeps(
         &model,
         start(&model),
@@ -130,6 +132,20 @@ fn end_values_in_every_formulation() {
         ],
     );
     embeds_as_it_projects(&model, start(&model), &references, 3.0);
+}
+
+#[test]
+fn implicit_end_values() {
+    use Formulation::*;
+    let model = model();
+    let references = [REFERENCE];
+    let promises = [
+        promise(Projected, 1e-6, [1e-4; 3], [1e-12; 2]),
+        promise(Projected, 1e-8, [1e-6, 1e-5, 1e-6], [1e-12; 2]),
+        promise(Embedded, 1e-8, [1e-6, 1e-5, 1e-6], [1e-12; 2]),
+        promise(Projected, 1e-10, [1e-8, 1e-7, 1e-8], [1e-12; 2]),
+    ];
+    keeps_with(methods::Radau5, &model, start(&model), &references, &promises);
 }
 
 /// The road works on the bar: dE/dt is the power of the moving constraint, −λ Φ_t, and of the moving right spring, −∂L/∂t.

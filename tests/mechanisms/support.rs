@@ -156,11 +156,35 @@ pub(crate) const fn promise(formulation: Formulation, tolerance: f64, errors: [f
 /// it fails, so that one run shows the whole table.
 #[track_caller]
 pub(crate) fn keeps<M: Simulate>(model: &M, start: M::State, references: &[Reference<'_>], promises: &[Promise]) {
+    judge(model, start, references, None, promises);
+}
+
+/// [`keeps`] with a method that is not chosen by itself.
+#[track_caller]
+pub(crate) fn keeps_with<M: Simulate>(
+    method: impl Into<methods::Any<M>>,
+    model: &M,
+    start: M::State,
+    references: &[Reference<'_>],
+    promises: &[Promise],
+) {
+    judge(model, start, references, Some(method.into()), promises);
+}
+
+#[track_caller]
+fn judge<M: Simulate>(
+    model: &M,
+    start: M::State,
+    references: &[Reference<'_>],
+    method: Option<methods::Any<M>>,
+    promises: &[Promise],
+) {
     let end = references.iter().fold(0.0, |end: f64, r| end.max(r.t));
     let (mut table, mut kept) = (String::new(), true);
     for Promise { formulation, tolerance, errors, drift } in promises {
-        let run = model.simulate(start).until(end).tolerance(*tolerance).formulation(*formulation).run();
-        let motion = run.unwrap_or_else(|e| panic!("{formulation:?} at {tolerance:e}: {e}"));
+        let run = model.simulate(start).until(end).tolerance(*tolerance).formulation(*formulation);
+        let run = if let Some(method) = &method { run.method(method) } else { run };
+        let motion = run.run().unwrap_or_else(|e| panic!("{formulation:?} at {tolerance:e}: {e}"));
         let met = errors_of(&motion, references);
         let summary = motion.summary();
         let drifts = summary.constraints.iter();

@@ -48,6 +48,13 @@ pub enum StepError<E> {
         /// Size of the last attempt.
         h: f64,
     },
+    /// The equations of an implicit method could not be solved, however short the step; with a fixed step, at that step.
+    NotSolved {
+        /// Index of the coordinate whose last correction was the largest.
+        coordinate: usize,
+        /// Size of the last attempt.
+        h: f64,
+    },
 }
 
 /// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one whose error is too
@@ -215,7 +222,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             failures += 1;
             self.rejected += 1;
             if !matches!(failure, Failure::Error) {
-                self.h = 0.25 * h.abs();
+                let shorter = if matches!(failure, Failure::NotSolved) { 0.5 } else { 0.25 };
+                self.h = shorter * h.abs();
                 self.control.iter_mut().for_each(Controller::failed);
             }
             let hopeless = self.h <= 4.0 * f64::EPSILON * start.t.abs() || failures > MOST_REJECTIONS;
@@ -307,6 +315,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let mut start = self.now;
         system.attempting(&mut start, h).map_err(Failure::Evaluation)?;
         let (mut y, mut error) = self.scheme.attempt(system, &start, h, tolerances).map_err(Failure::Evaluation)?;
+        if !self.scheme.converged() {
+            return Err(Failure::NotSolved);
+        }
         if !(y.is_finite() && error.is_finite()) {
             return Err(Failure::NotFinite(self.culprit()));
         }
@@ -360,6 +371,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             return true;
         };
         let (accepted, factor) = control.judge(error);
+        let factor = self.scheme.pace(factor, error);
         self.h = (self.h.min(self.options.most) * factor).min(self.options.most);
         accepted
     }
@@ -372,7 +384,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if self.suspicion.0 > 0 || self.accepted.is_multiple_of(STIFFNESS_INTERVAL) {
             self.suspect(h, &end);
         }
-        Step { start, end, h }
+        let step = Step { start, end, h };
+        self.scheme.accepted(&step);
+        step
     }
 
     /// Hairer's test: 15 steps at the border of stability, not interrupted by 6 away from it, mean stiffness.
@@ -404,15 +418,17 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         })
     }
 
+    fn worst(&self) -> usize {
+        let y = &self.now.y;
+        self.options.tolerances.worst(&self.scheme.error_vector(), y, y)
+    }
+
     fn give_up<E>(&self, failure: Failure<E>, h: f64) -> StepError<E> {
         match failure {
             Failure::Evaluation(error) => StepError::Evaluation(error),
             Failure::NotFinite(coordinate) => StepError::NotFinite { coordinate, h },
-            Failure::Error => {
-                let y = &self.now.y;
-                let coordinate = self.options.tolerances.worst(&self.scheme.error_vector(), y, y);
-                StepError::StepTooSmall { coordinate, h }
-            }
+            Failure::Error => StepError::StepTooSmall { coordinate: self.worst(), h },
+            Failure::NotSolved => StepError::NotSolved { coordinate: self.worst(), h },
         }
     }
 }
@@ -438,6 +454,7 @@ enum Failure<E> {
     Error,
     Evaluation(E),
     NotFinite(usize),
+    NotSolved,
 }
 
 fn start_accelerations<V: Vector, Y: System<V>>(

@@ -48,6 +48,11 @@ pub enum SimulationErrorKind {
         /// The coordinate with the largest error.
         coordinate: &'static str,
     },
+    /// The equations of an implicit method have no solution that its iterations find, however short the step; with a fixed step, at that step.
+    StepNotSolved {
+        /// The coordinate that is corrected most.
+        coordinate: &'static str,
+    },
     /// More steps, rejected ones included, than `.max_steps(..)` permits.
     TooManySteps {
         /// The limit.
@@ -351,6 +356,11 @@ impl fmt::Display for SimulationErrorKind {
                 f,
                 "the step size collapsed, the error of `{coordinate}` stays above the tolerance: the motion has a \
                  singularity or a jump here; loosen the tolerance, or make the jump an event"
+            ),
+            Self::StepNotSolved { coordinate } => write!(
+                f,
+                "the equations of an implicit step do not converge, least of all for `{coordinate}`; make a fixed step shorter, smooth a force \
+                 that jumps or make the jump an event"
             ),
             Self::TooManySteps { limit, stiff_at: None } => {
                 write!(f, "more than {limit} steps; raise `.max_steps(..)` or loosen the tolerance")

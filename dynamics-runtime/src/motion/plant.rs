@@ -3,8 +3,9 @@
 use alloc::boxed::Box;
 
 use super::upkeep::Upkeep;
+use crate::constrain::memory::max_abs;
 use crate::error::SolveError;
-use crate::integrate::{Knot, Phase, Settled, System, Tolerances, zip};
+use crate::integrate::{Knot, Phase, Settled, System, Tolerances, by_state, increment, zip};
 use crate::model::{Constraints, Model, ModelState, Modes, Vector};
 
 /// Input values as a function of time and state.
@@ -86,6 +87,54 @@ pub(crate) fn with_inputs<M: Model>(law: Option<&InputLaw<'_, M>>, mut state: M:
     state
 }
 
+impl<M: Constraints> Plant<'_, '_, M> {
+    /// ∂q̈/∂q and ∂q̈/∂q̇ from generated code, with what an inputs law adds; false where there is none for what is integrated.
+    fn exact_jacobian(
+        &mut self,
+        at: &Knot<M::Vector>,
+        by_q: &mut [f64],
+        by_u: &mut [f64],
+    ) -> Result<bool, EvaluationError> {
+        if !self.upkeep.is_plain() {
+            return Ok(false);
+        }
+        let state = self.stage(at.t, &at.y)?;
+        if !self.model.acceleration_derivatives(&state, by_q, by_u) {
+            return Ok(false);
+        }
+        let law = self.law;
+        if law.is_some() && M::Inputs::LEN > 0 {
+            self.add_law(&state, by_q, by_u)?;
+        }
+        Ok(by_q.iter().chain(by_u.iter()).all(|x| x.is_finite()))
+    }
+
+    /// What follows from inputs that depend on the state: by differences of the law, and of the accelerations along what it changes.
+    fn add_law(&mut self, state: &M::State, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), EvaluationError> {
+        let n = M::Vector::LEN;
+        let here = self.accelerations_of(state)?;
+        for j in 0..2 * n {
+            let mut moved = M::State::new(state.t(), *state.q(), *state.u(), self.held);
+            *moved.modes_mut() = self.modes;
+            let (elements, matrix) = match j < n {
+                true => (moved.q_mut(), &mut *by_q),
+                false => (moved.u_mut(), &mut *by_u),
+            };
+            let by = increment(elements[j % n], max_abs(elements.as_slice()));
+            elements[j % n] += by;
+            let inputs = *with_inputs::<M>(self.law, moved).inputs();
+            if inputs == *state.inputs() {
+                continue;
+            }
+            let mut other = *state;
+            *other.inputs_mut() = inputs;
+            let there = self.accelerations_of(&other)?;
+            (0..n).for_each(|i| matrix[i * n + j % n] += (there[i] - here[i]) / by);
+        }
+        Ok(())
+    }
+}
+
 impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     type Error = EvaluationError;
 
@@ -93,6 +142,13 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
         let state = self.stage(t, &Phase { q: *q, u: *u })?;
         self.accelerations_of(&state)
+    }
+
+    fn jacobian(&mut self, at: &Knot<M::Vector>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), EvaluationError> {
+        if self.exact_jacobian(at, by_q, by_u)? {
+            return Ok(());
+        }
+        by_state(at, by_q, by_u, |y| self.accelerations(at.t, &y.q, &y.u))
     }
 
     /// q̇ is the velocity at which the accelerations are evaluated: where dependent velocities are solved for, what was integrated of them
@@ -163,8 +219,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
             violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
         }
         *y = settled;
-        let permitted =
-            tolerances.absolute + tolerances.relative * crate::constrain::memory::max_abs(settled.u.as_slice());
+        let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u.as_slice());
         Ok(Some(Settled { by, violation, noise: noise / permitted }))
     }
     #[inline(always)]

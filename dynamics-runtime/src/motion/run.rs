@@ -427,6 +427,9 @@ fn halt<M: Dynamics>(error: StepError<EvaluationError>) -> Halt {
         StepError::StepTooSmall { coordinate, h } => {
             Halt { kind: Kind::StepSizeTooSmall { coordinate: name(coordinate) }, h }
         }
+        StepError::NotSolved { coordinate, h } => {
+            Halt { kind: Kind::StepNotSolved { coordinate: name(coordinate) }, h }
+        }
     }
 }
 

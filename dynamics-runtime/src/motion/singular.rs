@@ -73,6 +73,7 @@ const USUAL: f64 = 1e3;
 pub(super) fn explain<M: Constraints>(model: &M, start: &M::State, state: &M::State, kind: Kind) -> Kind {
     let suspect = match &kind {
         Kind::StepSizeTooSmall { .. }
+        | Kind::StepNotSolved { .. }
         | Kind::AccelerationNotFinite { .. }
         | Kind::SingularMassMatrix(_)
         | Kind::Drift { .. } => true,

@@ -120,6 +120,11 @@ impl<M: Constraints> Upkeep<M> {
         self.formulation == Some(Formulation::BaumgarteTied)
     }
 
+    /// Whether accelerations are those of the model: nothing is added, and no coordinate is solved for where they are evaluated.
+    pub(crate) fn is_plain(&self) -> bool {
+        matches!(self.formulation, None | Some(Formulation::Augmented | Formulation::Projected))
+    }
+
     /// Whether [`Upkeep::prepare`] does anything.
     #[inline(always)]
     pub(crate) fn prepares(&self) -> bool {

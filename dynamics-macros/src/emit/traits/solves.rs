@@ -54,6 +54,7 @@ impl Emission<'_> {
         let (f6, energy) = self.method(&programs.energy_function, "energy_function", &f64, |r| r[0].clone());
         let (f7, conserved) = self.writing(&programs.conserved, "conserved");
         let parameter = self.parameter();
+        let derivatives = self.derivatives();
         quote! {
             use #private::{Model, Result, Result::{Ok, Err}};
             #f1 #f2 #f3 #f4 #f5 #f6 #f7
@@ -61,7 +62,7 @@ impl Emission<'_> {
                 type Constants = [#f64; #count];
                 #quantities
                 const CONSERVED: &'static [#private::Quantity] = #names;
-                #parameter #constants #accelerations #mass #force #momenta #energy #conserved
+                #parameter #constants #accelerations #derivatives #mass #force #momenta #energy #conserved
             }
         }
     }
@@ -77,6 +78,26 @@ impl Emission<'_> {
                     #(#arms)*
                     _ => return #private::Option::None,
                 })
+            }
+        }
+    }
+
+    /// `fn acceleration_derivatives`, where there is an `impl Linearize` to take them from.
+    fn derivatives(&self) -> TokenStream {
+        if self.compiled.programs.jacobians.is_err() {
+            return TokenStream::new();
+        }
+        let (private, f64) = (&self.private, self.float());
+        let (state, by_q, by_u) = (local("state"), local("by_q"), local("by_u"));
+        quote! {
+            #[inline]
+            fn acceleration_derivatives(
+                &self,
+                #state: &<Self as Model>::State,
+                #by_q: &mut [#f64],
+                #by_u: &mut [#f64],
+            ) -> #private::bool {
+                #private::acceleration_derivatives(self, #state, #by_q, #by_u)
             }
         }
     }

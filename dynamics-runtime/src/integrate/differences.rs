@@ -1,0 +1,46 @@
+//! Derivatives of accelerations by one-sided differences: for systems that do not know them.
+
+use super::{Knot, Phase};
+use crate::constrain::memory::max_abs;
+use crate::math;
+use crate::model::Vector;
+
+/// Share of the largest element below which no element is taken for its own scale.
+const SMALL: f64 = 1e-2;
+/// Elements are taken for no smaller than this.
+const LEAST: f64 = 1e-3;
+
+/// By how much an element is moved: half of its digits, so that rounding and curvature cost about the same, and exactly representable.
+pub(crate) fn increment(x: f64, largest: f64) -> f64 {
+    let size = x.abs().max(SMALL * largest).max(LEAST);
+    let there = x + math::sqrt(f64::EPSILON) * size;
+    there - x
+}
+
+/// ∂a/∂q and ∂a/∂u at a point, N×N by rows; 2N + 1 evaluations.
+pub(crate) fn by_state<V: Vector, E>(
+    at: &Knot<V>,
+    by_q: &mut [f64],
+    by_u: &mut [f64],
+    mut accelerations: impl FnMut(&Phase<V>) -> Result<V, E>,
+) -> Result<(), E> {
+    let here = accelerations(&at.y)?;
+    let (of_q, of_u) = (max_abs(at.y.q.as_slice()), max_abs(at.y.u.as_slice()));
+    for j in 0..V::LEN {
+        let mut moved = at.y;
+        let by = increment(moved.q[j], of_q);
+        moved.q[j] += by;
+        column(by_q, j, &here, &accelerations(&moved)?, by);
+        let mut moved = at.y;
+        let by = increment(moved.u[j], of_u);
+        moved.u[j] += by;
+        column(by_u, j, &here, &accelerations(&moved)?, by);
+    }
+    Ok(())
+}
+
+fn column<V: Vector>(matrix: &mut [f64], j: usize, here: &V, there: &V, by: f64) {
+    for i in 0..V::LEN {
+        matrix[i * V::LEN + j] = (there[i] - here[i]) / by;
+    }
+}

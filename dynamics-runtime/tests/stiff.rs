@@ -1,0 +1,117 @@
+//! Implicit methods on stiff motions: right where explicit ones crawl, few steps, and no success where their equations are not solved.
+
+use std::convert::Infallible;
+
+use dynamics_runtime::integrate::{Knot, Phase, Radau5, StepOptions, Stepper, System, Tolerances};
+use nalgebra::SVector;
+
+type V1 = SVector<f64, 1>;
+type V2 = SVector<f64, 2>;
+
+fn adaptive(tolerance: f64) -> StepOptions {
+    StepOptions { tolerances: Tolerances::both(tolerance), fixed: None, first: None, most: f64::INFINITY }
+}
+
+/// Counts evaluations of a system of N coordinates.
+fn run<const N: usize>(
+    a: impl Fn(f64, &SVector<f64, N>, &SVector<f64, N>) -> SVector<f64, N>,
+    (q, u): ([f64; N], [f64; N]),
+    end: f64,
+    tolerance: f64,
+) -> (Phase<SVector<f64, N>>, u64, u64) {
+    let mut evaluations = 0;
+    let mut system = |t: f64, q: &SVector<f64, N>, u: &SVector<f64, N>| {
+        evaluations += 1;
+        Ok::<_, Infallible>(a(t, q, u))
+    };
+    let start = Phase { q: SVector::from(q), u: SVector::from(u) };
+    let mut stepper =
+        Stepper::<_, Radau5<SVector<f64, N>>>::new(&mut system, 0.0, start, end, adaptive(tolerance)).unwrap();
+    while stepper.now().t < end {
+        stepper.step(&mut system, end).unwrap();
+    }
+    let (y, steps) = (stepper.now().y, stepper.accepted());
+    println!("tolerance {tolerance:e}: {steps} steps, {} rejected, {evaluations} evaluations", stepper.rejected());
+    (y, steps, evaluations)
+}
+
+/// Van der Pol's equation with ε = 1e-6 as a mechanical system, to t = 2: published end values of the test set of Hairer and Wanner, code
+/// `radau5`, in the scaled time of the book.
+#[test]
+fn van_der_pol_meets_its_published_end() {
+    let exact = [0.1706167732170483e1, -0.8928097010247975];
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let a = |_: f64, q: &V1, u: &V1| V1::new(((1.0 - q[0] * q[0]) * u[0] - q[0]) / 1e-6);
+        let (y, steps, _) = run(a, ([2.0], [0.0]), 2.0, tolerance);
+        let error = (y.q[0] - exact[0]).abs().max((y.u[0] - exact[1]).abs());
+        println!("error {error:.1e}");
+        assert!(error < 30.0 * tolerance, "{error:e} at {tolerance:e}");
+        assert!(steps < 3000);
+    }
+}
+
+/// The pendulum on a stiff, strongly damped spring, ω = 10⁴ and damping ratio 1: what the spring does decays at once, and then it swings like a
+/// rigid one. With its derivatives.
+struct Spring {
+    evaluations: u32,
+}
+
+impl Spring {
+    const STIFFNESS: f64 = 1e8;
+    const DAMPING: f64 = 2e4;
+}
+
+impl System<V2> for Spring {
+    type Error = Infallible;
+
+    fn accelerations(&mut self, _: f64, q: &V2, u: &V2) -> Result<V2, Infallible> {
+        self.evaluations += 1;
+        let r = q.norm();
+        let force = -(Self::STIFFNESS * (r - 1.0) + Self::DAMPING * q.dot(u) / r) / r;
+        Ok(V2::new(force * q[0], force * q[1] - 9.81))
+    }
+
+    fn jacobian(&mut self, at: &Knot<V2>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Infallible> {
+        let Phase { q, u } = at.y;
+        let r = q.norm();
+        let (n, rate) = (q / r, q.dot(&u) / r);
+        let tension = Self::STIFFNESS * (r - 1.0) + Self::DAMPING * rate;
+        for i in 0..2 {
+            for j in 0..2 {
+                let across = f64::from(i == j) - n[i] * n[j];
+                let by_length = Self::STIFFNESS * n[j] + Self::DAMPING * (u[j] - rate * n[j]) / r;
+                by_q[2 * i + j] = -by_length * n[i] - tension * across / r;
+                by_u[2 * i + j] = -Self::DAMPING * n[i] * n[j];
+            }
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_stiff_damped_spring_costs_no_more_than_a_rod() {
+    let run = |tolerance: f64| {
+        let mut system = Spring { evaluations: 0 };
+        let start = Phase { q: V2::new(1.0, 0.0), u: V2::zeros() };
+        let mut stepper = Stepper::<_, Radau5<V2>>::new(&mut system, 0.0, start, 10.0, adaptive(tolerance)).unwrap();
+        while stepper.now().t < 10.0 {
+            stepper.step(&mut system, 10.0).unwrap();
+        }
+        let (steps, rejected) = (stepper.accepted(), stepper.rejected());
+        println!("tolerance {tolerance:e}: {steps} steps, {rejected} rejected, {} evaluations", system.evaluations);
+        (stepper.now().y, steps)
+    };
+    // By a Taylor method of order 20 at tolerance 1e-15.
+    let reference = Phase {
+        q: V2::new(0.2750944764827108, -0.9614174924338752),
+        u: V2::new(-4.175584765727972, -1.1947781965930147),
+    };
+    for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11] {
+        let (y, steps) = run(tolerance);
+        let error = (y.q - reference.q).norm().max((y.u - reference.u).norm());
+        println!("error {error:.1e}");
+        // Below that, rounding errors of positions are forces of 1e-8.
+        assert!(error < 30.0 * tolerance + 2e-8, "{error:e} at {tolerance:e}");
+        assert!(steps < 10_000, "DOP853 needs more than 5e4");
+    }
+}
