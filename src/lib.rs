@@ -109,12 +109,13 @@ pub mod __private {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
-        Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Linearize, Model, ModelState, Modes,
-        Outputs, Powers, Quantity, Route, Solved, StateJacobian, Terms, Vector,
+        Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion, Linearize, Model, ModelState,
+        Modes, Outputs, Powers, Quantity, Route, Solved, StateJacobian, Terms, Vector,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Point};
     pub use dynamics_runtime::reaction::{Reaction, Reactions, type_of};
+    pub use dynamics_runtime::series::expand;
     pub use dynamics_runtime::unconstrained;
     pub use dynamics_runtime::{Expr, SmoothFunction, math};
     pub use nalgebra::{ArrayStorage, SMatrix, SVector};

@@ -9,6 +9,7 @@
 //! | [`DormandPrince5`] | 5 | 4 | 6 (+ 1 reused) | embedded 4th order |
 //! | [`Dop853`] | 8 | 7 | 12 (+ 3 for dense output) | embedded 5th and 3rd order |
 //! | [`Radau5`] | 5 | 3 (u), 4 (q) | implicit: 3 per Newton iteration, 1 or 2 more | filtered, 3rd order |
+//! | [`Taylor`] | by tolerance, to 36 | the same | 1, and a series | last two terms |
 //!
 //! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the stage velocity, so
 //! only accelerations are evaluated.
@@ -26,6 +27,7 @@ mod radau5;
 mod rk4;
 mod stepper;
 mod tableau;
+mod taylor;
 
 use core::fmt;
 
@@ -44,6 +46,7 @@ pub use stepper::{Step, StepError, StepOptions, Stepper};
 #[cfg(feature = "alloc")]
 pub(crate) use tableau::zip;
 pub use tableau::{Row, Tolerances};
+pub use taylor::{Series, Taylor};
 
 /// A point (q, u) of phase space, or a derivative (q̇, u̇) there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,6 +117,17 @@ pub trait System<V: Vector> {
     /// Is told that the step which was tried last is made.
     #[inline(always)]
     fn accepted(&mut self) {}
+    /// Taylor coefficients of the motion through y at t, with q̈ = `a` there: x(t + s·scale) = Σ xₖ sᵏ. The first rows of `q` and `u` are those of y; the
+    /// others are written, as many as there are. False, and nothing written, where there is no series.
+    #[inline(always)]
+    fn series(&mut self, _t: f64, _y: &Phase<V>, _a: &V, _scale: f64, _q: &mut [V], _u: &mut [V]) -> bool {
+        false
+    }
+    /// Whether the accelerations choose between expressions: a series is then that of the branch at its start.
+    #[inline(always)]
+    fn chooses(&self) -> bool {
+        false
+    }
 }
 
 impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> System<V> for F {
@@ -179,6 +193,20 @@ pub trait Scheme<V: Vector> {
 
     /// With the options that it has by itself.
     fn new() -> Self;
+    /// The size of the step that starts here, positive, where the method knows it before it tries; `h` is what the step before suggests, with its sign.
+    #[inline(always)]
+    fn propose<S: System<V>>(
+        &mut self,
+        _system: &mut S,
+        _start: &Knot<V>,
+        _h: f64,
+        _tolerances: &Tolerances,
+    ) -> Option<f64> {
+        None
+    }
+    /// Drops what it remembers of steps before: the motion goes on from another state, or by other forces.
+    #[inline(always)]
+    fn forget(&mut self) {}
     /// Tries a step of size h. Returns the new phase and the scaled norm of the local error estimate (0 without estimate).
     fn attempt<S: System<V>>(
         &mut self,
@@ -230,12 +258,14 @@ pub enum Method {
     Dop853,
     /// Radau IIA of order 5, implicit.
     Radau5,
+    /// Taylor series of adaptive order and step.
+    Taylor,
     /// No integration: positions solved from constraints that leave no freedom ([`crate::kinematics`]).
     PositionAnalysis,
 }
 
 impl Method {
-    /// Order of the step; of the interpolant where positions are solved instead of integrated.
+    /// Order of the step; of the interpolant where positions are solved instead of integrated; the highest one of Taylor series.
     #[must_use]
     pub const fn order(self) -> u32 {
         match self {
@@ -243,6 +273,7 @@ impl Method {
             Self::Rk4 => 4,
             Self::DormandPrince5 | Self::Radau5 => 5,
             Self::Dop853 => 8,
+            Self::Taylor => crate::series::MOST_ORDER as u32,
         }
     }
 }
@@ -255,6 +286,7 @@ impl fmt::Display for Method {
             Self::DormandPrince5 => "Dormand–Prince 5(4)",
             Self::Dop853 => "DOP853 (order 8)",
             Self::Radau5 => "Radau IIA (order 5, implicit)",
+            Self::Taylor => "Taylor series",
         })
     }
 }

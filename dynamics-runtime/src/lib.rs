@@ -30,6 +30,7 @@ pub mod motion;
 pub mod output;
 pub mod reaction;
 pub mod scalar;
+pub mod series;
 pub mod sin_cos;
 pub mod smooth;
 #[cfg(feature = "alloc")]

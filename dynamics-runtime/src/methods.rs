@@ -21,6 +21,8 @@ use crate::motion::AnyDriver;
 pub trait Choice: Copy + Send + Sync + 'static {
     /// The method for phase vectors of this kind.
     type Scheme<V: Vector>: Scheme<V>;
+    /// Whether it needs [`System::series`](integrate::System::series).
+    const NEEDS_SERIES: bool = false;
     /// The method with these options.
     fn scheme<V: Vector>(&self) -> Self::Scheme<V>;
 }
@@ -99,4 +101,21 @@ plain! {
     Dop853
     /// Radau IIA of order 5, for stiff problems: [`integrate::Radau5`].
     Radau5
+}
+
+/// Taylor series of adaptive order and step: [`integrate::Taylor`]. For models whose motions the generated code can expand
+/// ([`crate::model::Dynamics::SERIES`]), with inputs that are held.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Taylor {
+    /// The order of all steps, 4 to 36; chosen by the tolerance where it is not given.
+    pub order: Option<usize>,
+}
+
+impl Choice for Taylor {
+    type Scheme<V: Vector> = integrate::Taylor<V>;
+    const NEEDS_SERIES: bool = true;
+    #[inline]
+    fn scheme<V: Vector>(&self) -> Self::Scheme<V> {
+        integrate::Taylor::of_order(self.order)
+    }
 }

@@ -257,6 +257,36 @@ pub trait Dynamics: Model {
     fn energy_function(&self, state: &Self::State) -> f64;
     /// Values of the conserved quantities, written to `values` in the order of [`Dynamics::CONSERVED`].
     fn conserved(&self, state: &Self::State, values: &mut [f64]);
+
+    /// Whether [`Dynamics::series`] expands motions, and if not, why.
+    const SERIES: Expansion = Expansion::None { reason: "its equations were written by hand" };
+    /// Taylor coefficients of the motion through a state with these accelerations, inputs and modes held: x(t + s·scale) = Σ xₖ sᵏ. Row k of `q` and
+    /// `u` gets the coefficients k; as many orders as there are rows, at most [`crate::series::MOST_ORDER`]. Called only where
+    /// [`Dynamics::SERIES`] says that it is there.
+    fn series(
+        &self,
+        _state: &Self::State,
+        _accelerations: &Self::Vector,
+        _scale: f64,
+        _q: &mut [Self::Vector],
+        _u: &mut [Self::Vector],
+    ) {
+    }
+}
+
+/// Whether motions of a model can be expanded into Taylor series.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Expansion {
+    /// By the model's own code.
+    Generated {
+        /// Whether some value is a choice (`if`, min, max, abs, signum): a series is that of the branch at its start.
+        chooses: bool,
+    },
+    /// There is no code for it.
+    None {
+        /// Why, in words: `it has constraints`.
+        reason: &'static str,
+    },
 }
 
 /// What a constraint restricts.

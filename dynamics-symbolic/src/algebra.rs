@@ -11,6 +11,7 @@ mod sparse;
 mod structure;
 mod unrolled;
 
+pub(crate) use ldl::Elsewhere;
 pub use ldl::Factors;
 pub use solver::{Constrained, Solver, Stuck, unroll};
 pub use unrolled::{Elimination, Guard, Guarded, Unrolled};

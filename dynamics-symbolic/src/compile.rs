@@ -10,6 +10,7 @@ use crate::mechanics::{
     ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld, derive_on,
 };
 use crate::schedule::{Program, Staging, schedule};
+use crate::series::{Series, Unexpandable, expand};
 use crate::text;
 
 /// Programs of a model, one per function that the runtime's traits ask for. Results are flattened row by row.
@@ -41,6 +42,8 @@ pub struct Programs {
     pub events: Program,
     /// Programs of the constraints; `None` without any.
     pub constraints: Option<ConstraintPrograms>,
+    /// Taylor coefficients of motions, or why there are none.
+    pub series: Result<Series, Unexpandable>,
 }
 
 /// Programs of a model with constraints; N coordinates, R rows, H of them holonomic. Where there are some, `Programs::accelerations` gives
@@ -160,7 +163,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !found.is_empty() {
         return Err(found);
     }
-    let programs = fitting_programs(&model, &mut equations);
+    let mut programs = fitting_programs(&model, &mut equations);
     let excesses: Vec<Finding> = programs.required().filter_map(excess).map(Excess::into_finding).collect();
     if !excesses.is_empty() {
         return Err(excesses);
@@ -174,6 +177,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     let report = text::report(&model, &equations, &constraints, &printed, withheld);
     let listing = text::listing(&model, &equations, &printed);
     let (equations_text, latex) = text::equations(&mut model, &equations);
+    programs.series = expand(&mut model.graph, &equations);
     Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
 }
 
@@ -265,6 +269,8 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         outputs: inline("outputs", &checked(e.outputs_use_accelerations && !constrained, &e.outputs)),
         events: inline("events", &checked(e.events_use_accelerations && !constrained, &e.events)),
         constraints: e.constraints.as_ref().map(|c| constraints(model, e, c)),
+        // Expanded last: it adds nodes of its own.
+        series: Err(Unexpandable::Constrained),
     }
 }
 

@@ -3,7 +3,7 @@
 //! The engine knows no tokens and no spans: whoever builds a model tags what it declares with opaque [`Origin`](graph::Origin)s and gets them
 //! back in every finding. It can be used from a procedural macro, a build script or at run time alike.
 //!
-//! Flow: [`graph`] ← [`calculus`] ← [`mechanics`] ← [`check`]; [`graph`] ← [`algebra`], [`schedule`]; [`schedule`] ← [`text`].
+//! Flow: [`graph`] ← [`calculus`] ← [`mechanics`] ← [`check`]; [`graph`] ← [`algebra`], [`schedule`]; [`schedule`] ← [`series`], [`text`].
 
 pub mod algebra;
 pub mod calculus;
@@ -12,4 +12,5 @@ pub mod compile;
 pub mod graph;
 pub mod mechanics;
 pub mod schedule;
+pub mod series;
 pub mod text;

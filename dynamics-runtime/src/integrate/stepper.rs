@@ -192,6 +192,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     #[inline]
     pub fn step<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<Step<V>, StepError<Y::Error>> {
         let start = self.now;
+        self.propose(system, limit);
         let (mut detours, mut failures) = (0, 0);
         loop {
             let (mut end_t, mut h) = self.next_time(limit);
@@ -263,6 +264,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     pub fn restart<Y: System<V>>(&mut self, system: &mut Y, t: f64, y: Phase<V>) -> Result<(), StepError<Y::Error>> {
         let a = start_accelerations(system, t, &y)?;
         self.now = Knot { t, y, a };
+        self.scheme.forget();
         self.origin = (t, 0);
         self.control.iter_mut().for_each(Controller::restart);
         Ok(())
@@ -286,6 +288,20 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         system.attempting(&mut start, step.h)?;
         scheme.attempt(system, &start, step.h, tolerances)?;
         scheme.dense(system, &start, &step.end, step.h)
+    }
+
+    /// Lets the method say how long the next step is.
+    #[inline(always)]
+    fn propose<Y: System<V>>(&mut self, system: &mut Y, limit: f64) {
+        if self.is_fixed() {
+            return;
+        }
+        let direction = limit - self.now.t;
+        let h = self.h.min(self.options.most).min(direction.abs()).copysign(direction);
+        if let Some(proposed) = self.scheme.propose(system, &self.now, h, &self.options.tolerances) {
+            let first = self.options.first.filter(|_| self.accepted == 0).unwrap_or(f64::INFINITY);
+            self.h = proposed.min(first.abs()).min(self.options.most);
+        }
     }
 
     fn is_fixed(&self) -> bool {

@@ -19,6 +19,8 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
     fn method(&self) -> Method;
     /// Whether it estimates its error, and so can choose its step.
     fn is_adaptive(&self) -> bool;
+    /// Whether it needs the motion's Taylor series.
+    fn needs_series(&self) -> bool;
     /// Runs a plan. What was computed before a failure is in the sink.
     fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<(), Halt>)
     where
@@ -47,6 +49,10 @@ impl<M: Model, C: Choice> Driver<M> for C {
 
     fn is_adaptive(&self) -> bool {
         <C::Scheme<M::Vector> as Scheme<M::Vector>>::CONTROL.is_some()
+    }
+
+    fn needs_series(&self) -> bool {
+        C::NEEDS_SERIES
     }
 
     fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<(), Halt>)

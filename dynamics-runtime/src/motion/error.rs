@@ -248,6 +248,13 @@ pub enum OptionError {
         /// Which one.
         method: super::Method,
     },
+    /// The motions of the model have no Taylor series.
+    NoSeries {
+        /// The method that needs one.
+        method: super::Method,
+        /// Why there is none, in words: `it has constraints`.
+        reason: &'static str,
+    },
     /// `.fixed_step(..)` leaves nothing for another step option to say.
     FixedStepExcludes {
         /// The other option.
@@ -332,6 +339,9 @@ impl fmt::Display for OptionError {
             }
             Self::NeedsFixedStep { method } => {
                 write!(f, "{method} has no error estimate; give `.fixed_step(h)` or choose an adaptive method")
+            }
+            Self::NoSeries { method, reason } => {
+                write!(f, "{method} is not possible for this model: {reason}; choose another method")
             }
             Self::FixedStepExcludes { option } => {
                 write!(f, "`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")

@@ -6,7 +6,7 @@ use super::upkeep::Upkeep;
 use crate::constrain::memory::max_abs;
 use crate::error::SolveError;
 use crate::integrate::{Knot, Phase, Settled, System, Tolerances, by_state, increment, zip};
-use crate::model::{Constraints, Model, ModelState, Modes, Vector};
+use crate::model::{Constraints, Expansion, Model, ModelState, Modes, Vector};
 
 /// Input values as a function of time and state.
 pub(crate) type InputLaw<'m, M> = Box<dyn Fn(f64, &<M as Model>::State) -> <M as Model>::Inputs + Send + Sync + 'm>;
@@ -222,6 +222,32 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u.as_slice());
         Ok(Some(Settled { by, violation, noise: noise / permitted }))
     }
+
+    #[inline(always)]
+    fn series(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+        a: &M::Vector,
+        scale: f64,
+        q: &mut [M::Vector],
+        u: &mut [M::Vector],
+    ) -> bool {
+        // Inputs that follow a law have no series.
+        if self.law.is_some() || !matches!(M::SERIES, Expansion::Generated { .. }) {
+            return false;
+        }
+        let state = self.state(t, &y.q, &y.u);
+        (q[0], u[0]) = (y.q, y.u);
+        self.model.series(&state, a, scale, q, u);
+        true
+    }
+
+    #[inline(always)]
+    fn chooses(&self) -> bool {
+        matches!(M::SERIES, Expansion::Generated { chooses: true })
+    }
+
     #[inline(always)]
     fn accepted(&mut self) {
         if let Some(by) = self.upkeep.moved.take() {

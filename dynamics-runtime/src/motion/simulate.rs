@@ -23,7 +23,7 @@ use super::upkeep::{PlaceError, Upkeep};
 use super::watch::{Action, Flow, Rule, Watch};
 use crate::integrate::{Direction, StepOptions, Tolerances};
 use crate::methods::{Any, Dop853, DormandPrince5, Rk4};
-use crate::model::{Constraints, Events, ModelState, Outputs, Powers, Vector};
+use crate::model::{Constraints, Events, Expansion, ModelState, Outputs, Powers, Vector};
 
 /// Above this tolerance Dormand–Prince 5(4) is chosen, below it DOP853. Measured by evaluations for the same error, they are level at
 /// errors of 1e-2 (oscillator) to 1e-5 (double pendulum, 5 s); at 1e-4 DOP853 needs half of the other's for the oscillator.
@@ -403,6 +403,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         number("until", end, end.is_finite(), "a finite time")?;
         let options = self.check_steps()?;
         let method = self.choose_method(&options.tolerances)?;
+        self.check_series(&method.0)?;
         let output_times = self.output_list()?;
         let formulation = Formulation::choose::<M>(self.formulation)?;
         number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
@@ -471,6 +472,18 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             }
             (None, None) => chosen(Arc::new(Dop853), format!("because its long steps win at tolerance {loosest:e}")),
         })
+    }
+
+    fn check_series(&self, method: &AnyDriver<M>) -> Result<(), OptionError> {
+        if !method.needs_series() {
+            return Ok(());
+        }
+        let reason = match M::SERIES {
+            Expansion::None { reason } => reason,
+            Expansion::Generated { .. } if self.law.is_some() => "its inputs follow a closure",
+            Expansion::Generated { .. } => return Ok(()),
+        };
+        Err(OptionError::NoSeries { method: method.method(), reason })
     }
 
     /// The output times, checked and in the order of the motion.

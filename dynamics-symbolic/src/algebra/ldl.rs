@@ -98,6 +98,39 @@ impl Factors {
     }
 }
 
+/// Another graph, into which values of this one are carried.
+pub(crate) trait Elsewhere {
+    /// The other graph.
+    fn graph(&mut self) -> &mut Graph;
+    /// A value of this graph there.
+    fn carry(&mut self, id: NodeId) -> NodeId;
+}
+
+impl Factors {
+    /// x with M x = `right`, where right-hand sides and solution are nodes of another graph.
+    pub(crate) fn solve_elsewhere(&self, other: &mut impl Elsewhere, right: &[NodeId]) -> Vec<NodeId> {
+        let mut x = right.to_vec();
+        for &k in &self.order {
+            for &(i, l) in &self.columns[k] {
+                let l = other.carry(l);
+                let product = other.graph().mul_as_is(l, x[k]);
+                x[i] = other.graph().sub(x[i], product);
+            }
+        }
+        for &k in self.order.iter().rev() {
+            let reciprocal = other.carry(self.reciprocals[k]);
+            let mut value = other.graph().mul_as_is(reciprocal, x[k]);
+            for &(i, l) in &self.columns[k] {
+                let l = other.carry(l);
+                let product = other.graph().mul_as_is(l, x[i]);
+                value = other.graph().sub(value, product);
+            }
+            x[k] = value;
+        }
+        x
+    }
+}
+
 /// What is left of a symmetric matrix after some unknowns are eliminated: entries that are not identically zero, by row.
 #[derive(Clone, Debug)]
 pub(super) struct Rest {

@@ -30,6 +30,11 @@ impl<'a> Access<'a> {
         }
     }
 
+    /// Programs of Taylor coefficients: what they need of order 0 stands in an array `z`.
+    pub(in super::super) fn of_coefficients(private: TokenStream, graph: &'a Graph, kept: usize) -> Self {
+        Self { graph, private, parameters: (0..kept).map(|i| format!("z[{i}]")).collect(), functions: Vec::new() }
+    }
+
     /// What statements refer to by short names.
     pub(super) fn imports(&self) -> TokenStream {
         let private = &self.private;

@@ -53,8 +53,7 @@ impl Emission<'_> {
         let (f5, momenta) = self.method(&programs.momenta, "momenta", &vector, to_vector);
         let (f6, energy) = self.method(&programs.energy_function, "energy_function", &f64, |r| r[0].clone());
         let (f7, conserved) = self.writing(&programs.conserved, "conserved");
-        let parameter = self.parameter();
-        let derivatives = self.derivatives();
+        let (parameter, derivatives, series) = (self.parameter(), self.derivatives(), self.series());
         quote! {
             use #private::{Model, Result, Result::{Ok, Err}};
             #f1 #f2 #f3 #f4 #f5 #f6 #f7
@@ -62,7 +61,7 @@ impl Emission<'_> {
                 type Constants = [#f64; #count];
                 #quantities
                 const CONSERVED: &'static [#private::Quantity] = #names;
-                #parameter #constants #accelerations #derivatives #mass #force #momenta #energy #conserved
+                #parameter #constants #accelerations #derivatives #mass #force #momenta #energy #conserved #series
             }
         }
     }

@@ -1,0 +1,323 @@
+//! Taylor series of adaptive order and step.
+//!
+//! * **Problem**: smooth, not stiff, from six digits to all that there are; accelerations that can be expanded (models whose code is generated).
+//! * **Formula**: q(t₀ + h) = Σ qₖ hᵏ and u likewise, with coefficients by recurrences that the model's code contains
+//!   ([`System::series`]): exact derivatives, no differences. M is factored once per step.
+//! * **Order** p from the tolerance ε, p = 1 − ½ f ln ε. With f = 1 work per unit of time is least where the work of a step grows with p²
+//!   (Jorba, Zou); here most of it grows with p, and the best f, measured, is larger.
+//! * **Error estimate**: the last two terms. The step is chosen before it is made, as the longest for which both are permitted; at its end the
+//!   accelerations of the model are compared with those of the series. Where the model chooses (`if`, min, max, abs, signum) the series is that of the
+//!   branch at its start: there the comparison is also made within the step, and steps are repeated shorter until the branch is the right one.
+//! * **Dense output**: the series itself, of full order, at no cost.
+//! * **Stability**: the disk of radius about (p!)^(1/p), 8.3 for p = 20, on the left.
+//! * **Rounding**: what is lost when a step is added to the state is carried to the next step (Kahan's sum).
+//! * **Cost**: one series, about p/2 evaluations of q̈ at p = 20, and one evaluation at the end.
+//! * **Source**: Jorba, Zou, *A software package for the numerical integration of ODEs by means of high-order Taylor methods*, Experimental
+//!   Mathematics 14 (2005) 99; Corliss, Chang, ACM TOMS 8 (1982) 114; Biscani, Izzo, MNRAS 504 (2021) 2614.
+
+use super::tableau::zip;
+use super::{ControllerSettings, Dense, Knot, Method, Phase, Scheme, System, Tolerances};
+use crate::math;
+use crate::model::Vector;
+use crate::series::MOST_ORDER;
+
+/// Rows of coefficients.
+const ROWS: usize = MOST_ORDER + 1;
+/// Lowest order: the step control needs two terms.
+const LEAST_ORDER: usize = 4;
+/// f above.
+const ORDER_FACTOR: f64 = 1.0;
+/// Factor of steps below the longest permitted one.
+const SAFETY: f64 = 0.95;
+/// Largest growth from one step to the next: coefficients that vanish by chance or at rest must not be taken for an exact polynomial.
+const MOST_GROWTH: f64 = 30.0;
+/// How many times the permitted error the difference of accelerations may make over the step, where the model chooses. A smooth one has less than 10.
+const MOST_DEFECT: f64 = 50.0;
+/// The same where nothing can go wrong but an estimate by terms that vanish by chance.
+const GROSS_DEFECT: f64 = 1e4;
+/// Relative rounding errors of accelerations that are no matter of the step: none is known for models that choose, where a jump is what is sought.
+const GROSS_ROUNDING: f64 = 1e-8;
+/// Where within a step the branches of a model that chooses are compared, besides its end.
+const WITHIN: [f64; 3] = [0.25, 0.5, 0.75];
+
+/// Taylor series of adaptive order and step. A system without [`System::series`] has none: its first step fails as not finite.
+#[derive(Clone, Copy, Debug)]
+pub struct Taylor<V> {
+    /// The order that was asked for.
+    asked: Option<usize>,
+    series: Series<V>,
+    /// The start of the series, if there is one.
+    from: Option<Knot<V>>,
+    /// What the start of the series lost by rounding.
+    lost: Phase<V>,
+    /// The end of the last attempt and what it lost.
+    end: (Phase<V>, Phase<V>),
+    /// q̈ there.
+    acceleration: V,
+    /// The last term at the end of the last attempt.
+    error: Phase<V>,
+    /// The tolerances for which the order was chosen.
+    tolerances: Option<Tolerances>,
+    /// Derivatives at start and end of the last attempt.
+    stages: [Phase<V>; 2],
+}
+
+/// The series of a step: its dense output.
+#[derive(Clone, Copy, Debug)]
+pub struct Series<V> {
+    q: [V; ROWS],
+    u: [V; ROWS],
+    /// Highest order.
+    order: usize,
+    /// Unit of time of the coefficients, with the sign of the run.
+    scale: f64,
+    /// Length of the step in this unit.
+    length: f64,
+}
+
+impl<V: Vector> Series<V> {
+    /// Row k.
+    fn row(&self, k: usize) -> Phase<V> {
+        Phase { q: self.q[k], u: self.u[k] }
+    }
+
+    /// Σ over k ≥ 1 of the coefficients times sᵏ.
+    #[inline(always)]
+    fn change(&self, s: f64) -> Phase<V> {
+        let mut sum = self.row(self.order);
+        for k in (1..self.order).rev() {
+            for i in 0..V::LEN {
+                sum.q[i] = sum.q[i] * s + self.q[k][i];
+                sum.u[i] = sum.u[i] * s + self.u[k][i];
+            }
+        }
+        zip(&sum, &sum, |x, _| x * s)
+    }
+
+    /// du/dt.
+    fn acceleration(&self, s: f64) -> V {
+        let mut sum = V::zeros();
+        for k in (1..=self.order).rev() {
+            for i in 0..V::LEN {
+                sum[i] = sum[i] * s + k as f64 * self.u[k][i];
+            }
+        }
+        for i in 0..V::LEN {
+            sum[i] /= self.scale;
+        }
+        sum
+    }
+}
+
+impl<V: Vector> Dense<V> for Series<V> {
+    fn at(&self, theta: f64) -> Phase<V> {
+        zip(&self.row(0), &self.change(theta * self.length), |x, dx| x + dx)
+    }
+}
+
+impl<V: Vector> Taylor<V> {
+    /// Of a fixed order, 4 to [`MOST_ORDER`]; `None`: chosen by the tolerance.
+    #[must_use]
+    pub fn of_order(order: Option<usize>) -> Self {
+        Self { asked: order.map(|p| p.clamp(LEAST_ORDER, MOST_ORDER)), ..Self::new() }
+    }
+
+    /// The order of the last series.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.series.order
+    }
+
+    fn choose_order(&mut self, tolerances: &Tolerances) {
+        if self.tolerances == Some(*tolerances) {
+            return;
+        }
+        let loosest = tolerances.absolute.max(tolerances.relative);
+        // Rounded up.
+        let by_tolerance = 2 + (-0.5 * ORDER_FACTOR * math::ln(loosest.clamp(1e-300, 1.0))) as usize;
+        self.series.order = self.asked.unwrap_or(by_tolerance.clamp(LEAST_ORDER, MOST_ORDER));
+        self.tolerances = Some(*tolerances);
+    }
+
+    /// The series at a knot, in a unit of time that keeps its coefficients in range.
+    fn expand<S: System<V>>(&mut self, system: &mut S, start: &Knot<V>, scale: f64, tolerances: &Tolerances) {
+        self.choose_order(tolerances);
+        self.lost = match self.from {
+            _ if self.end.0 == start.y => self.end.1,
+            Some(from) if from.y == start.y => self.lost,
+            _ => Phase::zeros(),
+        };
+        self.from = Some(*start);
+        let order = self.series.order;
+        self.series.scale = scale;
+        for _ in 0..8 {
+            let Series { q, u, scale, .. } = &mut self.series;
+            (q[0], u[0]) = (start.y.q, start.y.u);
+            let rows = ..=order;
+            if !system.series(start.t, &start.y, &start.a, *scale, &mut q[rows], &mut u[rows]) {
+                q[order] = nan();
+                u[order] = nan();
+                return;
+            }
+            if self.series.row(order).is_finite() {
+                return;
+            }
+            self.series.scale *= 1e-4;
+        }
+    }
+
+    /// Part of the unit of time after which term k is as large as permitted.
+    fn reach(&self, k: usize, tolerances: &Tolerances) -> f64 {
+        let y = self.series.row(0);
+        let size = tolerances.norm(&self.series.row(k), &y, &y);
+        math::powf(size, -1.0 / k as f64)
+    }
+
+    /// h times the difference of accelerations from those of the series, against what is permitted.
+    fn defect<S: System<V>>(
+        &self,
+        system: &S,
+        (s, h): (f64, f64),
+        y: &Phase<V>,
+        a: &V,
+        tolerances: &Tolerances,
+    ) -> f64 {
+        let (expected, chooses) = (self.series.acceleration(s), system.chooses());
+        let (factor, rounding) = if chooses { (MOST_DEFECT, 0.0) } else { (GROSS_DEFECT, GROSS_ROUNDING) };
+        let mut worst = 0.0f64;
+        for i in 0..V::LEN {
+            let permitted = factor * tolerances.scale(self.series.u[0][i], y.u[i])
+                + rounding * h.abs() * self.stages[0].u[i].abs().max(a[i].abs());
+            let part = (h * (a[i] - expected[i])).abs() / permitted;
+            // What is not a number is no small defect.
+            worst = if part <= worst { worst } else { part };
+        }
+        worst
+    }
+}
+
+fn nan<V: Vector>() -> V {
+    let mut v = V::zeros();
+    v.as_mut_slice().fill(f64::NAN);
+    v
+}
+
+impl<V: Vector> Scheme<V> for Taylor<V> {
+    const METHOD: Method = Method::Taylor;
+    // Of no consequence but for the first guess of a step and for how rejected steps shrink.
+    const ORDER: u32 = 8;
+    const ERROR_ORDER: u32 = 7;
+    const CONTROL: Option<ControllerSettings> =
+        Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.25, grow: 4.0 });
+    const WEIGHTS: &'static [f64] = &[];
+    const STABILITY_BORDER: f64 = 0.8;
+    const SCAN: usize = 16;
+    type Dense = Series<V>;
+
+    fn new() -> Self {
+        let (rows, phase) = ([V::zeros(); ROWS], Phase::zeros());
+        Self {
+            asked: None,
+            series: Series { q: rows, u: rows, order: LEAST_ORDER, scale: 1.0, length: 1.0 },
+            from: None,
+            lost: phase,
+            end: (phase, phase),
+            acceleration: V::zeros(),
+            error: phase,
+            tolerances: None,
+            stages: [phase; 2],
+        }
+    }
+
+    fn propose<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Option<f64> {
+        self.expand(system, start, h, tolerances);
+        let p = self.series.order;
+        let reach = self.reach(p, tolerances).min(self.reach(p - 1, tolerances));
+        let most = MOST_GROWTH * (h / self.series.scale).abs();
+        (!reach.is_nan()).then(|| (SAFETY * reach).min(most) * self.series.scale.abs())
+    }
+
+    #[inline(always)]
+    fn attempt<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        if self.from != Some(*start) || self.tolerances != Some(*tolerances) {
+            self.expand(system, start, h, tolerances);
+        }
+        let s = h / self.series.scale;
+        self.series.length = s;
+        self.stages[0] = start.derivative();
+        let change = self.series.change(s);
+        // The sum with its rounding error (Knuth), which the next step gets back.
+        let change = zip(&change, &self.lost, |x, lost| x + lost);
+        let end = zip(&start.y, &change, |y, x| y + x);
+        let added = zip(&end, &start.y, |sum, y| sum - y);
+        let of_start = zip(&start.y, &zip(&end, &added, |sum, x| sum - x), |y, kept| y - kept);
+        let lost = zip(&zip(&change, &added, |x, kept| x - kept), &of_start, |x, y| x + y);
+        self.end = (end, lost);
+        if !end.is_finite() {
+            return Ok((end, f64::NAN));
+        }
+        let p = self.series.order;
+        let power = math::powi(s, p as i32);
+        self.error = zip(&self.series.row(p), &end, |x, _| x * power);
+        let mut error = tolerances.norm(&self.error, &start.y, &end);
+        self.acceleration = system.accelerations(start.t + h, &end.q, &end.u)?;
+        self.stages[1] = Phase { q: end.u, u: self.acceleration };
+        error = error.max(self.defect(system, (s, h), &end, &self.acceleration, tolerances));
+        if system.chooses() {
+            for part in WITHIN {
+                let y = zip(&start.y, &self.series.change(part * s), |y, x| y + x);
+                let a = system.accelerations(start.t + part * h, &y.q, &y.u)?;
+                error = error.max(self.defect(system, (part * s, h), &y, &a, tolerances));
+            }
+        }
+        Ok((end, error))
+    }
+
+    #[inline(always)]
+    fn finish<S: System<V>>(&mut self, _: &mut S, _: f64, _: &Phase<V>) -> Result<V, S::Error> {
+        Ok(self.acceleration)
+    }
+
+    fn dense<S: System<V>>(&mut self, _: &mut S, _: &Knot<V>, _: &Knot<V>, _: f64) -> Result<Series<V>, S::Error> {
+        Ok(self.series)
+    }
+
+    fn forget(&mut self) {
+        self.from = None;
+        self.end = (Phase { q: nan(), u: nan() }, Phase::zeros());
+    }
+
+    fn stages(&self) -> &[Phase<V>] {
+        &self.stages
+    }
+
+    fn error_vector(&self) -> Phase<V> {
+        self.error
+    }
+
+    /// |h λ| where one mode makes the last coefficients, as it does where stability bounds the step, against the border of stability (p!)^(1/p). Then
+    /// xₖ = (h λ)ᵏ/k! times the mode; two orders are compared because those of one parity may vanish.
+    fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+        let (p, u) = (self.series.order, &self.series.u);
+        let square = |k: usize| u[k].as_slice().iter().map(|x| x * x).sum::<f64>();
+        let ratio = |k: usize| math::sqrt(math::sqrt(square(k) / square(k - 2)) * (k * (k - 1)) as f64);
+        // Where no mode dominates the ratios differ.
+        let size = (p - 1..=p).map(ratio).fold(f64::INFINITY, f64::min) * self.series.length.abs();
+        // Stirling's formula.
+        let n = p as f64;
+        let border = n / core::f64::consts::E * math::powf(core::f64::consts::TAU * n, 0.5 / n);
+        size.is_finite().then_some(size / border)
+    }
+}

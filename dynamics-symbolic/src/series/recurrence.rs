@@ -1,0 +1,332 @@
+//! Coefficients of order k ≥ 1 of every operation.
+//!
+//! With ⟨a, b⟩ = Σ aⱼ bₖ₋ⱼ over j = 1 … k−1 (a lane) and a′ⱼ = j aⱼ (a weighted left factor):
+//!
+//! | c | coefficient k |
+//! |---|---|
+//! | a b | a₀ bₖ + aₖ b₀ + ⟨a, b⟩ |
+//! | a / b | (aₖ − c₀ bₖ − ⟨c, b⟩) / b₀ |
+//! | √a | (aₖ − ⟨c, c⟩) / 2c₀ |
+//! | c′ = g a′ | aₖ g₀ + ⟨a′, g⟩ / k |
+//! | c′ b = a′ | (aₖ − ⟨c′, b⟩ / k) / b₀ |
+//! | aᵖ | (p (aₖ c₀ + ⟨a′, c⟩ / k) − ⟨c′, a⟩ / k) / a₀ |
+
+use std::collections::BTreeMap;
+
+use crate::algebra::Elsewhere;
+use crate::graph::{Binary, Comparison, Dependence, Graph, Node, NodeId, Number, Symbol, Unary};
+
+use super::Unexpandable;
+
+/// A Cauchy sum without its first and last term.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Lane {
+    /// Left factor, a node of the base graph.
+    pub(super) left: NodeId,
+    /// Its coefficients times their order.
+    pub(super) weighted: bool,
+    /// Right factor.
+    pub(super) right: NodeId,
+}
+
+/// From nodes of a base graph to nodes of another that are their coefficients of order k.
+pub(super) struct Expansion<'a> {
+    /// What is expanded.
+    pub(super) base: &'a mut Graph,
+    /// Coefficients of order k.
+    pub(super) order: Graph,
+    /// Nodes of `base` whose values at order 0 are `Parameter(i)` of `order`.
+    pub(super) kept: Vec<NodeId>,
+    /// Whether some value is a choice.
+    pub(super) chooses: bool,
+    kept_as: BTreeMap<NodeId, NodeId>,
+    coefficients: BTreeMap<NodeId, NodeId>,
+    lanes: Vec<Lane>,
+    lanes_as: BTreeMap<Lane, NodeId>,
+}
+
+impl Elsewhere for Expansion<'_> {
+    fn graph(&mut self) -> &mut Graph {
+        &mut self.order
+    }
+    fn carry(&mut self, id: NodeId) -> NodeId {
+        self.kept(id)
+    }
+}
+
+impl<'a> Expansion<'a> {
+    pub(super) fn new(base: &'a mut Graph) -> Self {
+        Self {
+            base,
+            order: Graph::new(),
+            kept: Vec::new(),
+            chooses: false,
+            kept_as: BTreeMap::new(),
+            coefficients: BTreeMap::new(),
+            lanes: Vec::new(),
+            lanes_as: BTreeMap::new(),
+        }
+    }
+
+    /// The lanes so far.
+    pub(super) fn lanes(&self) -> &[Lane] {
+        &self.lanes
+    }
+
+    /// Whether a value does not change along a motion.
+    pub(super) fn is_constant(&self, id: NodeId) -> bool {
+        let held = Dependence::PARAMETERS.with(Dependence::INPUTS).with(Dependence::MODES);
+        self.base.dependence(id).within(held)
+    }
+
+    /// The value at order 0.
+    pub(super) fn kept(&mut self, id: NodeId) -> NodeId {
+        if let Some(number) = self.base.as_number(id) {
+            return self.order.number(number);
+        }
+        if let Some(known) = self.kept_as.get(&id) {
+            return *known;
+        }
+        let symbol = self.order.symbol(Symbol::Parameter(self.kept.len() as u32));
+        self.kept.push(id);
+        self.kept_as.insert(id, symbol);
+        symbol
+    }
+
+    /// 1/x at order 0.
+    fn kept_reciprocal(&mut self, id: NodeId) -> NodeId {
+        let one = self.base.one();
+        let reciprocal = self.base.div(one, id).expect("what an existing node divides by is not identically zero");
+        self.kept(reciprocal)
+    }
+
+    /// Says what the coefficient of a node is.
+    pub(super) fn know(&mut self, id: NodeId, coefficient: NodeId) {
+        self.coefficients.insert(id, coefficient);
+    }
+
+    /// ⟨left, right⟩.
+    pub(super) fn lane(&mut self, left: NodeId, right: NodeId) -> NodeId {
+        self.sum(Lane { left: left.min(right), weighted: false, right: left.max(right) })
+    }
+
+    /// ⟨left′, right⟩ / k.
+    fn lane_of_slope(&mut self, left: NodeId, right: NodeId) -> NodeId {
+        let sum = self.sum(Lane { left, weighted: true, right });
+        let reciprocal = self.order.symbol(Symbol::Input(1));
+        self.order.mul_as_is(reciprocal, sum)
+    }
+
+    fn sum(&mut self, lane: Lane) -> NodeId {
+        if self.is_constant(lane.left) || self.is_constant(lane.right) {
+            return self.order.zero();
+        }
+        if let Some(known) = self.lanes_as.get(&lane) {
+            return *known;
+        }
+        let symbol = self.order.symbol(Symbol::Multiplier(self.lanes.len() as u32));
+        self.lanes.push(lane);
+        self.lanes_as.insert(lane, symbol);
+        symbol
+    }
+
+    /// k times the coefficient.
+    pub(super) fn weighted(&mut self, id: NodeId) -> Result<NodeId, Unexpandable> {
+        let coefficient = self.coefficient(id)?;
+        let k = self.order.symbol(Symbol::Input(0));
+        Ok(self.order.mul_as_is(k, coefficient))
+    }
+
+    /// The coefficient of order k of a node.
+    pub(super) fn coefficient(&mut self, root: NodeId) -> Result<NodeId, Unexpandable> {
+        if let Some(known) = self.coefficients.get(&root) {
+            return Ok(*known);
+        }
+        // Children come first, so that what an operation needs of its arguments is there and nothing recurs deeply.
+        for id in self.base.cone(&[root]) {
+            if !self.coefficients.contains_key(&id) {
+                let coefficient = if self.is_constant(id) { self.order.zero() } else { self.recurrence(id)? };
+                self.coefficients.insert(id, coefficient);
+            }
+        }
+        Ok(self.coefficients[&root])
+    }
+
+    fn recurrence(&mut self, id: NodeId) -> Result<NodeId, Unexpandable> {
+        Ok(match self.base.node(id) {
+            Node::Number(_) => self.order.zero(),
+            Node::Symbol(symbol) => self.order.symbol(symbol),
+            Node::Add(a, b) => {
+                let (a, b) = (self.coefficient(a)?, self.coefficient(b)?);
+                self.order.add(a, b)
+            }
+            Node::Sub(a, b) => {
+                let (a, b) = (self.coefficient(a)?, self.coefficient(b)?);
+                self.order.sub(a, b)
+            }
+            Node::Neg(a) => {
+                let a = self.coefficient(a)?;
+                self.order.neg(a)
+            }
+            Node::Mul(a, b) => self.product(a, b)?,
+            Node::Div(a, b) => self.quotient(id, a, b)?,
+            Node::Unary(f, a) => self.unary(f, id, a)?,
+            Node::Binary(f, a, b) => self.binary(f, id, a, b)?,
+            Node::Select { comparison, left, right, then, otherwise } => {
+                self.choice(comparison, [left, right], [then, otherwise])?
+            }
+            Node::Smooth { function, .. } => return Err(Unexpandable::Smooth(function)),
+        })
+    }
+
+    fn product(&mut self, a: NodeId, b: NodeId) -> Result<NodeId, Unexpandable> {
+        let (of_a, of_b) = (self.coefficient(a)?, self.coefficient(b)?);
+        let (a0, b0) = (self.kept(a), self.kept(b));
+        let inner = self.lane(a, b);
+        let (first, last) = (self.order.mul_as_is(a0, of_b), self.order.mul_as_is(of_a, b0));
+        let ends = self.order.add(first, last);
+        Ok(self.order.add(inner, ends))
+    }
+
+    fn quotient(&mut self, id: NodeId, a: NodeId, b: NodeId) -> Result<NodeId, Unexpandable> {
+        let (of_a, of_b) = (self.coefficient(a)?, self.coefficient(b)?);
+        let (c0, inner) = (self.kept(id), self.lane(id, b));
+        let known = self.order.mul_as_is(c0, of_b);
+        let rest = self.order.sub(of_a, inner);
+        let above = self.order.sub(rest, known);
+        let reciprocal = self.kept_reciprocal(b);
+        Ok(self.order.mul_as_is(above, reciprocal))
+    }
+
+    /// c with c′ = g a′.
+    fn integral(&mut self, g: NodeId, a: NodeId) -> Result<NodeId, Unexpandable> {
+        let (of_a, g0) = (self.coefficient(a)?, self.kept(g));
+        let (last, inner) = (self.order.mul_as_is(of_a, g0), self.lane_of_slope(a, g));
+        Ok(self.order.add(last, inner))
+    }
+
+    /// c with c′ b = r′, rₖ given.
+    fn divided_integral(&mut self, id: NodeId, of_r: NodeId, b: NodeId) -> NodeId {
+        let (inner, reciprocal) = (self.lane_of_slope(id, b), self.kept_reciprocal(b));
+        let rest = self.order.sub(of_r, inner);
+        self.order.mul_as_is(rest, reciprocal)
+    }
+
+    /// √s.
+    fn root(&mut self, id: NodeId, s: NodeId) -> Result<NodeId, Unexpandable> {
+        let (of_s, inner) = (self.coefficient(s)?, self.lane(id, id));
+        let rest = self.order.sub(of_s, inner);
+        let twice = self.base.add(id, id);
+        let reciprocal = self.kept_reciprocal(twice);
+        Ok(self.order.mul_as_is(rest, reciprocal))
+    }
+
+    /// aᵖ for a constant p, given at order 0.
+    fn power(&mut self, id: NodeId, a: NodeId, p: NodeId) -> Result<NodeId, Unexpandable> {
+        let grown = self.integral(id, a)?;
+        let grown = self.order.mul_as_is(p, grown);
+        Ok(self.divided_integral(id, grown, a))
+    }
+
+    fn unary(&mut self, f: Unary, id: NodeId, a: NodeId) -> Result<NodeId, Unexpandable> {
+        let one = self.base.one();
+        match f {
+            Unary::Sin => {
+                let cos = self.base.unary(Unary::Cos, a);
+                self.integral(cos, a)
+            }
+            Unary::Cos => {
+                let sin = self.base.unary(Unary::Sin, a);
+                let slope = self.integral(sin, a)?;
+                Ok(self.order.neg(slope))
+            }
+            Unary::Sinh => {
+                let cosh = self.base.unary(Unary::Cosh, a);
+                self.integral(cosh, a)
+            }
+            Unary::Cosh => {
+                let sinh = self.base.unary(Unary::Sinh, a);
+                self.integral(sinh, a)
+            }
+            Unary::Exp => self.integral(id, a),
+            Unary::Tan | Unary::Tanh => {
+                let square = self.base.mul(id, id);
+                let slope = if f == Unary::Tan { self.base.add(one, square) } else { self.base.sub(one, square) };
+                self.integral(slope, a)
+            }
+            Unary::Ln => {
+                let of_a = self.coefficient(a)?;
+                Ok(self.divided_integral(id, of_a, a))
+            }
+            Unary::Atan => {
+                let square = self.base.mul(a, a);
+                let below = self.base.add(one, square);
+                let of_a = self.coefficient(a)?;
+                Ok(self.divided_integral(id, of_a, below))
+            }
+            Unary::Asin | Unary::Acos => {
+                let (low, high) = (self.base.sub(one, a), self.base.add(one, a));
+                let product = self.base.mul(low, high);
+                let below = self.base.unary(Unary::Sqrt, product);
+                let of_a = self.coefficient(a)?;
+                let of_r = if f == Unary::Asin { of_a } else { self.order.neg(of_a) };
+                Ok(self.divided_integral(id, of_r, below))
+            }
+            Unary::Sqrt => self.root(id, a),
+            Unary::Cbrt => {
+                let third = self.order.number(Number::ratio(1, 3));
+                self.power(id, a, third)
+            }
+            Unary::Abs => {
+                self.chooses = true;
+                let sign = self.base.unary(Unary::Signum, a);
+                let (of_a, sign) = (self.coefficient(a)?, self.kept(sign));
+                Ok(self.order.mul_as_is(of_a, sign))
+            }
+            Unary::Signum => {
+                self.chooses = true;
+                Ok(self.order.zero())
+            }
+        }
+    }
+
+    fn binary(&mut self, f: Binary, id: NodeId, a: NodeId, b: NodeId) -> Result<NodeId, Unexpandable> {
+        match f {
+            Binary::Powf if self.is_constant(b) => {
+                let p = self.kept(b);
+                self.power(id, a, p)
+            }
+            Binary::Powf => {
+                let ln = self.base.unary(Unary::Ln, a);
+                let exponent = self.base.mul(b, ln);
+                self.integral(id, exponent)
+            }
+            Binary::Hypot => {
+                let squares = self.squares(a, b);
+                self.root(id, squares)
+            }
+            // (x² + y²) c′ = x y′ − y x′.
+            Binary::Atan2 => {
+                let below = self.squares(a, b);
+                let (up, down) = (self.integral(b, a)?, self.integral(a, b)?);
+                let of_r = self.order.sub(up, down);
+                Ok(self.divided_integral(id, of_r, below))
+            }
+            Binary::Min => self.choice(Comparison::LessEqual, [a, b], [a, b]),
+            Binary::Max => self.choice(Comparison::LessEqual, [b, a], [a, b]),
+        }
+    }
+
+    fn squares(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        let (a, b) = (self.base.mul(a, a), self.base.mul(b, b));
+        self.base.add(a, b)
+    }
+
+    /// The branch taken at order 0.
+    fn choice(&mut self, by: Comparison, compared: [NodeId; 2], branches: [NodeId; 2]) -> Result<NodeId, Unexpandable> {
+        self.chooses = true;
+        let [left, right] = compared.map(|id| self.kept(id));
+        let (then, otherwise) = (self.coefficient(branches[0])?, self.coefficient(branches[1])?);
+        Ok(self.order.select(by, left, right, then, otherwise))
+    }
+}

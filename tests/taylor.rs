@@ -1,0 +1,338 @@
+//! Taylor series on derived models.
+
+use dynamics::model::Vector;
+use dynamics::prelude::*;
+
+/// Two bobs; M₁₁ = 2.3, M₂₂ = 0.832, coupling 1.04 cos(θ₁ − θ₂).
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta1, theta2)]
+struct DoublePendulum {
+    m1: f64,
+    m2: f64,
+    l1: f64,
+    l2: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl DoublePendulum {
+    fn bob1(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.l1 * vec2(q.theta1.sin(), -q.theta1.cos())
+    }
+    fn bob2(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.bob1(q) + self.l2 * vec2(q.theta2.sin(), -q.theta2.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m1 * self.bob1(q).dt().norm_squared() + 0.5 * self.m2 * self.bob2(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.g * (self.m1 * self.bob1(q).y + self.m2 * self.bob2(q).y)
+    }
+}
+
+const DP: DoublePendulum = DoublePendulum { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
+
+/// Two bodies, unit masses: the motion of one about the other.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+struct Kepler {
+    mu: f64,
+}
+
+#[dynamics]
+impl Kepler {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        -self.mu / vec2(q.x, q.y).norm()
+    }
+}
+
+/// A block on a table, pulled by a spring: dry friction changes its sign with the velocity.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(s)]
+struct Block {
+    mass: f64,
+    stiffness: f64,
+    friction: f64,
+}
+
+#[dynamics]
+impl Block {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.s.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiffness * q.s.powi(2)
+    }
+    #[force]
+    fn dry(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.s, -self.friction * q.s.dt().signum())
+    }
+}
+
+/// A mass driven through a spring whose other end follows time.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(s)]
+#[inputs(push)]
+struct Driven {
+    mass: f64,
+    stiffness: f64,
+    omega: f64,
+}
+
+#[dynamics]
+impl Driven {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.s.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiffness * (q.s - (self.omega * q.t).sin()).powi(2)
+    }
+    #[force]
+    fn pushed(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.s, q.push)
+    }
+}
+
+/// A pendulum in Cartesian coordinates.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+struct Bob {
+    length: f64,
+}
+
+#[dynamics]
+impl Bob {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        9.81 * q.y
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Expr {
+        vec2(q.x, q.y).norm() - self.length
+    }
+}
+
+/// A bead on a wire of which only a spline is known.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(s)]
+struct Bead {
+    height: CubicSpline,
+}
+
+#[dynamics]
+impl Bead {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * q.s.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        9.81 * self.height.at(q.s)
+    }
+}
+
+/// Largest difference of coordinates and velocities.
+fn distance<S: ModelState>(x: S, y: S) -> f64 {
+    let pairs = x.q().as_slice().iter().zip(y.q().as_slice()).chain(x.u().as_slice().iter().zip(y.u().as_slice()));
+    pairs.fold(0.0, |most, (a, b)| most.max((a - b).abs()))
+}
+
+const TAYLOR: methods::Taylor = methods::Taylor { order: None };
+
+#[test]
+fn the_error_follows_the_tolerance_down_to_rounding() {
+    let start = DP.state().theta1(1.5).theta2(1.0).build().unwrap();
+    let truth = DP.simulate(start).until(10.0).tolerance(1e-15).run().unwrap().end();
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-15] {
+        let motion = DP.simulate(start).until(10.0).tolerance(tolerance).method(TAYLOR).run().unwrap();
+        let error = distance(motion.end(), truth);
+        // At 1e-15 rounding decides, of the reference as well: the motion makes errors 100 times larger.
+        assert!(error < 100.0 * tolerance + 3e-13, "{tolerance:e}: {error:e}");
+        assert!(tolerance < 1e-11 || error > 1e-3 * tolerance, "{tolerance:e}: {error:e}, no tolerance was used");
+        assert!(!motion.summary().to_string().contains("stiff"), "{}", motion.summary());
+    }
+}
+
+#[test]
+fn any_order_can_be_asked_for() {
+    let start = DP.state().theta1(1.5).theta2(1.0).build().unwrap();
+    let truth = DP.simulate(start).until(1.0).tolerance(1e-14).run().unwrap().end();
+    for order in [4, 7, 12, 20, 36] {
+        let method = methods::Taylor { order: Some(order) };
+        let motion = DP.simulate(start).until(1.0).tolerance(1e-9).method(method).run().unwrap();
+        let error = distance(motion.end(), truth);
+        assert!(error < 1e-7, "order {order}: {error:e}");
+    }
+    // With fixed steps the error falls with the power of the order.
+    for order in [4, 6, 8] {
+        let method = methods::Taylor { order: Some(order) };
+        let run = |h| DP.simulate(start).until(1.0).fixed_step(h).method(method).run().unwrap().end();
+        let (coarse, fine) = (distance(run(0.01), truth), distance(run(0.005), truth));
+        let found = (coarse / fine).log2();
+        assert!((found - order as f64).abs() < 0.7, "order {order}: {coarse:e} → {fine:e}, {found}");
+    }
+}
+
+#[test]
+fn dense_output_is_as_accurate_as_steps() {
+    let start = DP.state().theta1(1.5).theta2(1.0).build().unwrap();
+    let reference = DP.simulate(start).until(3.0).tolerance(1e-14).run().unwrap();
+    let motion = DP.simulate(start).until(3.0).tolerance(1e-11).method(TAYLOR).run().unwrap();
+    for i in 0..300 {
+        let t = 0.01 * f64::from(i);
+        let exact = DP.simulate(start).until(t.max(1e-3)).tolerance(1e-14).run().unwrap();
+        let error = distance(motion.at(exact.end().t()), exact.end());
+        assert!(error < 1e-9, "t = {t}: {error:e}");
+    }
+    assert!(distance(motion.end(), reference.end()) < 1e-9);
+}
+
+#[test]
+fn runs_backwards_to_where_it_came_from() {
+    let start = DP.state().theta1(1.5).theta2(1.0).build().unwrap();
+    let there = DP.simulate(start).until(5.0).tolerance(1e-14).method(TAYLOR).run().unwrap();
+    let back = DP.simulate(there.end()).until(0.0).tolerance(1e-14).method(TAYLOR).run().unwrap();
+    let error = distance(back.end(), start);
+    assert!(error < 1e-11, "{error:e}");
+}
+
+#[test]
+fn kepler_keeps_its_energy_over_a_thousand_periods() {
+    let kepler = Kepler { mu: 1.0 };
+    // e = 0.9 at the pericentre of an ellipse of semi-major axis 1.
+    let start = kepler.state().x(0.1).y_rate(19f64.sqrt()).build().unwrap();
+    let energy = kepler.energy_function(&start);
+    let mut worst = 0.0f64;
+    let end = 1000.0 * core::f64::consts::TAU;
+    let watch = |state: &State<Kepler>| worst = worst.max((kepler.energy_function(state) - energy).abs());
+    kepler.simulate(start).until(end).tolerance(1e-15).method(TAYLOR).run_with(watch).unwrap();
+    // Evaluating the energy itself at the pericentre rounds 10 − 9.5: 2e-15.
+    assert!(worst < 1e-12, "{worst:e}");
+}
+
+#[test]
+fn free_fall_is_exact_in_few_steps() {
+    let block = Block { mass: 2.0, stiffness: 0.0, friction: 0.0 };
+    let start = block.state().s(1.0).s_rate(3.0).build().unwrap();
+    let motion = block.simulate(start).until(10.0).tolerance(1e-12).method(TAYLOR).run().unwrap();
+    assert!((motion.end().s() - 31.0).abs() < 1e-13);
+    assert!(motion.counts().steps < 30, "{}", motion.summary());
+}
+
+#[test]
+fn a_branch_that_changes_within_a_step_is_not_passed() {
+    // With friction F = μ and spring k every half period moves the centre by μ/k to the other side: s → −s + 2μ/k.
+    let block = Block { mass: 1.0, stiffness: 4.0, friction: 0.3 };
+    let start = block.state().s(1.0).build().unwrap();
+    // Three half periods of π/2, ended before the next turn: 1 → −0.85 → 0.7 → −0.55 at the turns.
+    let end = 2.5 * core::f64::consts::FRAC_PI_2;
+    for tolerance in [1e-6, 1e-9] {
+        let motion = block.simulate(start).until(end).tolerance(tolerance).method(TAYLOR).run().unwrap();
+        // From 0.7 about the centre 0.075, a quarter of a period later: there.
+        let error = (motion.end().s() - 0.075).abs();
+        assert!(error < 1e3 * tolerance, "{tolerance:e}: {error:e}\n{}", motion.summary());
+    }
+}
+
+#[test]
+fn time_and_held_inputs_are_expanded_laws_are_refused() {
+    let model = Driven { mass: 1.0, stiffness: 4.0, omega: 1.3 };
+    let start = model.state().s(0.2).push(0.7).build().unwrap();
+    let run = |tolerance| model.simulate(start).until(20.0).tolerance(tolerance);
+    let truth = run(1e-14).run().unwrap();
+    let motion = run(1e-12).method(TAYLOR).run().unwrap();
+    let error = distance(motion.end(), truth.end());
+    assert!(error < 1e-10, "{error:e}");
+    assert!(motion.work().closure_error.abs() < 1e-9, "{}", motion.work());
+    let refused = run(1e-9).inputs(|t, _| [t.sin()]).method(TAYLOR).run().unwrap_err();
+    assert!(refused.to_string().contains("its inputs follow a closure"), "{refused}");
+}
+
+#[test]
+fn inputs_that_an_event_changes_are_those_of_the_next_series() {
+    let model = Driven { mass: 1.0, stiffness: 4.0, omega: 1.3 };
+    let start = model.state().s(0.2).push(0.7).build().unwrap();
+    let run = |tolerance| {
+        let switch = |state: &mut State<Driven>| state.inputs_mut()[0] = -0.7;
+        let simulation = model.simulate(start).until(6.0).tolerance(tolerance);
+        simulation.event("late", |state| state.t() - 2.0).on_event("late", Direction::Rising, switch)
+    };
+    let truth = run(1e-13).run().unwrap();
+    for fixed in [false, true] {
+        let simulation = run(1e-12).method(TAYLOR);
+        let motion = if fixed {
+            let switch = |state: &mut State<Driven>| state.inputs_mut()[0] = -0.7;
+            let simulation = model.simulate(start).until(6.0).fixed_step(0.05);
+            let simulation = simulation.event("late", |state| state.t() - 2.0);
+            simulation.on_event("late", Direction::Rising, switch).method(methods::Taylor { order: Some(20) }).run()
+        } else {
+            simulation.run()
+        };
+        let error = distance(motion.unwrap().end(), truth.end());
+        assert!(error < 1e-10, "{error:e}");
+    }
+}
+
+#[test]
+fn models_without_series_say_why() {
+    let bob = Bob { length: 1.0 };
+    let start = bob.state().x(1.0).build().unwrap();
+    let refused = bob.simulate(start).until(1.0).method(TAYLOR).run().unwrap_err();
+    assert!(refused.to_string().contains("it has constraints"), "{refused}");
+    let height = CubicSpline::natural(&[0.0, 1.0, 2.0, 3.0], &[1.0, 0.0, 0.5, 1.0]).unwrap();
+    let bead = Bead { height };
+    let start = bead.state().s(0.5).build().unwrap();
+    let refused = bead.simulate(start).until(1.0).method(TAYLOR).run().unwrap_err();
+    assert!(refused.to_string().contains("`height` is known by its value and three derivatives only"), "{refused}");
+}
+
+#[test]
+fn stiffness_is_reported() {
+    // A pendulum on a very stiff, damped spring: after the fast motion has died stability bounds the step.
+    let model = Stiff { stiffness: 1e6, damping: 2e3 };
+    let start = model.state().x(1.0).build().unwrap();
+    let motion = model.simulate(start).until(1.0).tolerance(1e-6).method(TAYLOR).run().unwrap();
+    assert!(motion.summary().to_string().contains("stiff"), "{}", motion.summary());
+}
+
+/// A bob on a spring.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+struct Stiff {
+    stiffness: f64,
+    damping: f64,
+}
+
+#[dynamics]
+impl Stiff {
+    fn length(&self, q: &Coordinates<Self>) -> Expr {
+        vec2(q.x, q.y).norm()
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn energy(&self, q: &Coordinates<Self>) -> Expr {
+        9.81 * q.y + 0.5 * self.stiffness * (self.length(q) - 1.0).powi(2)
+    }
+    #[dissipation]
+    fn damper(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.damping * self.length(q).dt().powi(2)
+    }
+}
