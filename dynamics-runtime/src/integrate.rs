@@ -193,6 +193,8 @@ pub trait Scheme<V: Vector> {
 
     /// With the options that it has by itself.
     fn new() -> Self;
+    /// Whether the next one says how long every step is: errors that are permitted are then no matter of the controller.
+    const PROPOSES: bool = false;
     /// The size of the step that starts here, positive, where the method knows it before it tries; `h` is what the step before suggests, with its sign.
     #[inline(always)]
     fn propose<S: System<V>>(

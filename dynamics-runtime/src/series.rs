@@ -6,6 +6,8 @@
 
 use nalgebra::SVector;
 
+use crate::math::add_product;
+
 /// Highest order of a series.
 pub const MOST_ORDER: usize = 36;
 
@@ -35,18 +37,39 @@ pub fn expand<const N: usize, const L: usize>(
 ) {
     let order = (q.len().min(u.len()) - 1).min(MOST_ORDER);
     let (mut left, mut right) = ([[0.0; L]; MOST_ORDER], [[0.0; L]; MOST_ORDER]);
-    let mut a = *a;
-    for k in 0..order {
-        if k > 0 {
-            let t = if k == 1 { scale } else { 0.0 };
-            let sums = cauchy(&left[1..k], &right[1..k]);
-            (a, left[k], right[k]) = next(t, &q[k].data.0[0], &u[k].data.0[0], &[k as f64, RECIPROCAL[k]], &sums);
-        }
+    let advance = |q: &mut [SVector<f64, N>], u: &mut [SVector<f64, N>], k: usize, a: &[f64; N]| {
         let factor = scale * RECIPROCAL[k + 1];
         for i in 0..N {
             q[k + 1][i] = factor * u[k][i];
             u[k + 1][i] = factor * a[i];
         }
+    };
+    if order > 0 {
+        advance(q, u, 0, a);
+    }
+    // The terms of the sums of order k in which no factor of order k − 1 occurs are formed while those are computed, and the two others from
+    // registers: nothing waits for what has just been stored.
+    let mut known = [0.0; L];
+    let (mut last_left, mut last_right) = ([0.0; L], [0.0; L]);
+    for k in 1..order {
+        let mut sums = known;
+        if k > 1 {
+            let (first_left, first_right) = (&left[1], &right[1]);
+            for i in 0..L {
+                sums[i] = add_product(sums[i], first_left[i], last_right[i]);
+            }
+            if k > 2 {
+                for i in 0..L {
+                    sums[i] = add_product(sums[i], last_left[i], first_right[i]);
+                }
+            }
+        }
+        known = if k > 2 { cauchy(&left[2..k], &right[2..k]) } else { [0.0; L] };
+        let t = if k == 1 { scale } else { 0.0 };
+        let a;
+        (a, last_left, last_right) = next(t, &q[k].data.0[0], &u[k].data.0[0], &[k as f64, RECIPROCAL[k]], &sums);
+        (left[k], right[k]) = (last_left, last_right);
+        advance(q, u, k, &a);
     }
 }
 
@@ -60,16 +83,6 @@ fn cauchy<const L: usize>(left: &[[f64; L]], right: &[[f64; L]]) -> [f64; L] {
         }
     }
     sums
-}
-
-/// sum + a b, with one rounding where the target has an instruction for it.
-#[inline(always)]
-fn add_product(sum: f64, a: f64, b: f64) -> f64 {
-    #[cfg(feature = "std")]
-    if crate::sin_cos::FUSED {
-        return a.mul_add(b, sum);
-    }
-    sum + a * b
 }
 
 #[cfg(test)]

@@ -56,6 +56,8 @@ struct Printer<'a> {
     inline: BTreeSet<NodeId>,
     /// How deep the expression of such a value is nested.
     depths: BTreeMap<NodeId, usize>,
+    /// Factors of products that are written where they are read.
+    products: BTreeMap<NodeId, [String; 2]>,
     /// Locals used so far, for their numbers.
     locals: usize,
 }
@@ -65,7 +67,14 @@ const DEPTH: usize = 8;
 
 impl<'a> Printer<'a> {
     fn new(access: &'a Access<'a>) -> Self {
-        Self { access, values: BTreeMap::new(), inline: BTreeSet::new(), depths: BTreeMap::new(), locals: 0 }
+        Self {
+            access,
+            values: BTreeMap::new(),
+            inline: BTreeSet::new(),
+            depths: BTreeMap::new(),
+            products: BTreeMap::new(),
+            locals: 0,
+        }
     }
 
     /// How a value is read here.
@@ -136,6 +145,9 @@ impl<'a> Printer<'a> {
                 let below = self.access.graph.node(*id).children().filter_map(|c| self.depths.get(&c)).max();
                 let depth = below.map_or(1, |depth| depth + 1);
                 if depth <= DEPTH && self.inline.contains(id) {
+                    if let (true, Node::Mul(a, b)) = (self.access.fused, self.access.graph.node(*id)) {
+                        self.products.insert(*id, [self.value(a), self.value(b)]);
+                    }
                     self.values.insert(*id, format!("({value})"));
                     self.depths.insert(*id, depth);
                     return String::new();

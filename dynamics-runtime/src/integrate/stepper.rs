@@ -380,7 +380,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 
     #[inline(always)]
     fn judge(&mut self, error: f64) -> bool {
-        if self.options.fixed.is_some() {
+        if self.options.fixed.is_some() || S::PROPOSES && error <= 1.0 {
             return true;
         }
         let Some(control) = &mut self.control else {

@@ -26,7 +26,7 @@ const ROWS: usize = MOST_ORDER + 1;
 /// Lowest order: the step control needs two terms.
 const LEAST_ORDER: usize = 4;
 /// f above.
-const ORDER_FACTOR: f64 = 1.0;
+const ORDER_FACTOR: f64 = 1.5;
 /// Factor of steps below the longest permitted one.
 const SAFETY: f64 = 0.95;
 /// Largest growth from one step to the next: coefficients that vanish by chance or at rest must not be taken for an exact polynomial.
@@ -87,8 +87,8 @@ impl<V: Vector> Series<V> {
         let mut sum = self.row(self.order);
         for k in (1..self.order).rev() {
             for i in 0..V::LEN {
-                sum.q[i] = sum.q[i] * s + self.q[k][i];
-                sum.u[i] = sum.u[i] * s + self.u[k][i];
+                sum.q[i] = math::add_product(self.q[k][i], sum.q[i], s);
+                sum.u[i] = math::add_product(self.u[k][i], sum.u[i], s);
             }
         }
         zip(&sum, &sum, |x, _| x * s)
@@ -99,7 +99,7 @@ impl<V: Vector> Series<V> {
         let mut sum = V::zeros();
         for k in (1..=self.order).rev() {
             for i in 0..V::LEN {
-                sum[i] = sum[i] * s + k as f64 * self.u[k][i];
+                sum[i] = math::add_product(k as f64 * self.u[k][i], sum[i], s);
             }
         }
         for i in 0..V::LEN {
@@ -170,7 +170,7 @@ impl<V: Vector> Taylor<V> {
     fn reach(&self, k: usize, tolerances: &Tolerances) -> f64 {
         let y = self.series.row(0);
         let size = tolerances.norm(&self.series.row(k), &y, &y);
-        math::powf(size, -1.0 / k as f64)
+        math::exp2_roughly(-math::log2_roughly(size) / k as f64)
     }
 
     /// h times the difference of accelerations from those of the series, against what is permitted.
@@ -210,6 +210,7 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
     const CONTROL: Option<ControllerSettings> =
         Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.25, grow: 4.0 });
     const WEIGHTS: &'static [f64] = &[];
+    const PROPOSES: bool = true;
     const STABILITY_BORDER: f64 = 0.8;
     const SCAN: usize = 16;
     type Dense = Series<V>;

@@ -80,7 +80,9 @@ impl<M: Model, C: Choice> Driver<M> for C {
         M: Simulate,
     {
         if <C::Scheme<M::Vector> as Scheme<M::Vector>>::WEIGHTS.is_empty() {
-            motion.meter_by_quadrature(index, 1, work)
+            // Steps that are scanned in many parts are long, as the interpolant has a high order.
+            let parts = (<C::Scheme<M::Vector> as Scheme<M::Vector>>::SCAN as u32 / 4).max(1);
+            motion.meter_by_quadrature(index, parts, work)
         } else {
             motion.meter_by_stages(self.scheme::<M::Vector>(), index, work)
         }

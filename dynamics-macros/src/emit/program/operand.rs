@@ -17,6 +17,8 @@ pub(in super::super) struct Access<'a> {
     parameters: Vec<String>,
     /// Expressions of the smooth functions, in order.
     functions: Vec<String>,
+    /// Whether a sum with a product is written as one operation, for targets that have it.
+    pub(super) fused: bool,
 }
 
 impl<'a> Access<'a> {
@@ -27,12 +29,14 @@ impl<'a> Access<'a> {
             private: surface.private(),
             parameters: surface.parameters.iter().map(|place| quote!(model #place).to_string()).collect(),
             functions: surface.functions.iter().map(|field| quote!(model.#field).to_string()).collect(),
+            fused: false,
         }
     }
 
     /// Programs of Taylor coefficients: what they need of order 0 stands in an array `z`.
     pub(in super::super) fn of_coefficients(private: TokenStream, graph: &'a Graph, kept: usize) -> Self {
-        Self { graph, private, parameters: (0..kept).map(|i| format!("z[{i}]")).collect(), functions: Vec::new() }
+        let parameters = (0..kept).map(|i| format!("z[{i}]")).collect();
+        Self { graph, private, parameters, functions: Vec::new(), fused: true }
     }
 
     /// What statements refer to by short names.
@@ -106,8 +110,16 @@ impl Printer<'_> {
         let v = |id| self.value(id);
         match self.access.graph.node(id) {
             Node::Number(_) | Node::Symbol(_) => self.access.leaf(id),
-            Node::Add(a, b) => format!("{}+{}", v(a), v(b)),
-            Node::Sub(a, b) => format!("{}-{}", v(a), v(b)),
+            Node::Add(a, b) => match (self.products.get(&a), self.products.get(&b)) {
+                (_, Some([x, y])) => format!("__math::add_product({},{x},{y})", v(a)),
+                (Some([x, y]), None) => format!("__math::add_product({},{x},{y})", v(b)),
+                (None, None) => format!("{}+{}", v(a), v(b)),
+            },
+            Node::Sub(a, b) => match (self.products.get(&a), self.products.get(&b)) {
+                (_, Some([x, y])) => format!("__math::add_product({},-{x},{y})", v(a)),
+                (Some([x, y]), None) => format!("__math::add_product(-{},{x},{y})", v(b)),
+                (None, None) => format!("{}-{}", v(a), v(b)),
+            },
             Node::Mul(a, b) => format!("{}*{}", v(a), v(b)),
             Node::Div(a, b) => format!("{}/{}", v(a), v(b)),
             Node::Neg(a) => format!("-{}", v(a)),
