@@ -71,7 +71,7 @@ impl Emission<'_> {
                 type Jacobian = #private::SMatrix<#f64, 0, #n>;
                 type VelocityJacobian = #private::SMatrix<#f64, 0, #n>;
                 type VelocityOffset = #private::SVector<#f64, 0>;
-                type Workspace = [#f64; 0];
+                type Workspace = [#f64; #private::workspace_len(#n, 0)];
                 const CONSTRAINTS: &'static [#private::Constraint] = &[];
                 const ROWS: &'static [#private::Quantity] = &[];
                 const ROUTE: #private::Route = #private::Route::Unconstrained;
