@@ -537,3 +537,59 @@ mod starts {
         assert_eq!(end.q.norm(), 0.0);
     }
 }
+
+/// A parallelogram by the coordinates of its pins: beside its flat positions either of them moves as freely as the other, none can lead.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x1: m, y1: m, x2: m, y2: m)]
+#[units(m1: kg, m2: kg, a: m, b: m)]
+struct Pins {
+    m1: f64,
+    m2: f64,
+    a: f64,
+    b: f64,
+}
+
+#[dynamics]
+impl Pins {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m1 * vec2(q.x1, q.y1).dt().norm_squared() + 0.5 * self.m2 * vec2(q.x2, q.y2).dt().norm_squared()
+    }
+    #[holonomic]
+    fn crank(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (vec2(q.x1, q.y1).norm_squared() - self.a * self.a)
+    }
+    #[holonomic]
+    fn coupler(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (vec2(q.x2 - q.x1, q.y2 - q.y1).norm_squared() - self.b * self.b)
+    }
+    #[holonomic]
+    fn rocker(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (vec2(q.x2 - self.b, q.y2).norm_squared() - self.a * self.a)
+    }
+}
+
+/// The pins turn at a constant rate through two flat positions, in both exact formulations.
+#[test]
+fn pins_pass_flat_positions() {
+    for m2 in [1.0, 2.0] {
+        let model = Pins { m1: 1.0, m2, a: 0.5, b: 0.8 };
+        let (angle, rate, end) = (1.0f64, -1.5, 6.0);
+        let (s, c) = angle.sin_cos();
+        let start = model.state().x1(0.5 * c).y1(0.5 * s).x2(0.8 + 0.5 * c).y2(0.5 * s);
+        let [x_rate, y_rate] = [-0.5 * rate * s, 0.5 * rate * c];
+        let start = start.x1_rate(x_rate).y1_rate(y_rate).x2_rate(x_rate).y2_rate(y_rate).build().unwrap();
+        let (s, c) = (angle + rate * end).sin_cos();
+        let wanted = [0.5 * c, 0.5 * s, 0.8 + 0.5 * c, 0.5 * s];
+        for formulation in [Formulation::Projected, Formulation::Embedded] {
+            for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+                let run = model.simulate(start).until(end).tolerance(tolerance).formulation(formulation);
+                let motion = run.run().unwrap();
+                let missed = (0..4).map(|i| (motion.end().q[i] - wanted[i]).abs()).fold(0.0, f64::max);
+                println!("{formulation} {tolerance:e}: {missed:.1e} in {} steps", motion.counts().steps);
+                assert!(missed < 300.0 * tolerance, "{formulation} at {tolerance:e} is {missed:e} off");
+                assert!(motion.counts().steps < 1000, "{}", motion.summary());
+            }
+        }
+    }
+}

@@ -243,8 +243,7 @@ fn blocks_that_fail_within_a_step_are_told_of() {
     let (embedded, projected) = (run(Formulation::Embedded), run(Formulation::Projected));
     let summary = embedded.summary();
     assert!(summary.upkept.block_failures > 0, "{summary}");
-    let line = format!("{} projections past dead points of the independent coordinates", summary.upkept.block_failures);
-    assert!(summary.to_string().contains(&line), "{summary}");
+    assert!(summary.to_string().contains(" where no independent coordinate can lead"), "{summary}");
     assert!(summary.upkept.conditioning.unwrap().largest > 5.0, "{summary}");
     assert!(summary.constraints.iter().all(|row| row.residual < 1e-12 && row.velocity_residual < 1e-12), "{summary}");
     assert!((embedded.end().q - projected.end().q).amax() < 0.03, "{:?} {:?}", embedded.end(), projected.end());

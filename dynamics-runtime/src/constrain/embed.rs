@@ -7,8 +7,9 @@
 //!
 //! The blocks are chosen by Gaussian elimination with complete pivoting, coordinates scaled by their inertia and rows to unit length: what is
 //! light and moves most becomes dependent. Chosen anew, by [`Embedding::renew`], where the block's conditioning (its least pivot, with rows of Φ_q at unit length) has
-//! fallen to seven tenths of what it was, if that helps. Where a block fails within a step — a dead point — the mass-weighted projection takes
-//! over, and is counted.
+//! fallen to seven tenths of what it was, if that helps. Where even the best block amplifies errors more than tenfold, near a position where the
+//! constraints lose rank, no coordinate can lead: the other branch lies close by, and Newton finds either. There, and where a block fails within a
+//! step — a dead point — the states of stages stay as they are and ends of steps are projected, weighted by masses; that is counted.
 
 use super::lu::{self, Lu};
 use super::memory::{Memory, max_abs, norm};
@@ -27,6 +28,8 @@ const DEGRADED: f64 = 0.7;
 const WORTH: f64 = 1.05;
 /// Conditioning below which a block is not used.
 const USELESS: f64 = 1e-9;
+/// Conditioning below which a motion does not rely on a block.
+const WEAK: f64 = 0.1;
 /// Most Newton steps for dependent coordinates.
 const MOST: u32 = 12;
 
@@ -112,6 +115,40 @@ impl<M: Constraints> Embedding<M> {
     /// # Errors
     /// [`SolveError::OffConstraint`] where the constraints cannot be satisfied near the state, a constraint that is not finite.
     pub fn restore(&mut self, model: &M, state: &mut M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
+        if !self.restore_by_blocks(model, state, USELESS, workspace)? {
+            self.project(model, state, workspace)?;
+        }
+        Ok(())
+    }
+
+    /// [`Embedding::restore`] for a stage of a step, which stays where it is where the blocks are weak.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn restore_stage(
+        &mut self,
+        model: &M,
+        state: &mut M::State,
+        workspace: &mut [f64],
+    ) -> Result<(), SolveError> {
+        self.restore_by_blocks(model, state, WEAK, workspace).map(|_| ())
+    }
+
+    /// The mass-weighted projection, where a block failed.
+    fn project(&mut self, model: &M, state: &mut M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
+        self.projections += 1;
+        let constants = model.constants()?;
+        project_positions(model, &constants, state, workspace)?;
+        project_velocities(model, &constants, state, workspace)?;
+        Ok(())
+    }
+
+    /// Whether blocks no worse than `least` gave the dependent coordinates and velocities; else the state is what it was.
+    fn restore_by_blocks(
+        &mut self,
+        model: &M,
+        state: &mut M::State,
+        least: f64,
+        workspace: &mut [f64],
+    ) -> Result<bool, SolveError> {
         if state.modes() != self.modes {
             // Other constraints: another partition.
             let others = Self::new(model, state, workspace)?;
@@ -124,27 +161,32 @@ impl<M: Constraints> Embedding<M> {
         }
         self.latest = 1.0;
         let start = *state.q();
-        let restored =
-            self.restore_positions(model, state, workspace)? && self.restore_velocities(model, state, workspace)?;
+        let restored = self.restore_positions(model, state, least, workspace)?
+            && self.restore_velocities(model, state, least, workspace)?;
         if !restored {
             *state.q_mut() = start;
-            self.projections += 1;
-            let constants = model.constants()?;
-            project_positions(model, &constants, state, workspace)?;
-            project_velocities(model, &constants, state, workspace)?;
         }
         self.worst = self.worst.min(self.latest);
-        Ok(())
+        Ok(restored)
     }
 
     /// [`Embedding::restore`] for the end of a step, with blocks chosen anew where that is due.
     #[cfg(feature = "alloc")]
     pub(crate) fn settle(&mut self, model: &M, state: &mut M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
-        self.restore(model, state, workspace)?;
-        if self.renew(model, state, workspace)? {
+        let restored = self.restore_by_blocks(model, state, WEAK, workspace)?;
+        if !restored {
+            self.project(model, state, workspace)?;
+        }
+        if self.renew(model, state, workspace)? && restored {
             self.restore(model, state, workspace)?;
         }
         Ok(())
+    }
+
+    /// Whether a motion relies on the blocks at the state restored last.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn is_weak(&self) -> bool {
+        self.latest < WEAK
     }
 
     /// How much the blocks used last amplify.
@@ -158,6 +200,7 @@ impl<M: Constraints> Embedding<M> {
         &mut self,
         model: &M,
         state: &mut M::State,
+        least: f64,
         workspace: &mut [f64],
     ) -> Result<bool, SolveError> {
         let k = self.positions.rank;
@@ -180,7 +223,7 @@ impl<M: Constraints> Embedding<M> {
             let (right, delta) = (memory.take(k), memory.take(k));
             let block = self.positions.factor(model, state, &mut memory);
             self.latest = self.latest.min(block.quality());
-            if block.fails(&self.positions) {
+            if block.fails(&self.positions, least) {
                 return Ok(false);
             }
             block.solve(right, delta);
@@ -202,6 +245,7 @@ impl<M: Constraints> Embedding<M> {
         &mut self,
         model: &M,
         state: &mut M::State,
+        least: f64,
         workspace: &mut [f64],
     ) -> Result<bool, SolveError> {
         let k = self.velocities.rank;
@@ -214,7 +258,7 @@ impl<M: Constraints> Embedding<M> {
         }
         let block = self.velocities.factor(model, state, &mut memory);
         self.latest = self.latest.min(block.quality());
-        if block.fails(&self.velocities) {
+        if block.fails(&self.velocities, least) {
             return Ok(false);
         }
         block.solve(right, delta);
@@ -245,7 +289,7 @@ impl<M: Constraints> Embedding<M> {
             let (right, delta) = (memory.take(k), memory.take(k));
             right.copy_from_slice(&across.as_slice()[..k]);
             let block = partition.factor(model, state, &mut memory);
-            if block.fails(partition) {
+            if block.fails(partition, USELESS) {
                 continue;
             }
             block.solve(right, delta);
@@ -275,7 +319,7 @@ impl<M: Constraints> Embedding<M> {
         let quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
             let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
             let block = partition.factor(model, state, &mut memory);
-            if block.fails(partition) { 0.0 } else { block.quality() }
+            if block.fails(partition, USELESS) { 0.0 } else { block.quality() }
         };
         let now = [quality(&self.positions, workspace), quality(&self.velocities, workspace)];
         // At a change point a block lacks rows, which are there again where the motion goes on.
@@ -347,11 +391,11 @@ impl Block<'_> {
         if self.factored.least > 1.0 { 1.0 } else { self.factored.least }
     }
 
-    /// Whether it is as good as singular or not finite, or a dead point lies between here and where it was chosen: beyond it, what leads has
-    /// turned, and the others follow from it on another branch.
-    fn fails<V: Vector, R: Vector>(&self, partition: &Partition<V, R>) -> bool {
+    /// Whether it is worse than `least` or not finite, or a dead point lies between here and where it was chosen: beyond it, what leads has turned, and the others
+    /// follow from it on another branch.
+    fn fails<V: Vector, R: Vector>(&self, partition: &Partition<V, R>, least: f64) -> bool {
         let quality = self.quality();
-        quality.is_nan() || quality < USELESS || self.factored.negative != partition.negative
+        quality.is_nan() || quality < least || self.factored.negative != partition.negative
     }
 
     /// Φ_D δ = right, which is overwritten.

@@ -210,7 +210,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                     self.rejected += 1;
                     continue;
                 }
-                Ok(trial) => match self.judge(trial.error) {
+                Ok(trial) => match self.judge(trial.error, h.abs()) {
                     true => {
                         system.accepted();
                         return Ok(self.commit(start, trial.end, h));
@@ -379,7 +379,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     #[inline(always)]
-    fn judge(&mut self, error: f64) -> bool {
+    fn judge(&mut self, error: f64, h: f64) -> bool {
         if self.options.fixed.is_some() || S::PROPOSES && error <= 1.0 {
             return true;
         }
@@ -388,7 +388,11 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         };
         let (accepted, factor) = control.judge(error);
         let factor = self.scheme.pace(factor, error);
-        self.h = (self.h.min(self.options.most) * factor).min(self.options.most);
+        // A step that was cut short, by the end of the motion or to go round a singular position, proves nothing against longer ones; one that is
+        // rejected does, however much longer the proposal was.
+        let (proposed, next) = (self.h.min(self.options.most), h * factor);
+        let cut = h < 0.99 * proposed;
+        self.h = if accepted && cut { next.max(proposed) } else { next }.min(self.options.most);
         accepted
     }
 

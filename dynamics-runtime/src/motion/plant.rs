@@ -180,7 +180,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn carries_errors(&self) -> bool {
-        !M::ROWS.is_empty() && self.upkeep.embeds()
+        !M::ROWS.is_empty() && self.upkeep.embeds() && !self.upkeep.is_projected()
     }
 
     fn lasting(
@@ -214,7 +214,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         let by = tolerances.norm(&moved, y, &settled);
         self.upkeep.moved = Some(by);
         let mut violation = by;
-        if by > FAR && self.upkeep.projects() {
+        if by > FAR && self.upkeep.is_projected() {
             // Near a singular position a small violation takes a large move, along the direction that the constraints lose.
             violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
         }

@@ -251,7 +251,7 @@ impl Summary {
         line(released, "evaluation", &by_general)?;
         line(fallen, "evaluation", " by the general solver, where a pivot of the generated code vanished")?;
         line(repartitions, "change", " of the independent coordinates")?;
-        line(block_failures, "projection", " past dead points of the independent coordinates")?;
+        line(block_failures, "projection", " where no independent coordinate can lead")?;
         line(dependent, "evaluation", " with dependent constraints, where reactions are not unique")?;
         if let Some(t) = dependent_at {
             write!(f, ", first at t = {}", Rounded(t))?;

@@ -150,7 +150,9 @@ impl<M: Constraints> Upkeep<M> {
         state: &M::State,
         change: &Phase<M::Vector>,
     ) -> Result<Phase<M::Vector>, SolveError> {
-        if let Some(embedding) = &self.embedding {
+        if let Some(embedding) = &self.embedding
+            && !self.is_projected()
+        {
             let mut change = *change;
             embedding.follow(model, state, (&mut change.q, &mut change.u), &mut self.workspace);
             return Ok(change);
@@ -203,10 +205,11 @@ impl<M: Constraints> Upkeep<M> {
         self.formulation.is_some_and(Formulation::is_exact)
     }
 
-    /// Whether they are put there by projection.
+    /// Whether they are put there by projection: where coordinates are embedded, near positions where none can lead.
     #[inline(always)]
-    pub(crate) fn projects(&self) -> bool {
+    pub(crate) fn is_projected(&self) -> bool {
         self.formulation == Some(Formulation::Projected)
+            || self.embedding.as_ref().is_some_and(|embedding| embedding.is_weak())
     }
 
     /// λ at a state.
@@ -264,16 +267,14 @@ impl<M: Constraints> Upkeep<M> {
         }
     }
 
-    /// Computes dependent coordinates and velocities of a state from the independent ones.
+    /// Computes dependent coordinates and velocities of a stage from the independent ones.
     pub(crate) fn restore(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
         let workspace = &mut self.workspace;
-        match &mut self.embedding {
-            Some(embedding) => embedding.restore(model, state, workspace),
-            none => {
-                let embedding = none.insert(Embedding::new(model, state, workspace)?);
-                embedding.restore(model, state, workspace)
-            }
-        }
+        let embedding = match &mut self.embedding {
+            Some(embedding) => embedding,
+            none => none.insert(Embedding::new(model, state, workspace)?),
+        };
+        embedding.restore_stage(model, state, workspace)
     }
 
     /// Puts a state onto the constraints, to rounding level. Returns by how much it may then still be wrong in its velocities: rounding errors of Φ, as
