@@ -186,6 +186,24 @@ fn the_stepper_meets_its_limit_and_stands_where_it_failed() {
     assert!((now.t - 1.0).abs() < 1e-5 && now.y.q[0] > 1e4, "{now:?}");
 }
 
+/// Without an error, as in free flight, the proposed step grows with every step, however short those are that the limits leave. What comes then is
+/// met with a step that was tried.
+#[test]
+fn a_step_that_grew_in_free_flight_is_taken_back_at_once() {
+    let mut push =
+        |t: f64, q: &V, _: &V| Ok::<V, core::convert::Infallible>(if t < 100.0 { V::zeros() } else { -100.0 * q });
+    let start = Phase { q: V::new(1.0), u: V::new(0.0) };
+    let options = StepOptions { tolerances: Tolerances::both(1e-9), fixed: None, first: None, most: f64::INFINITY };
+    let mut stepper = Stepper::<V, Dop853<V>>::new(&mut push, 0.0, start, 200.0, options).unwrap();
+    for limit in (1..=100).map(f64::from).chain([101.0]) {
+        while stepper.now().t < limit {
+            stepper.step(&mut push, limit).unwrap();
+        }
+    }
+    assert!(stepper.rejected() > 0 && stepper.rejected() < 20, "{}", stepper.rejected());
+    assert!((stepper.now().y.q[0] - 10.0f64.cos()).abs() < 1e-7, "{}", stepper.now().y.q[0]);
+}
+
 /// No step allocates: the whole run of a stepper, and a run without a record, however long, allocate a fixed number of times.
 #[test]
 fn steps_do_not_allocate() {

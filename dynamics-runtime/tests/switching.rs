@@ -106,6 +106,11 @@ fn without_rest_speed_a_bouncing_ball_is_an_error_that_says_where_it_ends() {
         }
         other => panic!("{other:?}"),
     }
+    let text = error.to_string();
+    assert!(
+        text.contains("give `.contact(\"floor\", ..)` a larger `rest_speed`") && !text.contains("Flow::Stop"),
+        "{text}"
+    );
     assert!(error.motion(&ball).unwrap().events().len() > 10);
 }
 
@@ -293,6 +298,8 @@ fn friction_that_is_lower_at_rest_than_in_motion_is_an_error() {
         other => panic!("{other:?}"),
     }
     assert!((error.time - block.resting * block.n / block.k / block.v).abs() < 1e-6, "{}", error.time);
+    let text = error.to_string();
+    assert!(text.contains("break away at no less than the friction") && !text.contains("Flow::Stop"), "{text}");
 }
 
 /// A reset must leave a state on the constraints, also where these may drift: what drift there was before is no excuse.
@@ -570,6 +577,45 @@ fn a_plank_that_rocks_comes_to_rest() {
     let end = motion.end();
     assert!(end.modes.all_hold() && end.q.amax() < 1e-12 && end.u.amax() < 1e-12, "{end:?}");
     assert!((motion.summary().energy_lost - 9.81 * tilt.sin()).abs() < 1e-8);
+}
+
+/// Starts on one end or in flight, tilted by much or by no more than rounding, with every kind of rebound: hops of single ends accumulate while the
+/// other one falls, and rocking dies away. Each run goes on to its end, no end sinks into the floor, and the account of energy closes.
+#[test]
+fn planks_come_to_rest_from_every_start() {
+    let mut rest = 0;
+    for (j, e, tilt, drop) in plank_starts() {
+        let (plank, case) = (TwoEnds { j, load: 0.0 }, format!("j = {j}, e = {e}, tilt {tilt}, drop {drop}"));
+        let off: &[usize] = if drop > 0.0 { &[0, 1] } else { &[1] };
+        let start = released(at_rest_or_not([tilt.sin() + drop, tilt], [0.0, 0.0]), off.iter().copied());
+        let run = plank.simulate(start).until(6.0).consistent_output().contact("left", e).contact("right", e);
+        let motion = run.run().unwrap_or_else(|error| panic!("{case}: {error}"));
+        for k in 0..=40 {
+            let q = motion.at(0.15 * f64::from(k)).q;
+            assert!(q[0] - q[1].sin().abs() > -1e-8, "{case}: {q:?}");
+        }
+        let (end, lost) = (motion.end(), motion.summary().energy_lost);
+        assert!((plank.energy(&end) + lost - plank.energy(&start)).abs() < 1e-6, "{case}: {lost}");
+        if end.modes.all_hold() {
+            assert!(end.q.amax() < 1e-12 && end.u.amax() < 1e-12, "{case}: {end:?}");
+            rest += 1;
+        }
+        assert!(end.modes.all_hold() || plank.energy(&end) < 0.1, "{case}: {end:?}");
+    }
+    assert!(rest > 70, "{rest}");
+}
+
+fn plank_starts() -> Vec<(f64, f64, f64, f64)> {
+    let mut starts =
+        vec![(1.7, 0.6, 0.7e-15, 0.0), (2.5, 0.45, 0.7e-15, 0.0), (0.61, 0.45, 0.1, 1e-10), (0.37, 0.9, 0.5, 1e-10)];
+    for j in [0.3, 1.0, 1.1, 4.0] {
+        for e in [0.0, 0.3, 0.8] {
+            for tilt in [0.2, 1e-9, 1e-15] {
+                starts.extend([(j, e, tilt, 0.0), (j, e, tilt, 0.7)]);
+            }
+        }
+    }
+    starts
 }
 
 /// Dropped level it hits with both ends at once and rises level: one impact, in which each end takes half, whatever j.

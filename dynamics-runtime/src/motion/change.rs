@@ -217,9 +217,15 @@ impl<'c, M: Simulate> Change<'c, M> {
         });
     }
 
-    /// A contact that closes rebounds or holds by its own law, together with those that touch at the same instant.
+    /// A contact that closes rebounds or holds by its own law, together with those that touch at the same instant. One that is back although it
+    /// moves away has rebounded too slowly for that to be seen: it has come to rest.
     pub(super) fn close(&mut self, constraint: &'static Constraint) {
-        self.attempt(|change| change.strike(constraint, Blow::Contact));
+        self.attempt(|change| {
+            let index = position_of::<M>(constraint);
+            let rates = change.model.velocity_residual(change.state);
+            let is_back = rates[constraint.first] > 0.0 && change.upkeep.rests_unseen(index, &rates);
+            change.strike(constraint, if is_back { Blow::Hold } else { Blow::Contact })
+        });
     }
 
     /// Lets a switched constraint hold from here on, after a plastic impact that stops its rows, pushing or pulling. Contacts
@@ -291,7 +297,7 @@ impl<'c, M: Simulate> Change<'c, M> {
         {
             return Err(ChangeError::Restitution { value });
         }
-        let index = M::CONSTRAINTS.iter().position(|known| known == constraint).expect("found in this very list");
+        let index = position_of::<M>(constraint);
         let held = self.state.modes();
         let touching = self.upkeep.touching(self.model, self.state, held)?;
         let (start, before) = (*self.state, self.model.velocity_residual(self.state));
@@ -394,6 +400,11 @@ pub(super) fn find<M: Simulate>(name: &str) -> Result<&'static Constraint, Chang
         let suggestion = suggest(name, M::CONSTRAINTS.iter().map(|constraint| constraint.name));
         ChangeError::UnknownConstraint { name: name.into(), suggestion }
     })
+}
+
+/// The index of a constraint of the model.
+fn position_of<M: Simulate>(constraint: &Constraint) -> usize {
+    M::CONSTRAINTS.iter().position(|known| known == constraint).expect("found in this very list")
 }
 
 fn rows_of(constraint: &Constraint, rows: &[f64]) -> Vec<f64> {

@@ -387,26 +387,20 @@ impl fmt::Display for SimulationErrorKind {
                 "the function of event `{event}` changes too fast to be followed through a step; limit steps with `.max_step(..)`, or give the \
                  event a smoother function"
             ),
-            Self::EventsAccumulate { event, at } => write!(
-                f,
-                "event `{event}` happens in ever shorter time and accumulates at about t = {at}; {}",
-                match event.rsplit_once(' ') {
-                    Some((name, "contact")) => alloc::format!(
-                        "give `.contact(\"{name}\", ..)` a larger `rest_speed`, below which it closes instead of rebounding"
-                    ),
-                    Some((_, "slip")) => String::from(
-                        "it neither sticks nor slips: let it break away at no less than the friction with which it slips"
-                    ),
-                    _ => String::from(
-                        "let its action return `Flow::Stop` once the speed is small, and go on from there without it"
-                    ),
-                }
-            ),
-            Self::EventRepeats { event } => write!(
-                f,
-                "the reset at event `{event}` leaves the motion at rest where it happens again at once; end the simulation \
-                 there with `Flow::Stop`, or give the reset a speed that leads away"
-            ),
+            Self::EventsAccumulate { event, at } => {
+                let else_stop =
+                    "let its action return `Flow::Stop` once the speed is small, and go on from there without it";
+                let way_out = guard_way_out(event).unwrap_or_else(|| else_stop.into());
+                write!(f, "event `{event}` happens in ever shorter time and accumulates at about t = {at}; {way_out}")
+            }
+            Self::EventRepeats { event } => match guard_way_out(event) {
+                Some(way_out) => write!(f, "event `{event}` happens again at once, without end; {way_out}"),
+                None => write!(
+                    f,
+                    "the reset at event `{event}` leaves the motion at rest where it happens again at once; end the simulation \
+                     there with `Flow::Stop`, or give the reset a speed that leads away"
+                ),
+            },
             Self::Change { event, error } => write!(f, "at event `{event}`: {error}"),
             Self::Start(error) => write!(f, "the start is not on the constraints: {error}"),
             Self::Drift { what, row, residual, distance, limit } => write!(
@@ -439,6 +433,21 @@ impl fmt::Display for SimulationErrorKind {
             }
             Self::BadReset { event, name } => write!(f, "the reset at event `{event}` left `{name}` not finite"),
         }
+    }
+}
+
+/// What helps where the event of a contact or of stick and slip is without end; `None` for other events.
+fn guard_way_out(event: &str) -> Option<String> {
+    match event.rsplit_once(' ')? {
+        (name, "contact") => Some(alloc::format!(
+            "give `.contact(\"{name}\", ..)` a larger `rest_speed`, below which it closes instead of rebounding"
+        )),
+        (_, "slip") => {
+            let text =
+                "it neither sticks nor slips: let it break away at no less than the friction with which it slips";
+            Some(text.into())
+        }
+        _ => None,
     }
 }
 

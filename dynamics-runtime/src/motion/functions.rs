@@ -111,6 +111,18 @@ impl<'m, M: Simulate> Functions<'m, M> {
         self.guards[index - self.first_guard()].holds(state)
     }
 
+    /// Whether a function is that of a contact that holds.
+    pub(super) fn is_closed(&self, index: usize, state: &M::State) -> bool {
+        let guard = index.checked_sub(self.first_guard()).map(|guard| &self.guards[guard]);
+        guard.is_some_and(|guard| guard.is_contact() && guard.holds(state))
+    }
+
+    /// Whether a function is one of positions alone, the gap of an open contact.
+    pub(super) fn is_position(&self, index: usize, state: &M::State) -> bool {
+        let guard = index.checked_sub(self.first_guard()).map(|guard| &self.guards[guard]);
+        guard.is_some_and(|guard| guard.is_contact() && !guard.holds(state))
+    }
+
     /// A contact that is open has to be so where it is free, but for rounding.
     pub(super) fn check_open(&self, index: usize, state: &M::State) -> Result<(), Fault> {
         let guard = &self.guards[index - self.first_guard()];

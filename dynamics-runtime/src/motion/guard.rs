@@ -154,7 +154,7 @@ impl Guard {
             Law::Stick { .. } => change.engage(name),
             Law::Contact(_) => {
                 let rate = change.model().velocity_residual(change.state())[self.constraint.first];
-                if !(jumped && rate >= 0.0) {
+                if rate < 0.0 || !jumped {
                     change.close(self.constraint);
                 }
             }

@@ -2,7 +2,8 @@
 //!
 //! After an impact the function is zero up to rounding, and what counts is where it goes: a bounce may be over within a millionth
 //! of the next step. So it is looked at from 2⁻⁴⁵ of the step on, at doubling distances, until its growth is regular: doubled three
-//! times over where it leaves with a slope, more where it leaves tangentially. Rounding noise is not regular.
+//! times over where it leaves with a slope, more where it leaves tangentially. Rounding noise is not regular, but may look so by chance: what
+//! is below it does not count.
 
 /// How a function leaves zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +23,8 @@ const NEAREST: f64 = 1.0 / 35_184_372_088_832.0;
 /// Last distance: what happens later is the ordinary scan's.
 const FARTHEST: f64 = 0.125;
 
-/// Looks at `g`, which is `start` (zero up to rounding) at θ = 0.
-pub(crate) fn leave<E>(start: f64, mut g: impl FnMut(f64) -> Result<f64, E>) -> Result<Leave, E> {
+/// Looks at `g`, which is `start` (zero up to rounding) at θ = 0, and whose changes up to `noise` are rounding.
+pub(crate) fn leave<E>(start: f64, noise: f64, mut g: impl FnMut(f64) -> Result<f64, E>) -> Result<Leave, E> {
     let mut theta = NEAREST;
     let mut past = [0.0; 2];
     while theta <= FARTHEST {
@@ -34,7 +35,7 @@ pub(crate) fn leave<E>(start: f64, mut g: impl FnMut(f64) -> Result<f64, E>) -> 
         let slope = (1.6..2.4).contains(&a) && (1.6..2.4).contains(&b);
         let tangent = a > 3.0 && b > 3.0 && a.is_finite();
         theta *= 2.0;
-        if !(slope || tangent) {
+        if !(slope || tangent) || moved.abs() <= noise {
             continue;
         }
         return Ok(match seen(0.5 * theta, value, moved.signum(), g)? {
@@ -71,7 +72,7 @@ mod tests {
     use super::*;
 
     fn look(g: impl Fn(f64) -> f64) -> Leave {
-        leave(g(0.0), |theta| Ok::<f64, ()>(g(theta))).unwrap()
+        leave(g(0.0), 0.0, |theta| Ok::<f64, ()>(g(theta))).unwrap()
     }
 
     #[test]
@@ -83,6 +84,15 @@ mod tests {
         // The same above an offset that rounds away a part of it.
         assert!(matches!(look(|x| (5.0 + 1e-3 * x) - 5.0), Leave::Slope { value, .. } if value > 0.0));
         assert!(matches!(look(|x| 1e-6 * x - x * x - 1e-9), Leave::Hidden { sign: 1.0 }));
+    }
+
+    /// Steps of rounding that double a few times by chance, before a slope of zero bends upwards.
+    #[test]
+    fn rounding_that_looks_regular_is_no_slope() {
+        let g = |x: f64| if x < 1e-9 { -1e-3 * x } else { x * x };
+        let look = |noise| leave(0.0, noise, |theta| Ok::<f64, ()>(g(theta))).unwrap();
+        assert!(matches!(look(0.0), Leave::Slope { value, .. } if value < 0.0));
+        assert!(matches!(look(1e-12), Leave::Tangent { value, .. } if value > 0.0));
     }
 
     #[test]

@@ -425,9 +425,18 @@ impl<M: Constraints> Upkeep<M> {
 
     /// Whether a contact moves no faster than what closes instead of rebounding.
     pub(super) fn is_slow(&self, constraint: usize, rates: &M::Rows) -> bool {
+        self.is_below_rest(constraint, rates, 1e-3)
+    }
+
+    /// Whether a contact that is back before it was seen to move away may rest. It is as slow as no law would ask for, where none was given.
+    pub(super) fn rests_unseen(&self, constraint: usize, rates: &M::Rows) -> bool {
+        self.is_below_rest(constraint, rates, 0.1)
+    }
+
+    fn is_below_rest(&self, constraint: usize, rates: &M::Rows, part: f64) -> bool {
         let rate = rates[M::CONSTRAINTS[constraint].first];
         let contact = self.contacts.iter().find(|contact| contact.constraint == constraint);
-        contact.is_some_and(|contact| rate.abs() <= contact.law.rest_speed.unwrap_or(1e-3 * contact.hardest))
+        contact.is_some_and(|contact| rate.abs() <= contact.law.rest_speed.unwrap_or(part * contact.hardest))
     }
 
     /// Φ_q at a state.

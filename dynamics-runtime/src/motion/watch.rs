@@ -26,7 +26,7 @@ use super::simulate::Simulate;
 
 use super::zeno::Zeno;
 use crate::constrain::memory::max_abs;
-use crate::integrate::{Crossing, Dense, Direction, Scan, ScanError, Step, place};
+use crate::integrate::{Crossing, Dense, Direction, Knot, Scan, ScanError, Step, place};
 use crate::model::{Events, ModelState, Vector};
 
 /// Whether a simulation goes on after an event.
@@ -66,6 +66,8 @@ pub(crate) struct Rule<'m, M: Simulate> {
 const SIMULTANEOUS: f64 = 1e-12;
 /// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q|.
 const NOISE: f64 = 4.0 * f64::EPSILON;
+/// A guard whose function stays below this is at zero throughout a step, held there by others.
+const RESTLESS: f64 = 1e-11;
 
 /// What is known of a function where a step starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -180,7 +182,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
         let resolution = 4.0 * f64::EPSILON * (1.0f64).max(step.start.t.abs() / step.h.abs());
         let (mut horizon, mut fault) = (1.0, None);
         for index in 0..self.standing.len() {
-            let (start, sign) = self.departure(index, &state)?;
+            let (start, sign) = self.departure(index, &step.start, &state)?;
             let noise = NOISE * (4.0 * self.sizes[index] + size);
             let mut scan = Scan::new(sign, resolution, noise).up_to(self.first_end(horizon) + SIMULTANEOUS);
             let followed = self.follow(index, parts, start, &mut scan, &state);
@@ -254,6 +256,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
     fn departure(
         &mut self,
         index: usize,
+        knot: &Knot<M::Vector>,
         state: &impl Fn(f64) -> M::State,
     ) -> Result<(Option<(f64, f64)>, f64), Fault> {
         let value = self.start_values[index];
@@ -261,10 +264,10 @@ impl<'m, M: Simulate> Watch<'m, M> {
             return Ok((None, sign));
         }
         let Self { functions, values, .. } = self;
-        let left = leave(value, |theta| functions.value(index, &state(theta), values))?;
+        let noise = early_noise(knot, functions.is_position(index, &state(0.0)));
+        let left = leave(value, noise, |theta| functions.value(index, &state(theta), values))?;
         let (Leave::Slope { theta, value: now } | Leave::Tangent { theta, value: now }) = left else {
-            let turned_back = matches!((left, self.standing[index]), (Leave::Hidden { .. }, Standing::JustFired(_)));
-            return if turned_back { Err(self.repeats(index)) } else { Ok((None, 0.0)) };
+            return self.hidden_departure(index, left);
         };
         let direction = if now > 0.0 { Direction::Rising } else { Direction::Falling };
         match self.standing[index] {
@@ -283,6 +286,21 @@ impl<'m, M: Simulate> Watch<'m, M> {
             _ => {}
         }
         Ok((Some((theta, now)), now.signum()))
+    }
+
+    /// A function that is not seen to leave zero. An open contact that does not rise, or is back before that is seen, touches again at once.
+    fn hidden_departure(&mut self, index: usize, left: Leave) -> Result<(Option<(f64, f64)>, f64), Fault> {
+        let is_guard = index >= self.functions.first_guard();
+        match left {
+            Leave::Hidden { sign } if is_guard && sign > 0.0 => {
+                self.found.push(Crossing { index, theta: 0.0, direction: Direction::Falling });
+                Ok((None, 0.0))
+            }
+            Leave::Hidden { .. } if matches!(self.standing[index], Standing::JustFired(_)) => Err(self.repeats(index)),
+            // It moves, if not regularly: where it is seen below zero it has fallen.
+            Leave::Constant if is_guard && self.sizes[index] > RESTLESS => Ok((None, 1.0)),
+            _ => Ok((None, 0.0)),
+        }
     }
 
     fn repeats(&self, index: usize) -> Fault {
@@ -345,7 +363,9 @@ impl<'m, M: Simulate> Watch<'m, M> {
             let noise = (4.0 * self.start_values[index].abs()).max(1e-13 * self.sizes[index]);
             if index >= self.functions.first_guard() {
                 self.standing[index] = self.guard_after(index, after, fired.is_some())?;
-                if fired.is_some() {
+                if self.functions.is_closed(index, after) {
+                    self.zeno[index] = Zeno::default();
+                } else if fired.is_some() {
                     let name = self.name(index).into();
                     self.zeno[index].note(before.t(), h, name)?;
                 }
@@ -402,6 +422,12 @@ impl<'m, M: Simulate> Watch<'m, M> {
     fn evaluate(&mut self, state: &M::State) -> Result<(), Fault> {
         self.functions.evaluate(state, &mut self.values)
     }
+}
+
+/// Rounding errors of a function near the start of a step, of positions alone or of velocities too: what it is taken of is rounded, and so are the times.
+fn early_noise<V: Vector>(Knot { t, y, a }: &Knot<V>, is_position: bool) -> f64 {
+    let [q, u, a] = [&y.q, &y.u, a].map(|values| max_abs(values.as_slice()));
+    NOISE * if is_position { q + t.abs() * u } else { q + u + t.abs() * u.max(a) }
 }
 
 /// Whether a crossing calls for an action.
