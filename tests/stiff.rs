@@ -94,3 +94,48 @@ fn a_stiff_controller_is_part_of_the_jacobian() {
     // Without what the law adds, Newton's iterations would diverge for every step above 1e-5.
     assert!(motion.counts().steps < 500, "{}", motion.summary());
 }
+
+/// Without a method asked for, the explicit one that begins says that the motion is stiff and the implicit one goes on: records of both parts are
+/// interpolated by their own method, events go on, and the summary names both.
+#[test]
+fn a_run_goes_over_to_an_implicit_method_where_it_is_stiff() {
+    let start = SPRING.state().x(1.0).build().unwrap();
+    let run = || SPRING.simulate(start).until(10.0).tolerance(1e-5).event("lowest", |s: &State<Spring>| s.x());
+    let motion = run().run().unwrap();
+    let (end, summary) = (motion.end(), motion.summary());
+    println!("{summary}");
+    let found = [end.q[0], end.q[1], end.u[0], end.u[1]];
+    let error = found.iter().zip(SPRING_END).fold(0.0f64, |most, (x, exact)| most.max((x - exact).abs()));
+    assert!(error < 3e-4, "{error:e}\n{summary}");
+    let (from, method) = summary.switched.expect("it is stiff");
+    assert!(from > 0.0 && from < 0.5 && method == Method::Radau5 && summary.method == Method::Dop853);
+    assert_eq!(motion.switched(), summary.switched);
+    let text = summary.to_string();
+    assert!(text.contains("Radau") && text.contains("DOP853") && !text.contains("warning"), "{text}");
+    // DOP853 alone takes twenty-five thousand steps.
+    assert!(summary.steps < 3000, "{summary}");
+
+    // No step is lost or told twice where the methods meet.
+    let times: Vec<f64> = motion.steps().map(|s| s.t()).collect();
+    assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
+    assert_eq!(times.len() as u64, summary.steps + 1);
+    let alone = SPRING.simulate(start).until(10.0).tolerance(1e-10).method(methods::Radau5).run().unwrap();
+    for t in [0.5 * from, 0.999 * from, from, from + 1e-4, 1.0, 3.3, 9.9] {
+        let (a, b) = (motion.at(t), alone.at(t));
+        assert!((a.q() - b.q()).norm() < 3e-4 && (a.u() - b.u()).norm() < 1e-3, "t = {t}: {a:?} {b:?}");
+    }
+    // Each of the swings of 10 s passes the lowest point once.
+    let passes = motion.events().len();
+    let crossings = (0..100_000).map(|k| alone.at(f64::from(k) * 1e-4).x()).collect::<Vec<_>>();
+    assert_eq!(passes, crossings.windows(2).filter(|pair| (pair[0] < 0.0) != (pair[1] < 0.0)).count());
+
+    // The same without a record; and none where a method was asked for.
+    let last = run().run_with(|_| ()).unwrap();
+    assert_eq!((last.q, last.u), (end.q, end.u));
+    let explicit = SPRING.simulate(start).until(0.2).tolerance(1e-5).method(methods::Dop853).run().unwrap().summary();
+    assert!(explicit.switched.is_none() && explicit.to_string().contains("use methods::Radau5"), "{explicit}");
+    // Limits count the steps of both.
+    let error = run().max_steps(600).run().unwrap_err();
+    let partial = error.motion(&SPRING).unwrap();
+    assert!(partial.counts().steps + partial.counts().rejected <= 600 && partial.switched().is_some(), "{error}");
+}

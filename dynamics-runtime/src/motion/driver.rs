@@ -6,7 +6,7 @@ use alloc::sync::Arc;
 use super::plant::Plant;
 use super::query::Motion;
 use super::record::Counts;
-use super::run::{Halt, Plan, Sink, run};
+use super::run::{Ended, Halt, Plan, Sink, run};
 use super::simulate::Simulate;
 use crate::integrate::{Dense, Method, Scheme, Step, Stepper, Tolerances};
 use crate::methods::Choice;
@@ -22,7 +22,7 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
     /// Whether it needs the motion's Taylor series.
     fn needs_series(&self) -> bool;
     /// Runs a plan. What was computed before a failure is in the sink.
-    fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<(), Halt>)
+    fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<Ended<M::State>, Halt>)
     where
         M: Simulate;
     /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
@@ -55,7 +55,7 @@ impl<M: Model, C: Choice> Driver<M> for C {
         C::NEEDS_SERIES
     }
 
-    fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<(), Halt>)
+    fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<Ended<M::State>, Halt>)
     where
         M: Simulate,
     {

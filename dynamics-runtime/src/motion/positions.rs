@@ -37,6 +37,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let (start, end) = (times[0], times[times.len() - 1]);
         let trajectory = Trajectory {
             driver: None,
+            relay: None,
             reason: reason.clone(),
             // Of no effect: no error is estimated.
             tolerances: Tolerances::both(f64::EPSILON),

@@ -218,10 +218,16 @@ impl<'m, M: Simulate> Motion<'m, M> {
         &self.trajectory.events
     }
 
-    /// The method that computed it.
+    /// The method that computed it, or its first part: see [`Motion::switched`].
     #[must_use]
     pub fn method(&self) -> Method {
         self.trajectory.driver.as_ref().map_or(Method::PositionAnalysis, |driver| driver.method())
+    }
+
+    /// When and to which method the run went over, because the motion was stiff for the one that was chosen by itself.
+    #[must_use]
+    pub fn switched(&self) -> Option<(f64, Method)> {
+        self.trajectory.relay.as_ref().map(|(from, driver)| (*from, driver.method()))
     }
 
     /// What it cost.
@@ -283,7 +289,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let Step { start, end, h } = &step;
         let plant = &mut self.plant(index);
         let tolerances = &self.trajectory.tolerances;
-        let driver = self.trajectory.driver.as_ref().filter(|_| self.is_repeatable());
+        let driver = self.trajectory.driver_of(index).filter(|_| self.is_repeatable());
         let again = driver.and_then(|driver| driver.interpolate(plant, &step, tolerances));
         // A step that was made once can be made again unless the law changed its mind; both ends are known in any case.
         again.unwrap_or_else(|| {

@@ -100,6 +100,8 @@ pub struct Counts {
 pub(crate) struct Trajectory<M: Model> {
     /// `None` where positions were solved instead of integrated.
     pub(crate) driver: Option<AnyDriver<M>>,
+    /// The method that went on from a time at which the motion was stiff for the first one.
+    pub(crate) relay: Option<(f64, AnyDriver<M>)>,
     pub(crate) reason: String,
     pub(crate) tolerances: Tolerances,
     /// In the order of the motion; never empty.
@@ -119,6 +121,7 @@ impl<M: Model> Clone for Trajectory<M> {
     fn clone(&self) -> Self {
         Self {
             driver: self.driver.clone(),
+            relay: self.relay.clone(),
             reason: self.reason.clone(),
             formulation: self.formulation.clone(),
             records: self.records.clone(),
@@ -136,6 +139,12 @@ impl<M: Model> Trajectory<M> {
 
     pub(crate) fn last(&self) -> &Record<M> {
         &self.records[self.records.len() - 1]
+    }
+
+    /// The method that made the step which leaves a record; `None` where positions were solved instead of integrated.
+    pub(crate) fn driver_of(&self, index: usize) -> Option<&AnyDriver<M>> {
+        let after = |(from, _): &&(f64, AnyDriver<M>)| (self.records[index].state.t() - from) * self.direction() >= 0.0;
+        self.relay.as_ref().filter(after).map(|(_, driver)| driver).or(self.driver.as_ref())
     }
 
     /// +1 forwards, −1 backwards in time.

@@ -30,6 +30,19 @@ pub(crate) struct Plan<'r, 'm, M: Simulate> {
     pub(crate) cancel: Option<&'m AtomicBool>,
     pub(crate) watch: Watch<'m, M>,
     pub(crate) progress: super::progress::Progress,
+    /// Where the motion turns out to be stiff for its method, another one is to go on.
+    pub(crate) hands_over: bool,
+    /// The state from which this method goes on, and the steps made before.
+    pub(crate) resumes: Option<(M::State, u64)>,
+}
+
+/// How a run ended that did not break off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Ended<S> {
+    /// At its end, or where it was stopped.
+    Arrived,
+    /// Here, because it is stiff for the method.
+    Stiff(S),
 }
 
 /// Takes what a run computes.
@@ -58,18 +71,20 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
     scheme: S,
     plan: &mut Plan<'_, '_, M>,
     sink: &mut dyn Sink<M>,
-) -> (Counts, Result<(), Halt>) {
-    let y = Phase { q: *plan.start.q(), u: *plan.start.u() };
-    let mut stepper = match Stepper::with(scheme, &mut plan.plant, plan.start.t(), y, plan.end, plan.options) {
+) -> (Counts, Result<Ended<M::State>, Halt>) {
+    let from = plan.resumes.map_or(plan.start, |(state, _)| state);
+    let y = Phase { q: *from.q(), u: *from.u() };
+    let mut stepper = match Stepper::with(scheme, &mut plan.plant, from.t(), y, plan.end, plan.options) {
         Ok(stepper) => stepper,
         Err(error) => {
-            sink.stand(Record::unmoved(plan.start));
+            sink.stand(Record::unmoved(from));
             let counts = Counts { evaluations: plan.plant.evaluations, ..Counts::default() };
-            let kind = singular::explain(plan.plant.model, &plan.start, &plan.start, halt::<M>(error).kind);
+            let kind = singular::explain(plan.plant.model, &plan.start, &from, halt::<M>(error).kind);
             return (counts, Err(Halt { kind, h: 0.0 }));
         }
     };
-    let result = match begin_singular(plan, &mut stepper) {
+    let begun = if plan.resumes.is_some() { Ok(()) } else { begin_singular(plan, &mut stepper) };
+    let result = match begun {
         Ok(()) => Flight { plan, stepper: &mut stepper }.fly(sink),
         Err(kind) => Err(Halt { kind, h: 0.0 }),
     };
@@ -81,8 +96,10 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
         wall_time: None,
         stiff_at: stepper.stiff_at(),
     };
-    let now = Record::new(stepper.now(), plan.plant.held, plan.plant.modes, 0.0);
-    sink.stand(now);
+    // The next record is made by the method that goes on.
+    if !matches!(result, Ok(Ended::Stiff(_))) {
+        sink.stand(Record::new(stepper.now(), plan.plant.held, plan.plant.modes, 0.0));
+    }
     (counts, result)
 }
 
@@ -116,9 +133,11 @@ struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
 }
 
 impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
-    fn fly(mut self, sink: &mut dyn Sink<M>) -> Result<(), Halt> {
+    fn fly(mut self, sink: &mut dyn Sink<M>) -> Result<Ended<M::State>, Halt> {
         let at = |kind| Halt { kind, h: 0.0 };
-        self.begin(sink)?;
+        if self.plan.resumes.is_none() {
+            self.begin(sink)?;
+        }
         while self.stepper.now().t != self.plan.end {
             self.check().map_err(at)?;
             let step = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)?;
@@ -132,8 +151,11 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             if flow == Flow::Stop {
                 break;
             }
+            if self.plan.hands_over && self.stepper.stiff_at().is_some() && self.stepper.now().t != self.plan.end {
+                return Ok(Ended::Stiff(self.now()));
+            }
         }
-        Ok(())
+        Ok(Ended::Arrived)
     }
 
     /// Looks at the start: a contact that would have to pull lifts off there, what sticks and would break away slips.
@@ -159,7 +181,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
 
     fn check(&self) -> Result<(), Kind> {
         let limit = self.plan.most_steps;
-        if self.stepper.accepted() + self.stepper.rejected() >= limit {
+        let before = self.plan.resumes.as_ref().map_or(0, |(_, steps)| *steps);
+        if before + self.stepper.accepted() + self.stepper.rejected() >= limit {
             return Err(Kind::TooManySteps { limit, stiff_at: self.stepper.stiff_at() });
         }
         match self.plan.cancel {

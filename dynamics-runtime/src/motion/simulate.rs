@@ -17,17 +17,21 @@ use super::guard::{Contact, Guard, Guards};
 use super::plant::{InputLaw, Plant, with_inputs};
 use super::progress::Progress;
 use super::query::Motion;
-use super::record::{Record, Trajectory};
-use super::run::{Halt, Keep, Plan, Show, Sink};
+use super::record::{Counts, Record, Trajectory};
+use super::run::{Ended, Halt, Keep, Plan, Show, Sink};
 use super::upkeep::{PlaceError, Upkeep};
 use super::watch::{Action, Flow, Rule, Watch};
 use crate::integrate::{Direction, StepOptions, Tolerances};
-use crate::methods::{Any, Dop853, DormandPrince5, Rk4};
+use crate::methods::{Any, Dop853, DormandPrince5, Radau5, Rk4};
 use crate::model::{Constraints, Events, Expansion, ModelState, Outputs, Powers, Vector};
 
 /// Above this tolerance Dormand–Prince 5(4) is chosen, below it DOP853. Measured by evaluations for the same error, they are level at
 /// errors of 1e-2 (oscillator) to 1e-5 (double pendulum, 5 s); at 1e-4 DOP853 needs half of the other's for the oscillator.
 const LOOSE: f64 = 1e-4;
+/// Below this tolerance Radau IIA needs so many steps that an explicit method at the border of its stability is no slower, so runs go on.
+const TIGHT: f64 = 1e-11;
+/// Number of coordinates above which one step of an implicit method, which factors matrices of that size, costs more than thousands of evaluations.
+const LARGE: usize = 100;
 /// Nine digits: far below what a plot shows or a parameter is known to, at less than twice the cost of six with DOP853.
 const DEFAULT_TOLERANCE: f64 = 1e-9;
 /// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is wrong more often
@@ -125,7 +129,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Overrides the choice of the method: one of [`crate::methods`].
     ///
-    /// Without it: RK4 where a fixed step is given, else Dormand–Prince 5(4) for tolerances above 1e-4 and DOP853 below.
+    /// Without it: RK4 where a fixed step is given, else Dormand–Prince 5(4) for tolerances above 1e-4 and DOP853 below; where the motion turns out to be
+    /// stiff for these, Radau IIA goes on, and the summary says from when.
     pub fn method(mut self, method: impl Into<Any<M>>) -> Self {
         self.method = Some(method.into().0);
         self
@@ -336,18 +341,27 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             progress: if self.progress { Progress::new(self.start.t(), checked.end) } else { Progress::none() },
             #[cfg(not(feature = "progress"))]
             progress: Progress::none(),
+            hands_over: checked.hands_over,
+            resumes: None,
         };
         plan.plant.upkeep.contacts = contacts;
         #[cfg(feature = "std")]
         let begun = std::time::Instant::now();
         #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
-        let (mut counts, result) = driver.run(&mut plan, sink);
+        let (mut counts, mut result) = driver.run(&mut plan, sink);
+        let mut relay = None;
+        if let Ok(Ended::Stiff(state)) = &result {
+            let implicit: AnyDriver<M> = Arc::new(Radau5);
+            relay = Some((state.t(), Arc::clone(&implicit)));
+            (counts, result) = go_on(&implicit, &mut plan, *state, &counts, sink);
+        }
         #[cfg(feature = "std")]
         {
             counts.wall_time = Some(begun.elapsed());
         }
         let trajectory = Trajectory {
             driver: Some(driver),
+            relay,
             reason,
             tolerances: checked.options.tolerances,
             records: Vec::new(),
@@ -359,7 +373,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             upkept: plan.plant.upkeep.upkept,
             consistent: self.consistent,
         };
-        Ok((Ran { model: self.model, constants, law, trajectory }, result))
+        Ok((Ran { model: self.model, constants, law, trajectory }, result.map(|_| ())))
     }
 
     fn constants(&self) -> Result<M::Constants, SimulationError<M>> {
@@ -406,10 +420,12 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self.check_series(&method.0)?;
         let output_times = self.output_list()?;
         let formulation = Formulation::choose::<M>(self.formulation)?;
+        let tightest = options.tolerances.absolute.min(options.tolerances.relative);
+        let hands_over = self.method.is_none() && self.fixed.is_none() && tightest >= TIGHT && M::Vector::LEN <= LARGE;
         number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
         let guards = self.check_guards(end)?;
         let rules = self.check_events(&guards)?;
-        Ok(Checked { end, options, method, output_times, formulation, guards, rules })
+        Ok(Checked { end, options, method, hands_over, output_times, formulation, guards, rules })
     }
 
     fn check_start(&self) -> Result<(), OptionError> {
@@ -582,10 +598,30 @@ struct Checked<'m, M: Simulate> {
     end: f64,
     options: StepOptions,
     method: (AnyDriver<M>, String),
+    /// An implicit method is to go on where the motion is stiff.
+    hands_over: bool,
     output_times: Option<Vec<f64>>,
     formulation: Option<(Formulation, String)>,
     guards: Guards,
     rules: Vec<Rule<'m, M>>,
+}
+
+/// Goes on with another method from where one stopped; counts are those of both.
+fn go_on<M: Simulate>(
+    driver: &AnyDriver<M>,
+    plan: &mut Plan<'_, '_, M>,
+    state: M::State,
+    before: &Counts,
+    sink: &mut dyn Sink<M>,
+) -> (Counts, Result<Ended<M::State>, Halt>) {
+    plan.resumes = Some((state, before.steps + before.rejected));
+    plan.hands_over = false;
+    // What was asked for the first step is over.
+    plan.options.first = None;
+    let (after, result) = driver.run(plan, sink);
+    // The plant has counted its evaluations all along.
+    let (steps, rejected) = (before.steps + after.steps, before.rejected + after.rejected);
+    (Counts { steps, rejected, stiff_at: before.stiff_at, ..after }, result)
 }
 
 /// What is left of a simulation that has run; the trajectory's records are in the sink.

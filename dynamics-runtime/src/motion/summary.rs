@@ -38,6 +38,8 @@ pub struct Summary {
     pub method: Method,
     /// Why this method.
     pub reason: String,
+    /// When and with which method the run went on, because the motion was stiff for the first one.
+    pub switched: Option<(f64, Method)>,
     /// Accepted steps.
     pub steps: u64,
     /// Rejected steps.
@@ -107,6 +109,7 @@ impl<M: Simulate> Motion<'_, M> {
             interval: (self.start_time(), self.end_time()),
             method: self.method(),
             reason: self.trajectory.reason.clone(),
+            switched: self.switched(),
             steps: counts.steps,
             rejected: counts.rejected,
             evaluations: counts.evaluations,
@@ -169,6 +172,10 @@ impl fmt::Display for Summary {
         let (start, end) = self.interval;
         writeln!(f, "{} from t = {} to {}", self.model, Rounded(start), Rounded(end))?;
         writeln!(f, "  method       {}, {}", self.method, self.reason)?;
+        if let Some((from, method)) = self.switched {
+            let why = "because stability and not accuracy bounded the steps of the first";
+            writeln!(f, "               from t = {} on {method}, {why}", Rounded(from))?;
+        }
         writeln!(
             f,
             "  steps        {} accepted, {} rejected, {} evaluations of the accelerations",
@@ -208,10 +215,12 @@ impl fmt::Display for Summary {
         if let Some(name) = &self.stopped_by {
             write!(f, "\n  stopped      by event {name}")?;
         }
-        if let Some(t) = self.stiff_at {
+        if let Some(t) = self.stiff_at
+            && self.switched.is_none()
+        {
             write!(
                 f,
-                "\n  warning      stiff from t = {}: stability, not accuracy, bounds the step of this explicit method",
+                "\n  warning      stiff from t = {}: stability, not accuracy, bounds the step of this explicit method; use methods::Radau5",
                 Rounded(t)
             )?;
         }

@@ -131,7 +131,7 @@ impl<M: Simulate> Motion<'_, M> {
             return;
         }
         let done = self.is_repeatable()
-            && match &self.trajectory.driver {
+            && match self.trajectory.driver_of(index) {
                 Some(driver) => driver.meter(self, index, work),
                 // Steps are as long as Newton's method permits, up to a radian of a crank: on quarters of them the quadrature leaves about
                 // 10⁻¹² of the energy (slider-crank, Jansen's leg).
