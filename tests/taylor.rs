@@ -172,7 +172,7 @@ fn the_error_follows_the_tolerance_down_to_rounding() {
 fn any_order_can_be_asked_for() {
     let start = DP.state().theta1(1.5).theta2(1.0).build().unwrap();
     let truth = DP.simulate(start).until(1.0).tolerance(1e-14).run().unwrap().end();
-    for order in [4, 7, 12, 20, 36] {
+    for order in [4, 7, 12, 20, 30] {
         let method = methods::Taylor { order: Some(order) };
         let motion = DP.simulate(start).until(1.0).tolerance(1e-9).method(method).run().unwrap();
         let error = distance(motion.end(), truth);
@@ -222,7 +222,7 @@ fn kepler_keeps_its_energy_over_a_thousand_periods() {
     let watch = |state: &State<Kepler>| worst = worst.max((kepler.energy_function(state) - energy).abs());
     kepler.simulate(start).until(end).tolerance(1e-15).method(TAYLOR).run_with(watch).unwrap();
     // Evaluating the energy itself at the pericentre rounds 10 − 9.5: 2e-15.
-    assert!(worst < 1e-12, "{worst:e}");
+    assert!(worst < 1e-13, "{worst:e}");
 }
 
 #[test]

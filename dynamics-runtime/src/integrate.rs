@@ -9,7 +9,7 @@
 //! | [`DormandPrince5`] | 5 | 4 | 6 (+ 1 reused) | embedded 4th order |
 //! | [`Dop853`] | 8 | 7 | 12 (+ 3 for dense output) | embedded 5th and 3rd order |
 //! | [`Radau5`] | 5 | 3 (u), 4 (q) | implicit: 3 per Newton iteration, 1 or 2 more | filtered, 3rd order |
-//! | [`Taylor`] | by tolerance, to 36 | the same | 1, and a series | last two terms |
+//! | [`Taylor`] | by tolerance, to 30 | the same | 1, and a series | last two terms |
 //!
 //! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the stage velocity, so
 //! only accelerations are evaluated.

@@ -107,7 +107,7 @@ plain! {
 /// ([`crate::model::Dynamics::SERIES`]), with inputs that are held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Taylor {
-    /// The order of all steps, 4 to 36; chosen by the tolerance where it is not given.
+    /// The order of all steps, 4 to 30; chosen by the tolerance where it is not given.
     pub order: Option<usize>,
 }
 

@@ -9,10 +9,22 @@ use nalgebra::SVector;
 use crate::math::add_product;
 
 /// Highest order of a series.
-pub const MOST_ORDER: usize = 36;
+pub const MOST_ORDER: usize = 30;
+
+/// Lanes that are summed together: one vector register, or a few.
+pub const WIDTH: usize = 8;
+
+/// Values of B·[`WIDTH`] lanes; on its own cache lines, so that no load of a register meets two.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Row<const B: usize>([[f64; WIDTH]; B]);
+
+impl<const B: usize> Row<B> {
+    const ZERO: Self = Self([[0.0; WIDTH]; B]);
+}
 
 /// Coefficients of one order k: q̈, then left and right factors of all lanes.
-pub type Coefficients<const N: usize, const L: usize> = ([f64; N], [f64; L], [f64; L]);
+pub type Coefficients<const N: usize, const B: usize> = ([f64; N], [[f64; WIDTH]; B], [[f64; WIDTH]; B]);
 
 /// Reciprocals of the orders.
 const RECIPROCAL: [f64; MOST_ORDER + 1] = {
@@ -28,15 +40,15 @@ const RECIPROCAL: [f64; MOST_ORDER + 1] = {
 /// Coefficients of q and u of the orders 0 to `q.len() − 1` (at most [`MOST_ORDER`]) from q₀, u₀ in the first rows, q̈₀, and `next`:
 /// (coefficients of t, q and u; k and 1/k; sums of the lanes) ↦ those of q̈ and of the lanes' factors.
 #[inline(always)]
-pub fn expand<const N: usize, const L: usize>(
+pub fn expand<const N: usize, const B: usize>(
     a: &[f64; N],
     scale: f64,
     q: &mut [SVector<f64, N>],
     u: &mut [SVector<f64, N>],
-    mut next: impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[f64; L]) -> Coefficients<N, L>,
+    mut next: impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[[f64; WIDTH]; B]) -> Coefficients<N, B>,
 ) {
     let order = (q.len().min(u.len()) - 1).min(MOST_ORDER);
-    let (mut left, mut right) = ([[0.0; L]; MOST_ORDER], [[0.0; L]; MOST_ORDER]);
+    let (mut left, mut right) = ([Row::<B>::ZERO; MOST_ORDER], [Row::<B>::ZERO; MOST_ORDER]);
     let advance = |q: &mut [SVector<f64, N>], u: &mut [SVector<f64, N>], k: usize, a: &[f64; N]| {
         let factor = scale * RECIPROCAL[k + 1];
         for i in 0..N {
@@ -47,39 +59,70 @@ pub fn expand<const N: usize, const L: usize>(
     if order > 0 {
         advance(q, u, 0, a);
     }
-    // The terms of the sums of order k in which no factor of order k − 1 occurs are formed while those are computed, and the two others from
-    // registers: nothing waits for what has just been stored.
-    let mut known = [0.0; L];
-    let (mut last_left, mut last_right) = ([0.0; L], [0.0; L]);
+    // Rows that have just been stored piece by piece cannot be loaded whole for a while. So the terms of order k + 1 are summed while order k is
+    // computed: those of rows before the last from memory, those of the last row (k − 1) from `last`; what contains row k is added when it is there.
+    let mut known = Row::<B>::ZERO;
+    let mut last = (Row::<B>::ZERO, Row::<B>::ZERO);
     for k in 1..order {
         let mut sums = known;
-        if k > 1 {
-            let (first_left, first_right) = (&left[1], &right[1]);
-            for i in 0..L {
-                sums[i] = add_product(sums[i], first_left[i], last_right[i]);
-            }
-            if k > 2 {
-                for i in 0..L {
-                    sums[i] = add_product(sums[i], last_left[i], first_right[i]);
-                }
+        match k {
+            1 => {}
+            2 => add(&mut sums, &last.0, &last.1),
+            _ => {
+                add(&mut sums, &left[1], &last.1);
+                add(&mut sums, &last.0, &right[1]);
             }
         }
-        known = if k > 2 { cauchy(&left[2..k], &right[2..k]) } else { [0.0; L] };
+        known = if k > 4 { cauchy(&left[3..k - 1], &right[3..k - 1]) } else { Row::ZERO };
+        match k {
+            1 | 2 => {}
+            3 => add(&mut known, &last.0, &last.1),
+            _ => {
+                add(&mut known, &left[2], &last.1);
+                add(&mut known, &last.0, &right[2]);
+            }
+        }
         let t = if k == 1 { scale } else { 0.0 };
-        let a;
-        (a, last_left, last_right) = next(t, &q[k].data.0[0], &u[k].data.0[0], &[k as f64, RECIPROCAL[k]], &sums);
-        (left[k], right[k]) = (last_left, last_right);
+        let (a, new_left, new_right) = next(t, &q[k].data.0[0], &u[k].data.0[0], &[k as f64, RECIPROCAL[k]], &sums.0);
+        last = (Row(new_left), Row(new_right));
+        (left[k], right[k]) = last;
         advance(q, u, k, &a);
     }
 }
 
-/// Σⱼ left[j]·right[last − j], lane by lane.
+/// sum + left·right, lane by lane.
 #[inline(always)]
-fn cauchy<const L: usize>(left: &[[f64; L]], right: &[[f64; L]]) -> [f64; L] {
-    let mut sums = [0.0; L];
-    for (a, b) in left.iter().zip(right.iter().rev()) {
-        for i in 0..L {
-            sums[i] = add_product(sums[i], a[i], b[i]);
+fn add<const B: usize>(sum: &mut Row<B>, left: &Row<B>, right: &Row<B>) {
+    for b in 0..B {
+        for i in 0..WIDTH {
+            sum.0[b][i] = add_product(sum.0[b][i], left.0[b][i], right.0[b][i]);
+        }
+    }
+}
+
+/// Σⱼ left[j]·right[last − j], lane by lane; two sums at a time, as one addition waits for the one before.
+#[inline(always)]
+fn cauchy<const B: usize>(left: &[Row<B>], right: &[Row<B>]) -> Row<B> {
+    let mut sums = Row::<B>::ZERO;
+    for b in 0..B {
+        let (mut even, mut odd) = ([0.0; WIDTH], [0.0; WIDTH]);
+        let (pairs, single) = left.as_chunks::<2>();
+        let mut from_end = right.iter().rev();
+        for [x, y] in pairs {
+            if let (Some(x_right), Some(y_right)) = (from_end.next(), from_end.next()) {
+                for i in 0..WIDTH {
+                    even[i] = add_product(even[i], x.0[b][i], x_right.0[b][i]);
+                    odd[i] = add_product(odd[i], y.0[b][i], y_right.0[b][i]);
+                }
+            }
+        }
+        if let ([x], Some(x_right)) = (single, from_end.next()) {
+            for i in 0..WIDTH {
+                even[i] = add_product(even[i], x.0[b][i], x_right.0[b][i]);
+            }
+        }
+        for i in 0..WIDTH {
+            sums.0[b][i] = even[i] + odd[i];
         }
     }
     sums
@@ -91,11 +134,20 @@ mod tests {
 
     #[test]
     fn products_of_series_are_cauchy_sums() {
-        // q̈ = q² from q = 1, u = 1: a = q²; by hand a₀ = 1, a₁ = 2 u₀, a₂ = u₀² + 2·½ a₀, … in units of τ = ½.
-        let (mut q, mut u) = ([SVector::<f64, 1>::zeros(); 4], [SVector::<f64, 1>::zeros(); 4]);
+        // q̈ = q², q(0) = u(0) = 1, in units of τ = ½, against sums as they are defined.
+        const ORDER: usize = 12;
+        let rows = [SVector::<f64, 1>::zeros(); ORDER + 1];
+        let (mut q, mut u) = (rows, rows);
         (q[0][0], u[0][0]) = (1.0, 1.0);
-        expand(&[1.0], 0.5, &mut q, &mut u, |_, q, _, _, sums| ([2.0 * q[0] + sums[0]], *q, *q));
-        let found: [f64; 4] = core::array::from_fn(|k| u[k][0] * f64::powi(2.0, k as i32));
-        assert_eq!(found, [1.0, 1.0, 1.0, 2.0 / 3.0]);
+        expand::<1, 1>(&[1.0], 0.5, &mut q, &mut u, |_, q, _, _, sums| {
+            let factors = [[q[0], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]];
+            ([2.0 * q[0] + sums[0][0]], factors, factors)
+        });
+        for k in 0..ORDER {
+            let square: f64 = (0..=k).map(|j| q[j][0] * q[k - j][0]).sum();
+            let next = 0.5 * square / (k + 1) as f64;
+            assert!((u[k + 1][0] - next).abs() < 1e-15 * next, "order {k}: {} and {next}", u[k + 1][0]);
+            assert_eq!(q[k + 1][0], 0.5 / (k + 1) as f64 * u[k][0]);
+        }
     }
 }

@@ -102,8 +102,8 @@ fn right_side(e: &mut Expansion<'_>, row: &[NodeId], force: NodeId) -> Result<No
         let acceleration = e.base.symbol(Symbol::Acceleration(j as u32));
         let (of_entry, known) = (e.coefficient(*entry)?, e.kept(acceleration));
         let (last, inner) = (e.order.mul(of_entry, known), e.lane(*entry, acceleration));
-        let product = e.order.add(last, inner);
-        sum = e.order.sub(sum, product);
+        sum = e.order.sub(sum, inner);
+        sum = e.order.sub(sum, last);
     }
     Ok(sum)
 }

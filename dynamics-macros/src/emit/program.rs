@@ -14,7 +14,7 @@ use dynamics_symbolic::schedule::{Program, Step};
 use proc_macro2::TokenStream;
 use quote::quote;
 
-pub(super) use operand::Access;
+pub(super) use operand::{Access, WIDTH};
 pub(super) use parts::{Body, Printed};
 
 /// Most `let`s of one block.
@@ -145,7 +145,7 @@ impl<'a> Printer<'a> {
                 let below = self.access.graph.node(*id).children().filter_map(|c| self.depths.get(&c)).max();
                 let depth = below.map_or(1, |depth| depth + 1);
                 if depth <= DEPTH && self.inline.contains(id) {
-                    if let (true, Node::Mul(a, b)) = (self.access.fused, self.access.graph.node(*id)) {
+                    if let (true, Node::Mul(a, b)) = (self.access.coefficients, self.access.graph.node(*id)) {
                         self.products.insert(*id, [self.value(a), self.value(b)]);
                     }
                     self.values.insert(*id, format!("({value})"));

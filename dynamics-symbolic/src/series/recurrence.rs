@@ -179,13 +179,23 @@ impl<'a> Expansion<'a> {
         })
     }
 
+    /// early + late: what is known from orders before first, so that nothing but one fused operation waits for what is new.
+    fn late(&mut self, early: NodeId, late: NodeId) -> NodeId {
+        let plain = |g: &Graph, id| !g.is_zero(id) && !matches!(g.node(id), Node::Neg(_) | Node::Number(_));
+        if plain(&self.order, early) && plain(&self.order, late) {
+            self.order.add_exactly(early, late)
+        } else {
+            self.order.add(early, late)
+        }
+    }
+
     fn product(&mut self, a: NodeId, b: NodeId) -> Result<NodeId, Unexpandable> {
         let (of_a, of_b) = (self.coefficient(a)?, self.coefficient(b)?);
         let (a0, b0) = (self.kept(a), self.kept(b));
         let inner = self.lane(a, b);
         let (first, last) = (self.order.mul_as_is(a0, of_b), self.order.mul_as_is(of_a, b0));
-        let ends = self.order.add(first, last);
-        Ok(self.order.add(inner, ends))
+        let sum = self.late(inner, first);
+        Ok(self.late(sum, last))
     }
 
     fn quotient(&mut self, id: NodeId, a: NodeId, b: NodeId) -> Result<NodeId, Unexpandable> {
@@ -202,7 +212,7 @@ impl<'a> Expansion<'a> {
     fn integral(&mut self, g: NodeId, a: NodeId) -> Result<NodeId, Unexpandable> {
         let (of_a, g0) = (self.coefficient(a)?, self.kept(g));
         let (last, inner) = (self.order.mul_as_is(of_a, g0), self.lane_of_slope(a, g));
-        Ok(self.order.add(last, inner))
+        Ok(self.late(inner, last))
     }
 
     /// c with c′ b = r′, rₖ given.

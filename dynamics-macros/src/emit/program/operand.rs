@@ -7,6 +7,9 @@ use quote::quote;
 use super::super::Surface;
 use super::Printer;
 
+/// Lanes of a block of Cauchy sums, as the runtime has it.
+pub(in super::super) const WIDTH: usize = 8;
+
 /// Where a function finds what it does not compute.
 pub(in super::super) struct Access<'a> {
     /// The nodes.
@@ -17,8 +20,9 @@ pub(in super::super) struct Access<'a> {
     parameters: Vec<String>,
     /// Expressions of the smooth functions, in order.
     functions: Vec<String>,
-    /// Whether a sum with a product is written as one operation, for targets that have it.
-    pub(super) fused: bool,
+    /// Whether it is for Taylor coefficients: sums of lanes come in blocks, and a sum with a product is written as one operation, for targets
+    /// that have it.
+    pub(super) coefficients: bool,
 }
 
 impl<'a> Access<'a> {
@@ -29,14 +33,14 @@ impl<'a> Access<'a> {
             private: surface.private(),
             parameters: surface.parameters.iter().map(|place| quote!(model #place).to_string()).collect(),
             functions: surface.functions.iter().map(|field| quote!(model.#field).to_string()).collect(),
-            fused: false,
+            coefficients: false,
         }
     }
 
     /// Programs of Taylor coefficients: what they need of order 0 stands in an array `z`.
     pub(in super::super) fn of_coefficients(private: TokenStream, graph: &'a Graph, kept: usize) -> Self {
         let parameters = (0..kept).map(|i| format!("z[{i}]")).collect();
-        Self { graph, private, parameters, functions: Vec::new(), fused: true }
+        Self { graph, private, parameters, functions: Vec::new(), coefficients: true }
     }
 
     /// What statements refer to by short names.
@@ -58,6 +62,9 @@ impl<'a> Access<'a> {
             Node::Symbol(Symbol::Rate(i)) => format!("u[{i}]"),
             Node::Symbol(Symbol::Input(i)) => format!("w[{i}]"),
             Node::Symbol(Symbol::Acceleration(i)) => format!("a[{i}]"),
+            Node::Symbol(Symbol::Multiplier(i)) if self.coefficients => {
+                format!("lambda[{}][{}]", i as usize / WIDTH, i as usize % WIDTH)
+            }
             Node::Symbol(Symbol::Multiplier(i)) => format!("lambda[{i}]"),
             Node::Symbol(Symbol::Mode(i)) => format!("modes[{i}]"),
             Node::Symbol(Symbol::Parameter(i)) => self.parameters[i as usize].clone(),

@@ -5,7 +5,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::super::local;
-use super::super::program::{Access, Body};
+use super::super::program::{Access, Body, WIDTH};
 use super::Emission;
 
 impl Emission<'_> {
@@ -47,6 +47,8 @@ impl Emission<'_> {
             Body { access: &access, surface: self.surface, constants: &[], constraints: None }.whole(&series.next);
         let (coefficients, factors) = next.results.split_at(n);
         let (left, right) = factors.split_at(lanes);
+        let blocks = lanes.div_ceil(WIDTH);
+        let [left, right] = [left, right].map(|factors| in_blocks(factors, &quote!(0.0)));
         let (t, q, u, w, a, z) = (local("t"), local("q"), local("u"), local("w"), local("a"), local("z"));
         let (lambda, scale) = (local("lambda"), local("scale"));
         let (rows_q, rows_u) = (local("rows_of_q"), local("rows_of_u"));
@@ -69,11 +71,20 @@ impl Emission<'_> {
                 let #a = &#a.data.0[0];
                 #of_start
                 let #z: [#f64; #count] = [#(#kept),*];
-                #private::expand::<#n, #lanes>(#a, #scale, #rows_q, #rows_u, |#t, #q, #u, #w, #lambda| {
+                #private::expand::<#n, #blocks>(#a, #scale, #rows_q, #rows_u, |#t, #q, #u, #w, #lambda| {
                     #of_next
-                    ([#(#coefficients),*], [#(#left),*], [#(#right),*])
+                    ([#(#coefficients),*], #left, #right)
                 })
             }
         }
     }
+}
+
+/// An array of arrays of [`WIDTH`], the last one filled up.
+fn in_blocks(values: &[TokenStream], filler: &TokenStream) -> TokenStream {
+    let blocks = values.chunks(WIDTH).map(|block| {
+        let values = block.iter().chain(core::iter::repeat_n(filler, WIDTH - block.len()));
+        quote!([#(#values),*])
+    });
+    quote!([#(#blocks),*])
 }
