@@ -4,63 +4,10 @@ use dynamics::prelude::*;
 
 use crate::support::*;
 
-/// A bar between two springs that follow a bumpy road: the right wheel at (x_b, y_b) goes up and down, the left one stays at (0, 0).
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(xl, yl, xr, yr)]
-struct CarAxis {
-    /// M ε²/2.
-    mass: f64,
-    length: f64,
-    rest: f64,
-    bump: f64,
-    frequency: f64,
-    g: f64,
-}
+#[path = "../models/car_axis.rs"]
+mod axis;
 
-#[dynamics]
-impl CarAxis {
-    fn left(&self, q: &Coordinates<Self>) -> Vec2 {
-        vec2(q.xl, q.yl)
-    }
-    fn right(&self, q: &Coordinates<Self>) -> Vec2 {
-        vec2(q.xr, q.yr)
-    }
-    fn wheel(&self, q: &Coordinates<Self>) -> Vec2 {
-        let y = self.bump * (self.frequency * q.t).sin();
-        vec2((self.length.powi(2) - y * y).sqrt(), y)
-    }
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.mass * (self.left(q).dt().norm_squared() + self.right(q).dt().norm_squared())
-    }
-    #[potential]
-    fn springs(&self, q: &Coordinates<Self>) -> Expr {
-        let (left, right) = (self.left(q).norm(), (self.right(q) - self.wheel(q)).norm());
-        0.5 * ((left - self.rest).powi(2) + (right - self.rest).powi(2))
-    }
-    #[potential]
-    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-        self.mass * self.g * (q.yl + q.yr)
-    }
-    /// The left spring stays at right angles to the road.
-    #[holonomic]
-    fn upright(&self, q: &Coordinates<Self>) -> Expr {
-        self.left(q).dot(self.wheel(q))
-    }
-    #[holonomic]
-    fn bar(&self, q: &Coordinates<Self>) -> Expr {
-        (self.left(q) - self.right(q)).norm_squared() - self.length.powi(2)
-    }
-}
-
-fn model() -> CarAxis {
-    let eps: f64 = 1e-2;
-    CarAxis { mass: 10.0 * eps * eps / 2.0, length: 1.0, rest: 0.5, bump: 0.1, frequency: 10.0, g: 1.0 }
-}
-
-fn start(model: &CarAxis) -> State<CarAxis> {
-    model.state().yl(0.5).xr(1.0).yr(0.5).xl_rate(-0.5).xr_rate(-0.5).build().unwrap()
-}
+use axis::{CarAxis, model, start};
 
 /// M, Q, Φ_q and γ written from the published equations.
 fn by_hand(model: &CarAxis, s: &State<CarAxis>) -> Kkt {

@@ -55,7 +55,9 @@ impl Page {
             chart(part, Cost::Time);
         }
         html.push_str("</div>\n");
-        let _ = writeln!(html, "<pre>{}</pre>", xml(&study.comparison(ErrorOf::State, Cost::Time, &COMPARED)));
+        for part in [ErrorOf::State, ErrorOf::Positions] {
+            let _ = writeln!(html, "<pre>{}</pre>", xml(&study.comparison(part, Cost::Time, &COMPARED)));
+        }
         html.push_str("<details><summary>all runs</summary>\n<table>\n");
         for (i, row) in study.rows().iter().enumerate() {
             table_row(&mut html, row, if i == 0 { "th" } else { "td" });

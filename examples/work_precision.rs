@@ -1,0 +1,187 @@
+//! Speed against accuracy: six problems, every method at every tolerance, errors against time on one page.
+//!
+//!     error of q, q̇, λ, E at the end   over   time (median of repeats) and evaluations
+//!
+//! The double pendulum, Kepler's problem with e = 0.9, Andrews' mechanism with its six constraints, a stiff spring pendulum, the flyball governor and the
+//! car axis. Each is measured against a reference whose uncertainty is drawn as a line. Where `benches/peers/run.sh` has measured other solvers on
+//! this machine, their curves stand beside. `--quick` takes few tolerances and no repeats.
+
+#[path = "../tests/models/andrews.rs"]
+#[allow(dead_code, reason = "tests use more of it")]
+mod andrews;
+#[path = "../tests/models/car_axis.rs"]
+mod car_axis;
+mod common;
+#[path = "../tests/models/governor.rs"]
+mod governor;
+#[path = "../tests/models/work_precision.rs"]
+mod problems;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use dynamics::analysis::{Cost, ErrorOf, Measured, Page, Reference, Study, WorkPrecision};
+use dynamics::model::Vector;
+use dynamics::prelude::*;
+use problems::{DoublePendulum, Kepler, StiffSpring};
+
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// What all problems have in common.
+struct Session {
+    quick: bool,
+    outside: Vec<PathBuf>,
+    page: Page,
+    files: common::Files,
+}
+
+impl Session {
+    fn new() -> Result<Self> {
+        let quick = std::env::args().any(|argument| argument == "--quick");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers/results");
+        let entries = std::fs::read_dir(folder).map(|entries| entries.collect::<std::io::Result<Vec<_>>>());
+        // Nobody has measured other solvers here: that is no error.
+        let entries = entries.unwrap_or_else(|_| Ok(Vec::new()))?;
+        let mut outside: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
+        outside.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
+        outside.sort();
+        let page = Page::new("Speed against accuracy");
+        Ok(Self { quick, outside, page, files: common::Files::of("work_precision") })
+    }
+
+    /// Runs a study, adds what was measured elsewhere, shows it.
+    fn study<'m, M: Simulate>(&mut self, name: &str, study: WorkPrecision<'m, M>) -> Result<Study<'m, M>> {
+        let decades = if self.quick { 4..=12 } else { 3..=13 };
+        let tolerances = decades.step_by(if self.quick { 2 } else { 1 }).map(|k| 10f64.powi(-k));
+        let effort = if self.quick { Duration::ZERO } else { Duration::from_millis(100) };
+        let mut study = study.problem(name).tolerances(tolerances).effort(effort).run()?;
+        for path in &self.outside {
+            study.read_outside(path)?;
+        }
+        println!("{study}\n");
+        for part in [ErrorOf::State, ErrorOf::Positions] {
+            println!("{}", study.comparison(part, Cost::Time, &[1e-3, 1e-6, 1e-9, 1e-12]));
+        }
+        self.page = std::mem::replace(&mut self.page, Page::new("")).study(&study);
+        let file = name.replace([' ', '='], "_");
+        study.write_svg(self.files.path(&format!("{file}.svg")))?;
+        study.write_json_lines(self.files.path(&format!("{file}.jsonl")))?;
+        Ok(study)
+    }
+}
+
+const DOP853: &str = "DOP853 (order 8)";
+const DP5: &str = "Dormand–Prince 5(4)";
+
+/// Explicit methods that choose their step.
+fn explicit<M: Simulate>() -> [methods::Any<M>; 2] {
+    [methods::Dop853.into(), methods::DormandPrince5.into()]
+}
+
+fn main() -> common::Outcome {
+    let mut session = Session::new()?;
+    smooth(&mut session)?;
+    constrained(&mut session)?;
+    stiff(&mut session)?;
+    let Session { page, mut files, .. } = session;
+    page.write_html(files.path("work_precision.html"))?;
+    files.list();
+    Ok(())
+}
+
+/// Smooth motions: high order wins, and the more so the more digits are wanted.
+fn smooth(session: &mut Session) -> Result<()> {
+    let model = DoublePendulum { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
+    let start = model.state().theta1(1.5).theta2(1.0).build()?;
+    let steps = if session.quick { 11..13 } else { 9..17 };
+    let known = [-1.1686859741349935, -1.060871322324049, 2.7169518006441564, -0.7111210975850546];
+    let study = model.work_precision(start).until(10.0).reference(end(&model, 10.0, known));
+    let study = study.methods(explicit()).methods([methods::Rk4.into()]);
+    let study = session.study("double pendulum", study.steps(steps.map(|k| 10.0 / f64::from(1 << k))))?;
+    wins(&study, 1e-9);
+    let rk4 = study.cost("RK4 (order 4)", ErrorOf::State, 1e-7, Cost::Evaluations).ok_or("RK4 reaches 1e-7")?;
+    let dop853 = study.cost(DOP853, ErrorOf::State, 1e-7, Cost::Evaluations).ok_or("DOP853 reaches 1e-7")?;
+    println!("RK4 needs {:.1} times the evaluations of DOP853 for an error of 1e-7", rk4 / dop853);
+    assert!(rk4 > 2.0 * dop853);
+
+    let model = Kepler { mu: 1.0 };
+    let start = model.state().x(0.1).y_rate(19f64.sqrt()).build()?;
+    let known = [-1.2952662509874838, 0.4003938963792514, -0.6775390924708295, -0.12708381542784494];
+    let study = model.work_precision(start).until(20.0).reference(end(&model, 20.0, known)).methods(explicit());
+    let study = session.study("Kepler e = 0.9", study)?;
+    wins(&study, 1e-9);
+    Ok(())
+}
+
+/// A known end: Taylor series in 80-bit arithmetic, at tolerances 1e-18 and 1e-20, from the start and parameters as `f64` has them; the two differ by 3e-16
+/// at most.
+fn end<M: Simulate>(_: &M, t: f64, [q1, q2, u1, u2]: [f64; 4]) -> Reference<M> {
+    let (mut q, mut u) = (M::Vector::zeros(), M::Vector::zeros());
+    q.as_mut_slice().copy_from_slice(&[q1, q2]);
+    u.as_mut_slice().copy_from_slice(&[u1, u2]);
+    Reference::known(M::State::new(t, q, u, M::Inputs::zeros()), 1e-15)
+}
+
+fn wins<M: Simulate>(study: &Study<'_, M>, error: f64) {
+    let evaluations =
+        |method: &str| study.cost(method, ErrorOf::State, error, Cost::Evaluations).expect("it reaches so far");
+    assert!(evaluations(DOP853) < 0.8 * evaluations(DP5), "order 8 wins at {error:e}");
+}
+
+/// Mechanisms: multipliers are as good as positions, because they are solved from the state and not carried along.
+fn constrained(session: &mut Session) -> Result<()> {
+    let model = andrews::PUBLISHED;
+    let [beta, theta, gamma, phi, delta, omega, epsilon] = andrews::START;
+    let start = model.state().beta(beta).theta(theta).gamma(gamma).phi(phi).delta(delta).omega(omega).epsilon(epsilon);
+    let start = start.build()?;
+    let study = model.work_precision(start).until(0.03).methods(explicit());
+    let study = study.variant("DOP853, embedded", methods::Dop853, |s| s.formulation(Formulation::Embedded));
+    let study = session.study("Andrews", study)?;
+    // Forces of up to hundreds of newtons.
+    digits(&study, 100.0);
+
+    let model = car_axis::model();
+    let start = car_axis::start(&model);
+    let study = session.study("car axis", model.work_precision(start).until(3.0).methods(explicit()))?;
+    digits(&study, 4.7e-3);
+    Ok(())
+}
+
+/// Six correct digits of the multipliers at tolerance 1e-8, where the index-3 code RADAU5 has 0.2 (Andrews) and 2.7 (car axis).
+fn digits<M: Simulate>(study: &Study<'_, M>, scale: f64) {
+    let error = run(study, DOP853, 1e-8).errors.of(ErrorOf::Multipliers).expect("it is constrained");
+    println!("{}: {:.1} digits of the multipliers at tolerance 1e-8", study.problem(), -(error / scale).log10());
+    assert!(error < 1e-6 * scale);
+}
+
+/// What a method did at a tolerance.
+fn run<'a, M: Simulate>(study: &'a Study<'_, M>, method: &str, tolerance: f64) -> &'a Measured {
+    let points = &study.curve(method).expect("it ran").points;
+    let point = points.iter().find(|point| (point.setting / tolerance - 1.0).abs() < 1e-9).expect("it ran so");
+    point.outcome.as_ref().expect("it reached the end")
+}
+
+/// Stiff motions: explicit methods are bound by stability, say so, and do not get faster where fewer digits are asked for.
+fn stiff(session: &mut Session) -> Result<()> {
+    let model = StiffSpring { mass: 1.0, stiffness: 1e8, damping: 2e4, length: 1.0, g: 9.81 };
+    let start = model.state().x(1.0).build()?;
+    let known = [0.27509447648273956, -0.961417492433867, -4.175584765727931, -1.1947781965932027];
+    let study = model.work_precision(start).until(10.0).reference(end(&model, 10.0, known)).methods(explicit());
+    let study = session.study("stiff spring pendulum", study)?;
+    bound(&study);
+
+    let model = governor::model();
+    let angle = std::f64::consts::FRAC_PI_6;
+    let start = model.state().s(0.5).b([angle; 2]).psi_rate(std::f64::consts::TAU);
+    let start = start.slider_rate(std::f64::consts::TAU).arm_rate([std::f64::consts::TAU; 2]).build()?;
+    let study = session.study("flyball governor", model.work_precision(start).until(1.0).methods(explicit()))?;
+    bound(&study);
+    Ok(())
+}
+
+fn bound<M: Simulate>(study: &Study<'_, M>) {
+    let (loose, tight) = (run(study, DP5, 1e-4), run(study, DP5, 1e-6));
+    println!("{}: {:?} evaluations at 1e-4, {:?} at 1e-6", study.problem(), loose.evaluations, tight.evaluations);
+    assert!(loose.stiff_at.is_some(), "it is told of");
+    assert!(loose.evaluations > tight.evaluations.map(|count| count / 2), "accuracy is not what costs");
+}
