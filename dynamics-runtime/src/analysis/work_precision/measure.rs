@@ -1,6 +1,6 @@
 //! The runs, and how long they take.
 
-use alloc::string::ToString;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::time::Duration;
 use std::time::Instant;
@@ -56,8 +56,8 @@ fn first_run<'m, M: Simulate>(
     setting: f64,
     end: f64,
     reference: &Found,
-) -> Result<Measured, alloc::string::String> {
-    let motion = simulation(study, candidate, setting, end).run().map_err(|error| error.to_string())?;
+) -> Result<Measured, String> {
+    let motion = simulation(study, candidate, setting, end).run().map_err(|error| in_a_line(&error))?;
     reaches(&motion.end(), end)?;
     let reached = End::of(study.model, &motion.end());
     let counts = motion.counts();
@@ -70,6 +70,11 @@ fn first_run<'m, M: Simulate>(
         stiff_at: counts.stiff_at,
         end: Some(reached),
     })
+}
+
+/// What happened and when; the state there, which follows in further lines, has no place in a table.
+pub(super) fn in_a_line(error: &impl ToString) -> String {
+    error.to_string().lines().next().unwrap_or_default().to_string()
 }
 
 /// Sets the time of every run that succeeded to the median of its repeats.

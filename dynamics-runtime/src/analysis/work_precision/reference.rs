@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 
 use super::WorkPrecision;
 use super::error::WorkPrecisionError;
+use super::measure::in_a_line;
 use super::study::Errors;
 use crate::constrain;
 use crate::methods::{Any, Dop853, DormandPrince5};
@@ -152,7 +153,7 @@ fn by_runs<M: Simulate>(
         let failed =
             |reason: String| WorkPrecisionError::ReferenceFails { method: method.to_string(), tolerance, reason };
         let simulation = study.simulation(end, method).tolerance(tolerance).max_steps(MOST_STEPS);
-        let state = simulation.run_with(|_| {}).map_err(|error| failed(error.to_string()))?;
+        let state = simulation.run_with(|_| {}).map_err(|error| failed(in_a_line(&error)))?;
         reaches(&state, end).map_err(&failed)?;
         Ok(End::of(study.model, &state))
     };
