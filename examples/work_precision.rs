@@ -96,7 +96,7 @@ fn smooth(session: &mut Session) -> Result<()> {
     let steps = if session.quick { 11..13 } else { 9..17 };
     let known = [-1.1686859741349935, -1.060871322324049, 2.7169518006441564, -0.7111210975850546];
     let study = model.work_precision(start).until(10.0).reference(end(&model, 10.0, known));
-    let study = study.methods(explicit()).methods([methods::Rk4.into()]);
+    let study = study.methods(explicit()).methods([methods::Taylor::default().into(), methods::Rk4.into()]);
     let study = session.study("double pendulum", study.steps(steps.map(|k| 10.0 / f64::from(1 << k))))?;
     wins(&study, 1e-9);
     let rk4 = study.cost("RK4 (order 4)", ErrorOf::State, 1e-7, Cost::Evaluations).ok_or("RK4 reaches 1e-7")?;
@@ -108,7 +108,7 @@ fn smooth(session: &mut Session) -> Result<()> {
     let start = model.state().x(0.1).y_rate(19f64.sqrt()).build()?;
     let known = [-1.2952662509874838, 0.4003938963792514, -0.6775390924708295, -0.12708381542784494];
     let study = model.work_precision(start).until(20.0).reference(end(&model, 20.0, known)).methods(explicit());
-    let study = session.study("Kepler e = 0.9", study)?;
+    let study = session.study("Kepler e = 0.9", study.methods([methods::Taylor::default().into()]))?;
     wins(&study, 1e-9);
     Ok(())
 }
@@ -167,7 +167,8 @@ fn stiff(session: &mut Session) -> Result<()> {
     let start = model.state().x(1.0).build()?;
     let known = [0.27509447648273956, -0.961417492433867, -4.175584765727931, -1.1947781965932027];
     let study = model.work_precision(start).until(10.0).reference(end(&model, 10.0, known)).methods(explicit());
-    let study = session.study("stiff spring pendulum", study.methods([methods::Radau5.into()]))?;
+    let study = session
+        .study("stiff spring pendulum", study.methods([methods::Radau5.into(), methods::Taylor::default().into()]))?;
     bound(&study);
 
     let model = governor::model();
