@@ -48,6 +48,7 @@ fn spring(y: &[f64], d: &mut [f64]) {
 }
 
 /// The derivative of `spring` in the direction v.
+#[cfg(feature = "diffsol")]
 fn spring_along(y: &[f64], v: &[f64], d: &mut [f64]) {
     let r = y[0].hypot(y[1]);
     let (nx, ny) = (y[0] / r, y[1] / r);
@@ -165,6 +166,7 @@ mod of_differential_equations {
     }
 }
 
+#[cfg(feature = "diffsol")]
 mod of_diffsol {
     use diffsol::{NalgebraLU, NalgebraMat, OdeBuilder, OdeSolverMethod, OdeSolverState, OdeSolverStopReason};
 
@@ -216,6 +218,7 @@ fn all<const N: usize>(p: &Problem<N>, stiff: bool) {
         let tolerance = 10f64.powi(-k);
         of_ode_solvers::run(p, tolerance);
         of_differential_equations::run(p, tolerance, stiff);
+        #[cfg(feature = "diffsol")]
         of_diffsol::run(p, tolerance, stiff);
     }
 }
