@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use dynamics_runtime::integrate::{Knot, Phase, Radau5, StepOptions, Stepper, System, Tolerances};
+use dynamics_runtime::integrate::{Dop853, Knot, Phase, Radau5, StepError, StepOptions, Stepper, System, Tolerances};
 use nalgebra::SVector;
 
 type V1 = SVector<f64, 1>;
@@ -53,12 +53,9 @@ fn van_der_pol_meets_its_published_end() {
 /// The pendulum on a stiff, strongly damped spring, ω = 10⁴ and damping ratio 1: what the spring does decays at once, and then it swings like a
 /// rigid one. With its derivatives.
 struct Spring {
+    stiffness: f64,
+    damping: f64,
     evaluations: u32,
-}
-
-impl Spring {
-    const STIFFNESS: f64 = 1e8;
-    const DAMPING: f64 = 2e4;
 }
 
 impl System<V2> for Spring {
@@ -67,7 +64,7 @@ impl System<V2> for Spring {
     fn accelerations(&mut self, _: f64, q: &V2, u: &V2) -> Result<V2, Infallible> {
         self.evaluations += 1;
         let r = q.norm();
-        let force = -(Self::STIFFNESS * (r - 1.0) + Self::DAMPING * q.dot(u) / r) / r;
+        let force = -(self.stiffness * (r - 1.0) + self.damping * q.dot(u) / r) / r;
         Ok(V2::new(force * q[0], force * q[1] - 9.81))
     }
 
@@ -75,31 +72,35 @@ impl System<V2> for Spring {
         let Phase { q, u } = at.y;
         let r = q.norm();
         let (n, rate) = (q / r, q.dot(&u) / r);
-        let tension = Self::STIFFNESS * (r - 1.0) + Self::DAMPING * rate;
+        let tension = self.stiffness * (r - 1.0) + self.damping * rate;
         for i in 0..2 {
             for j in 0..2 {
                 let across = f64::from(i == j) - n[i] * n[j];
-                let by_length = Self::STIFFNESS * n[j] + Self::DAMPING * (u[j] - rate * n[j]) / r;
+                let by_length = self.stiffness * n[j] + self.damping * (u[j] - rate * n[j]) / r;
                 by_q[2 * i + j] = -by_length * n[i] - tension * across / r;
-                by_u[2 * i + j] = -Self::DAMPING * n[i] * n[j];
+                by_u[2 * i + j] = -self.damping * n[i] * n[j];
             }
         }
         Ok(())
     }
 }
 
+/// From rest to a time: the end and the steps.
+fn swing(mut system: Spring, q: V2, end: f64, options: StepOptions) -> (Phase<V2>, u64) {
+    let start = Phase { q, u: V2::zeros() };
+    let mut stepper = Stepper::<_, Radau5<V2>>::new(&mut system, 0.0, start, end, options).unwrap();
+    while stepper.now().t < end {
+        stepper.step(&mut system, end).unwrap();
+    }
+    let (steps, rejected) = (stepper.accepted(), stepper.rejected());
+    println!("{options:?}: {steps} steps, {rejected} rejected, {} evaluations", system.evaluations);
+    (stepper.now().y, steps)
+}
+
 #[test]
 fn a_stiff_damped_spring_costs_no_more_than_a_rod() {
     let run = |tolerance: f64| {
-        let mut system = Spring { evaluations: 0 };
-        let start = Phase { q: V2::new(1.0, 0.0), u: V2::zeros() };
-        let mut stepper = Stepper::<_, Radau5<V2>>::new(&mut system, 0.0, start, 10.0, adaptive(tolerance)).unwrap();
-        while stepper.now().t < 10.0 {
-            stepper.step(&mut system, 10.0).unwrap();
-        }
-        let (steps, rejected) = (stepper.accepted(), stepper.rejected());
-        println!("tolerance {tolerance:e}: {steps} steps, {rejected} rejected, {} evaluations", system.evaluations);
-        (stepper.now().y, steps)
+        swing(Spring { stiffness: 1e8, damping: 2e4, evaluations: 0 }, V2::new(1.0, 0.0), 10.0, adaptive(tolerance))
     };
     // By a Taylor method of order 20 at tolerance 1e-15.
     let reference = Phase {
@@ -114,4 +115,49 @@ fn a_stiff_damped_spring_costs_no_more_than_a_rod() {
         assert!(error < 30.0 * tolerance + 2e-8, "{error:e} at {tolerance:e}");
         assert!(steps < 10_000, "DOP853 needs more than 5e4");
     }
+}
+
+/// Without a damper the spring oscillates, and what an L-stable method damps of it is an error as any other: it is seen, and paid for with steps.
+#[test]
+fn an_oscillation_that_matters_is_not_damped_away() {
+    let spring = |stiffness| Spring { stiffness, damping: 0.0, evaluations: 0 };
+    // Gravity excites a little: 30 digits are known.
+    let exact = V2::new(-0.986_290_742_802_133_8, -0.165_046_311_566_997_5);
+    // Sixteen oscillations that are started by hand, of 0.1 in the velocity.
+    let start = Phase { q: V2::new(1.001, 0.0), u: V2::zeros() };
+    let mut stepper = Stepper::<_, Dop853<V2>>::new(&mut spring(1e4), 0.0, start, 1.0, adaptive(1e-13)).unwrap();
+    while stepper.now().t < 1.0 {
+        stepper.step(&mut spring(1e4), 1.0).unwrap();
+    }
+    let truth = stepper.now().y;
+    for tolerance in [1e-4, 1e-6, 1e-8] {
+        let (y, _) = swing(spring(1e6), V2::new(1.0, 0.0), 1.0, adaptive(tolerance));
+        assert!((y.q - exact).norm() < tolerance, "{y:?}");
+        let (y, _) = swing(spring(1e4), V2::new(1.001, 0.0), 1.0, adaptive(tolerance));
+        let (of_q, of_u) = ((y.q - truth.q).norm(), (y.u - truth.u).norm());
+        println!("errors {of_q:.1e}, {of_u:.1e}");
+        // ω = 100: velocities err by a hundred times what positions do.
+        assert!(of_q < 3.0 * tolerance && of_u < 100.0 * tolerance, "{of_q:e}, {of_u:e} at {tolerance:e}");
+    }
+}
+
+/// u̇ = 1000 u² has no implicit step of 0.1 from u = 1: that is an error and no state, with a fixed step; one that may be shorter gets to where the
+/// motion itself ends, at t = 0.001.
+#[test]
+fn equations_without_a_solution_are_an_error() {
+    let mut blow_up = |_: f64, _: &V1, u: &V1| Ok::<_, Infallible>(V1::new(1e3 * u[0] * u[0]));
+    let start = Phase { q: V1::new(0.0), u: V1::new(1.0) };
+    let fixed = StepOptions { fixed: Some(0.1), ..adaptive(1e-6) };
+    let mut stepper = Stepper::<_, Radau5<V1>>::new(&mut blow_up, 0.0, start, 1.0, fixed).unwrap();
+    let failure = stepper.step(&mut blow_up, 1.0).unwrap_err();
+    assert!(matches!(failure, StepError::NotSolved { coordinate: 0, .. }), "{failure:?}");
+    assert_eq!(stepper.now().y, start);
+
+    let mut stepper = Stepper::<_, Radau5<V1>>::new(&mut blow_up, 0.0, start, 1.0, adaptive(1e-6)).unwrap();
+    let failure = loop {
+        if let Err(failure) = stepper.step(&mut blow_up, 1.0) {
+            break failure;
+        }
+    };
+    assert!((stepper.now().t - 1e-3).abs() < 1e-8, "{failure:?} at {}", stepper.now().t);
 }

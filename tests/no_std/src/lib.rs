@@ -6,7 +6,7 @@
 #![forbid(unsafe_code)]
 
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
-use dynamics::integrate::{Dop853, Phase, Rk4, StepOptions, Stepper, Tolerances};
+use dynamics::integrate::{Dop853, Phase, Radau5, Rk4, Scheme, StepOptions, Stepper, Tolerances};
 use dynamics::prelude::*;
 
 /// A stop that the author knows in closed form: its energy s(θ) = 1 − cos θ, in J.
@@ -97,8 +97,13 @@ pub fn pendulum() -> DoublePendulum {
     DoublePendulum { m1: 2.0, m2: 1.0, l1: 0.5, l2: 0.4, g: 9.81, stop: Stop }
 }
 
-/// Swings freely for 10 s with step control: energy is conserved.
+/// Swings freely with step control, by an explicit method for 10 s and by an implicit one for 1 s: energy is conserved.
 pub fn swing(model: &DoublePendulum) -> Result<(), Failure> {
+    swing_by::<Dop853<Vector>>(model, 10.0)?;
+    swing_by::<Radau5<Vector>>(model, 1.0)
+}
+
+fn swing_by<S: Scheme<Vector>>(model: &DoublePendulum, end: f64) -> Result<(), Failure> {
     let start = model.state().theta1(2.0).theta2_rate(1.0).torque(0.0).build().map_err(|_| Failure::Refused)?;
     let constants = model.constants().map_err(|_| Failure::Refused)?;
     let mut equation = |t: f64, q: &Vector, u: &Vector| {
@@ -106,11 +111,11 @@ pub fn swing(model: &DoublePendulum) -> Result<(), Failure> {
     };
     let phase = Phase { q: start.q, u: start.u };
     let options = StepOptions { tolerances: Tolerances::both(1e-12), fixed: None, first: None, most: f64::INFINITY };
-    let mut stepper: Stepper<Vector, Dop853<Vector>> =
-        Stepper::new(&mut equation, 0.0, phase, 10.0, options).map_err(|_| Failure::Step)?;
+    let mut stepper: Stepper<Vector, S> =
+        Stepper::new(&mut equation, 0.0, phase, end, options).map_err(|_| Failure::Step)?;
     let energy = model.energy_function(&start);
-    while stepper.now().t < 10.0 {
-        stepper.step(&mut equation, 10.0).map_err(|_| Failure::Step)?;
+    while stepper.now().t < end {
+        stepper.step(&mut equation, end).map_err(|_| Failure::Step)?;
         let now = stepper.now();
         let state = State::<DoublePendulum>::new(now.t, now.y.q, now.y.u, start.inputs);
         let drift = (model.energy_function(&state) - energy) / energy;
