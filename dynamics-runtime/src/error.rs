@@ -115,15 +115,21 @@ impl From<SingularMassMatrix> for SolveError {
     }
 }
 
+/// Accelerations from here on are those of a mechanism that locks up.
+const BEYOND: f64 = 1e12;
+
 impl fmt::Display for SolveError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::SingularMassMatrix(error) => error.fmt(f),
-            Self::Contradiction { row, residual, rank } => write!(
-                f,
-                "the constraints contradict each other: no acceleration satisfies `{row}` (missed by {residual:e}) together with the \
-                 others, whose Jacobian has rank {rank} here"
-            ),
+            Self::Contradiction { row, residual, rank } => {
+                write!(f, "the constraints contradict each other: no acceleration satisfies `{row}` ")?;
+                // Where velocities grow without bound, what is missed does too: its digits are the last step's.
+                if residual.abs() < BEYOND {
+                    write!(f, "(missed by {residual:e}) ")?;
+                }
+                write!(f, "together with the others, whose Jacobian has rank {rank} here")
+            }
             Self::Friction { row, solutions } => painleve(f, row, *solutions),
             Self::InputNotSet { input } => {
                 write!(f, "the reactions depend on inputs, and `{input}` has no value; set it in the state")
@@ -403,9 +409,9 @@ fn not_assembled(
         write!(f, " (a distance of {distance:e})")?;
     }
     if given.is_empty() {
-        write!(f, "; check the parameters, or give another guess")
+        write!(f, "; check the dimensions and other parameters, or give another guess")
     } else {
-        write!(f, "; change what is given for {given}, or give another guess")
+        write!(f, "; change what is given for {given}, or the dimensions, or give another guess")
     }
 }
 

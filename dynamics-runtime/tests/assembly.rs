@@ -117,7 +117,10 @@ fn a_position_out_of_reach_says_by_how_much() {
     let StateError::NotAssembled { row, residual, given, .. } = error else { panic!("{error}") };
     assert!(row == "loop.x" && given.names().eq(["crank"]));
     assert!((residual.abs() - 0.5).abs() < 1e-9, "{residual}");
-    assert!(error.to_string().contains("change what is given for `crank`"), "{error}");
+    assert!(
+        error.to_string().contains("change what is given for `crank`, or the dimensions, or give another guess"),
+        "{error}"
+    );
 }
 
 /// A point on a circle about the origin, Φ = x² + y² − l², or its square.

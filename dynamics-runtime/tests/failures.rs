@@ -6,6 +6,7 @@ use std::error::Error;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use common::*;
+use dynamics_runtime::error::SolveError;
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::{
     Flow, Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError, SimulationErrorKind,
@@ -25,10 +26,11 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
     for (simulation, option) in [
         (open().until(f64::NAN), "until"),
         (open().until(f64::INFINITY), "until"),
-        (run().tolerance(0.0), "tolerances"),
-        (run().tolerance(-1e-6), "tolerances"),
-        (run().tolerance(f64::NAN), "tolerances"),
-        (run().tolerance(1e-17), "tolerances"),
+        (run().tolerance(0.0), "tolerance"),
+        (run().tolerance(-1e-6), "tolerance"),
+        (run().tolerance(f64::NAN), "tolerance"),
+        (run().tolerance(1e-17), "tolerance"),
+        (run().tolerances(0.0, 1e-9), "tolerances"),
         (run().tolerances(1e-9, f64::INFINITY), "tolerances"),
         (run().fixed_step(0.0), "fixed_step"),
         (run().fixed_step(f64::NAN), "fixed_step"),
@@ -60,10 +62,25 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
     }
     let error = run().tolerance(0.0).run().unwrap_err();
     assert!(
-        error.to_string().starts_with("`Oscillator` was not simulated: `.tolerances(0)` is not possible"),
+        error
+            .to_string()
+            .starts_with("`Oscillator` was not simulated: `.tolerance(0)` is not possible; give a tolerance above 0"),
         "{error}"
     );
     assert!(error.motion(&model).is_none());
+}
+
+#[test]
+fn what_is_missed_is_told_where_it_says_anything() {
+    let contradiction = |residual| SolveError::Contradiction { row: "motor", residual, rank: 3 }.to_string();
+    assert!(
+        contradiction(-0.25).contains("satisfies `motor` (missed by -2.5e-1) together"),
+        "{}",
+        contradiction(-0.25)
+    );
+    // At a lock-up: the acceleration of the last step that was tried.
+    assert!(contradiction(-4.4e16).contains("satisfies `motor` together"), "{}", contradiction(-4.4e16));
+    assert!(contradiction(f64::NAN).contains("satisfies `motor` together"));
 }
 
 #[test]

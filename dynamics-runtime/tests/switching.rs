@@ -238,6 +238,10 @@ fn a_block_on_a_belt_sticks_and_slips() {
     let switches: Vec<_> = motion.events().iter().filter(|event| event.name == "stick slip").collect();
     let mut expected = far / block.v;
     assert!(switches.len() > 6);
+    // It sticks where its slip is zero: nothing jumps, and nothing is lost.
+    let summary = motion.summary();
+    assert_eq!((summary.impacts, summary.energy_lost), (0, 0.0), "{summary}");
+    assert!(motion.events().iter().all(|event| event.impacts.is_empty()));
     for (k, event) in switches.iter().enumerate() {
         let slips = k % 2 == 0;
         let place = if slips { far } else { 2.0 * centre - far };
@@ -441,12 +445,16 @@ fn guards_that_cannot_be_are_refused() {
     assert!(springy.to_string().starts_with("`.contact(\"floor\", ..)` with restitution 1.1"), "{springy}");
     let rest = Contact { rest_speed: Some(-1.0), ..Contact::default() };
     assert!(matches!(refused(open().contact("floor", rest)), OptionError::Contact { option: "rest_speed", .. }));
-    assert!(matches!(refused(open().stick_slip("floor", "x")), OptionError::UnknownEvent { .. }));
+    // Which constraint is wrong comes before which event is.
+    for sticky in [open().stick_slip("floor", "x"), open().event("x", |_| 1.0).stick_slip("floor", "x")] {
+        let error = refused(sticky);
+        assert!(matches!(error, OptionError::NotForGuard { option: "stick_slip", constraint: "floor", .. }));
+        let said = "`.stick_slip(..)` is not possible for `floor`, a constraint on positions (`#[holonomic]`); `.contact(..)` is for those";
+        assert!(error.to_string().starts_with(said), "{error}");
+    }
     let back = open().contact("floor", 0.8).until(-2.0).run().unwrap_err().kind;
     let expected = OptionError::Backwards { option: "contact", constraint: "floor".into() };
     assert_eq!(back, SimulationErrorKind::Option(expected));
-    let sticky = open().event("x", |_| 1.0).stick_slip("floor", "x");
-    assert!(matches!(refused(sticky), OptionError::NotForGuard { option: "stick_slip", constraint: "floor", .. }));
     let below = ball.simulate(released(at_rest_or_not([0.0, -0.5], [0.0, 0.0]), [0])).until(1.0).contact("floor", 0.0);
     let kind = below.run().unwrap_err().kind;
     assert_eq!(kind, SimulationErrorKind::Penetration { row: "floor", residual: -0.5 });

@@ -6,8 +6,9 @@ use common::Builder;
 use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain, particles};
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::check::constraints::{Analysis, Combination, ConstraintFinding as Fault, LookedAt, analyse};
+use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::graph::{NodeId, Origin, Symbol, Unary};
-use dynamics_symbolic::mechanics::{ConstraintKind, Model};
+use dynamics_symbolic::mechanics::{ConstraintKind, EnergyRole, Model};
 
 fn sound(model: &Model) -> Analysis {
     let analysis = analyse(model);
@@ -280,6 +281,7 @@ fn what_can_be_integrated_is_counted_and_named() {
     let integrable = |n: usize, names: &[&str], origin: u32| Fault::Integrable {
         integrable: n,
         of: 3,
+        determined: false,
         names: names.iter().map(|n| (*n).to_owned()).collect(),
         origin: Origin(origin),
     };
@@ -399,9 +401,23 @@ fn branches_on_which_rows_repeat_others_are_reported_and_may_be_marked() {
     assert_eq!((general.rank, general.looked_at == LookedAt::Nominal), (4, false));
     (0..3).for_each(|i| b.nominal(i, 0.7));
     let analysis = analyse(&b.model);
-    assert_eq!((analysis.least_rank, analysis.looked_at), (3, LookedAt::Nominal));
+    assert_eq!((analysis.least.all, analysis.looked_at), (3, LookedAt::Nominal));
     b.model.constraints[0].redundant = true;
-    assert_eq!(sound(&b.model).least_rank, 3);
+    let marked = sound(&b.model);
+    assert_eq!((marked.least.all, marked.rank, marked.branch_meant, marked.redundant()), (3, 4, true, true));
+    let one = b.ratio(1, 1);
+    let t = b.kinetic(one, &q);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    let report = compile(b.model).unwrap_or_else(|found| panic!("{found:?}")).report;
+    let words = report.split_whitespace().collect::<Vec<_>>().join(" ");
+    for said in [
+        "degrees of freedom 1 where rows repeat others, 0 on other branches; 4 coordinates, 3 of 4 rows of constraints independent",
+        "repeats others on some branches",
+        "solved by the general rank-revealing solver, at run time: rows repeat others",
+    ] {
+        assert!(words.contains(said), "{said}\n{report}");
+    }
+    assert!(!words.contains("hold it still"), "{report}");
 }
 
 /// A car with n trailers: axles that do not slip, hitched at their middles. Its growth vector is the longest there is, so that brackets of

@@ -8,7 +8,7 @@ use common::mechanisms::{Mechanism, andrews, cartesian_chain, four_bar, n_four_b
 use dynamics_symbolic::check::constraints::{Analysis, LookedAt, analyse};
 use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::graph::{NodeId, Symbol};
-use dynamics_symbolic::mechanics::Model;
+use dynamics_symbolic::mechanics::{ConstraintKind, Model};
 
 /// The mechanism with its constraints, with nominal values or without.
 fn model(mut mechanism: Mechanism, nominal: bool) -> Model {
@@ -75,6 +75,21 @@ fn the_report_counts_freedom_and_loops() {
     ] {
         assert!(text.contains(line), "{line}\n{text}");
     }
+}
+
+/// Constraints on velocities that leave no freedom drive it from wherever it starts: positions are not theirs to say.
+#[test]
+fn velocities_that_are_given_move_a_model_by_simulation() {
+    let (mut b, q) = particles(&["x"]);
+    let (rate, speed) = (b.dt(q[0]), b.parameter("speed"));
+    let row = b.sub(rate, speed);
+    constrain(&mut b, "motor", ConstraintKind::Nonholonomic { integrable: true }, &[row]);
+    let report = compile(b.model).unwrap_or_else(|found| panic!("{found:?}")).report;
+    let words = report.split_whitespace().collect::<Vec<_>>().join(" ");
+    let said = "degrees of freedom 0 in velocities, 1 in positions: constraints on velocities say how it moves, from wherever it starts; \
+                `simulate` follows them";
+    assert!(words.contains(said), "{report}");
+    assert!(!words.contains("kinematics"), "{report}");
 }
 
 /// A row from the coordinates.

@@ -38,7 +38,10 @@ pub(super) fn constraint(fault: &ConstraintFinding) -> (Message, Vec<Origin>) {
             (messages::constraint_too_many(rows, coordinates, name), at(origin))
         }
         Fault::RedundantInVain { name, origin } => (messages::constraint_redundant_in_vain(name), at(origin)),
-        Fault::Integrable { integrable, of, names, origin } => {
+        Fault::Integrable { determined: true, names, origin, .. } if names.len() > 1 => {
+            (messages::constraint_without_freedom(quoted(names)), at(origin))
+        }
+        Fault::Integrable { integrable, of, names, origin, .. } => {
             let which = match (integrable, of) {
                 (1, 1) => "a nonholonomic constraint is".to_owned(),
                 (n, all) if n == all => format!("all {n} nonholonomic rows are"),

@@ -228,6 +228,13 @@ impl<'c, M: Simulate> Change<'c, M> {
         });
     }
 
+    /// Lets a constraint hold whose slip has just fallen to zero: nothing jumps but for rounding, and that is no impact.
+    pub(super) fn catch(&mut self, name: &str) {
+        let so_far = self.impacts.len();
+        self.engage(name);
+        self.impacts.truncate(so_far);
+    }
+
     /// Lets a switched constraint hold from here on, after a plastic impact that stops its rows, pushing or pulling. Contacts
     /// take part as in [`Change::impact`].
     pub fn engage(&mut self, name: &str) {

@@ -226,6 +226,8 @@ pub enum OptionError {
         constraint: &'static str,
         /// What it would have to be.
         kind: ConstraintKind,
+        /// What it is.
+        found: ConstraintKind,
     },
     /// A contact or sticking constraint in a simulation that runs back in time: from which impact a state came cannot be told.
     Backwards {
@@ -316,7 +318,19 @@ impl fmt::Display for OptionError {
             Self::Contact { constraint, option, value, admissible } => {
                 write!(f, "`.contact(\"{constraint}\", ..)` with {option} {value} is not possible; give {admissible}")
             }
-            Self::NotForGuard { option, constraint, kind } => {
+            Self::NotForGuard { option, constraint, kind, found } if kind != found => {
+                let (is, other) = match found {
+                    ConstraintKind::Holonomic => ("on positions (`#[holonomic]`)", "`.contact(..)` is for those"),
+                    ConstraintKind::Nonholonomic => {
+                        ("on velocities (`#[nonholonomic]`)", "`.stick_slip(..)` is for those")
+                    }
+                };
+                write!(
+                    f,
+                    "`.{option}(..)` is not possible for `{constraint}`, a constraint {is}; {other} that are switched and have one row"
+                )
+            }
+            Self::NotForGuard { option, constraint, kind, .. } => {
                 let role = if *kind == ConstraintKind::Holonomic { "holonomic" } else { "nonholonomic" };
                 write!(
                     f,

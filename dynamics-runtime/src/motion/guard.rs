@@ -78,8 +78,13 @@ impl Guard {
         Self::new::<M>(name, "contact", ConstraintKind::Holonomic, Law::Contact(contact))
     }
 
-    pub(super) fn stick<M: Simulate>(name: &str, breakaway: usize) -> Result<Self, OptionError> {
-        Self::new::<M>(name, "stick_slip", ConstraintKind::Nonholonomic, Law::Stick { breakaway })
+    /// What is wrong with the constraint is said before what is wrong with the event.
+    pub(super) fn stick<M: Simulate>(
+        name: &str,
+        breakaway: impl FnOnce() -> Result<usize, OptionError>,
+    ) -> Result<Self, OptionError> {
+        let guard = Self::new::<M>(name, "stick_slip", ConstraintKind::Nonholonomic, Law::Stick { breakaway: 0 })?;
+        Ok(Self { law: Law::Stick { breakaway: breakaway()? }, ..guard })
     }
 
     fn new<M: Simulate>(name: &str, option: &'static str, kind: ConstraintKind, law: Law) -> Result<Self, OptionError> {
@@ -89,7 +94,7 @@ impl Guard {
                 let what = if matches!(law, Law::Contact(_)) { "contact" } else { "slip" };
                 Ok(Self { name: format!("{name} {what}"), constraint, switch, law })
             }
-            _ => Err(OptionError::NotForGuard { option, constraint: constraint.name, kind }),
+            _ => Err(OptionError::NotForGuard { option, constraint: constraint.name, kind, found: constraint.kind }),
         }
     }
 
@@ -151,7 +156,8 @@ impl Guard {
         match self.law {
             Law::Contact(_) if holds && jumped => {}
             Law::Contact(_) | Law::Stick { .. } if holds => change.release(name),
-            Law::Stick { .. } => change.engage(name),
+            Law::Stick { .. } if jumped => change.engage(name),
+            Law::Stick { .. } => change.catch(name),
             Law::Contact(_) => {
                 let rate = change.model().velocity_residual(change.state())[self.constraint.first];
                 if rate < 0.0 || !jumped {

@@ -57,7 +57,8 @@ pub struct Simulation<'m, M: Simulate> {
     start: M::State,
     end: Option<f64>,
     method: Option<AnyDriver<M>>,
-    tolerances: Option<Tolerances>,
+    /// With the option that gave them.
+    tolerances: Option<(Tolerances, &'static str)>,
     fixed: Option<f64>,
     first: Option<f64>,
     most: Option<f64>,
@@ -117,13 +118,14 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     /// Permitted local error per step, absolute (in the unit of each coordinate and velocity) and relative alike. Default 1e-9.
-    pub fn tolerance(self, tolerance: f64) -> Self {
-        self.tolerances(tolerance, tolerance)
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerances = Some((Tolerances::both(tolerance), "tolerance"));
+        self
     }
 
     /// Permitted local error per step: absolute + relative·|value|, for coordinates and velocities alike.
     pub fn tolerances(mut self, absolute: f64, relative: f64) -> Self {
-        self.tolerances = Some(Tolerances { absolute, relative });
+        self.tolerances = Some((Tolerances { absolute, relative }, "tolerances"));
         self
     }
 
@@ -446,14 +448,19 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     fn check_steps(&self) -> Result<StepOptions, OptionError> {
-        let tolerances = self.tolerances.unwrap_or(Tolerances::both(DEFAULT_TOLERANCE));
+        let (tolerances, option) = self.tolerances.unwrap_or((Tolerances::both(DEFAULT_TOLERANCE), "tolerance"));
         let Tolerances { absolute, relative } = tolerances;
-        number("tolerances", absolute, absolute > 0.0 && absolute.is_finite(), "an absolute tolerance above 0")?;
-        number("tolerances", relative, relative >= 0.0 && relative.is_finite(), "a relative tolerance of 0 or more")?;
-        if relative > 0.0 && relative < 1e-15 {
-            let admissible = "a relative tolerance of at least 1e-15: `f64` resolves no less";
-            return Err(OptionError::Number { option: "tolerances", value: relative, admissible });
-        }
+        let [above, least, finest] = match option {
+            "tolerance" => ["a tolerance above 0", "a tolerance above 0", "at least 1e-15: `f64` resolves no less"],
+            _ => [
+                "an absolute tolerance above 0",
+                "a relative tolerance of 0 or more",
+                "a relative tolerance of at least 1e-15: `f64` resolves no less",
+            ],
+        };
+        number(option, absolute, absolute > 0.0 && absolute.is_finite(), above)?;
+        number(option, relative, relative >= 0.0 && relative.is_finite(), least)?;
+        number(option, relative, relative == 0.0 || relative >= 1e-15, finest)?;
         let length = "a length of time above 0, and above the resolution of `f64` at the times simulated";
         let resolution = 4.0 * f64::EPSILON * self.start.t().abs().max(self.end.map_or(0.0, f64::abs));
         for (option, value) in [("fixed_step", self.fixed), ("first_step", self.first)] {
@@ -465,7 +472,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         number("max_steps", self.most_steps as f64, self.most_steps > 0, "at least 1")?;
         if self.fixed.is_some() {
             let given = [("first_step", self.first.is_some()), ("max_step", self.most.is_some())];
-            let tolerance = [("tolerance", self.tolerances.is_some())];
+            let tolerance = [(option, self.tolerances.is_some())];
             if let Some(&(option, _)) = given.iter().chain(&tolerance).find(|(_, given)| *given) {
                 return Err(OptionError::FixedStepExcludes { option });
             }
@@ -549,7 +556,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             guards.push(Guard::contact::<M>(name, *contact)?);
         }
         for (name, breakaway) in &self.sticking {
-            guards.push(Guard::stick::<M>(name, self.event_index(breakaway)?)?);
+            guards.push(Guard::stick::<M>(name, || self.event_index(breakaway))?);
         }
         Ok(guards)
     }

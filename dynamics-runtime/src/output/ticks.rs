@@ -64,6 +64,16 @@ pub(super) struct Ticks {
     pub(super) factor: String,
 }
 
+impl Ticks {
+    /// The largest part of the axis beyond its labels, at either end.
+    pub(super) fn bare(&self, range: Range) -> f64 {
+        match (self.major.first(), self.major.last()) {
+            (Some((first, _)), Some((last, _))) => range.part(*first).max(1.0 - range.part(*last)),
+            _ => 1.0,
+        }
+    }
+}
+
 /// A round step: `digit` · 10^`exponent` with digit 1, 2 or 5.
 #[derive(Clone, Copy)]
 struct Step {

@@ -212,9 +212,21 @@ fn tight(panel: &Panel, padded: Range) -> Range {
     if in_order && hi - lo > 0.9 * (padded.hi - padded.lo) { Range { lo, hi } } else { padded }
 }
 
+/// Part of a vertical axis above its last or below its first label that is long.
+const BARE: f64 = 0.16;
+
 /// Ticks of y, a line of text and more apart.
 fn vertical(axis: &Axis, range: Range, height: f64) -> Side {
-    let ticks = some_ticks(axis, range, height / 42.0, height / 20.0);
+    let most = height / 20.0;
+    let mut ticks = some_ticks(axis, range, height / 42.0, most);
+    // Without a label near its ends an axis does not say how far it goes: a finer step, if there is room for one that does.
+    if axis.scale == Scale::Linear && ticks.bare(range) > BARE {
+        let counts = ticks.major.len() + 1..=libm::floor(most) as usize;
+        let finer = || counts.clone().map(|count| ticks::linear(range, count));
+        let enough = finer().find(|finer| finer.bare(range) <= BARE);
+        let best = enough.or_else(|| finer().min_by(|a, b| a.bare(range).total_cmp(&b.bare(range))));
+        ticks = best.filter(|best| best.bare(range) < ticks.bare(range)).unwrap_or(ticks);
+    }
     side(axis, range, ticks, height + 2.0 * ROW)
 }
 
@@ -348,4 +360,25 @@ fn notes(panel: &Panel, x: &Side, y: &Side) -> Vec<String> {
         }
     }
     notes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of 1, 2 and 5 leave no more of an axis bare than this at these heights; up to half of it was, with as few labels as would do.
+    #[test]
+    fn a_vertical_axis_says_how_far_it_goes() {
+        let axis = Axis::default();
+        for (height, bare) in [(120.0, 0.37), (160.0, 0.29), (200.0, 0.2), (240.0, 0.18), (400.0, 0.165)] {
+            for lo in (0..100).map(|k| f64::from(k) * -0.01) {
+                for width in (0..40).map(|k| 0.1 * libm::pow(10.0, f64::from(k) / 40.0)) {
+                    let range = Range { lo, hi: lo + width };
+                    let ticks = vertical(&axis, range, height).ticks;
+                    assert!(ticks.bare(range) < bare, "{height} {range:?} {ticks:?}");
+                    assert!(ticks.major.len() as f64 <= 1.0 + height / 20.0, "{height} {range:?} {ticks:?}");
+                }
+            }
+        }
+    }
 }

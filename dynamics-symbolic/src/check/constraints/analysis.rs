@@ -8,7 +8,7 @@ use crate::mechanics::Model;
 
 use super::finding::{Combination, ConstraintFinding};
 use super::generic::{Dependent, Samples, Verdict, entangled};
-use super::integrable::{self, Integrability};
+use super::integrable::{self, Integrability, Unsaid};
 use super::manifold::{self, Dependence, Manifold};
 use super::rows::Rows;
 use super::sample::Sample;
@@ -27,12 +27,16 @@ pub struct Analysis {
     pub rows: usize,
     /// Rank of Φ_q joined by A with all constraints on: where they hold, if states were found in which they do, otherwise in general.
     pub rank: usize,
-    /// The smallest rank met where the constraints hold: below `rank` where rows repeat others on some branches of the manifold only.
-    pub least_rank: usize,
+    /// The smallest ranks met where the constraints hold: below `rank` where rows repeat others on some branches of the manifold only.
+    pub least: Ranks,
     /// Rank of Φ_q alone.
     pub holonomic_rank: usize,
     /// The ranks of the constraints that are always on, with all switched ones released.
     pub always: Ranks,
+    /// The smallest of them met where those hold.
+    pub least_always: Ranks,
+    /// Whether rows that repeat others on some branches of the manifold only are declared to: then those branches are the ones that are meant.
+    pub branch_meant: bool,
     /// Rows whose multipliers are not unique: those in the span of the others.
     pub not_unique: Vec<usize>,
     /// Constraints with multipliers that are not unique whose whole generalized force Φ_qᵀλ is, by index in the model.
@@ -73,10 +77,11 @@ pub enum LookedAt {
 }
 
 impl Analysis {
-    /// Whether rows depend on others when all constraints are on: then the multipliers are not unique and no order of elimination goes through.
+    /// Whether rows depend on others when all constraints are on, on the branches that are meant: then the multipliers are not unique and no order
+    /// of elimination goes through.
     #[must_use]
     pub fn redundant(&self) -> bool {
-        self.rank < self.rows
+        self.rank < self.rows || (self.branch_meant && self.least.all < self.rows)
     }
 }
 
@@ -99,9 +104,11 @@ pub fn analyse(model: &Model) -> Analysis {
         Analysis { joint: all.joint(&base), ..summarise(&rows, base) }
     } else {
         let whole = all.look(&order.everything(), true);
-        let always = summarise(&rows, base).always;
-        Analysis { joint: all.joint(&whole), always, ..summarise(&rows, whole) }
+        let Analysis { always, least_always, .. } = summarise(&rows, base);
+        Analysis { joint: all.joint(&whole), always, least_always, ..summarise(&rows, whole) }
     };
+    let repeating = |r: &usize| all.redundant(*r) && !analysis.superfluous.contains(r);
+    analysis.branch_meant = analysis.least.all < analysis.rank && analysis.not_unique.iter().any(repeating);
     if all.faults.is_empty() {
         let known = integrable::integrability(model, &rows, &analysis.superfluous);
         judge_integrability(model, &rows, known.as_ref(), &mut all.faults);
@@ -308,7 +315,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
     let holonomic = |r: &usize| *r < rows.holonomic;
     let mut superfluous: Vec<usize> = look.general.iter().map(|d| d.row).collect();
     let mut not_unique = entangled(&look.general);
-    let (mut rank, mut least_rank) = (look.rank, look.rank);
+    let mut rank = look.rank;
     let mut looked_at = match &look.manifold {
         None if look.order.len() > manifold::LIMIT => LookedAt::TooMany,
         Some(m) if m.samples.is_empty() && m.nominal => LookedAt::Nowhere,
@@ -316,7 +323,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
     };
     if let (Some(ranks), Some(manifold)) = (&look.ranks, &look.manifold) {
         looked_at = if manifold.nominal { LookedAt::Nominal } else { LookedAt::Random };
-        (least_rank, rank) = (ranks.rank.0.min(rank), ranks.rank.1.min(rank));
+        rank = ranks.rank.1.min(rank);
         superfluous.extend(ranks.dependent.iter().map(|d| d.row));
         not_unique.extend(&ranks.entangled);
     }
@@ -326,14 +333,26 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         list.dedup();
     }
     let lost = superfluous.iter().filter(|r| holonomic(r)).count();
-    let holonomic_rank = look.order.iter().filter(|r| holonomic(r)).count() - lost;
+    let places: Vec<usize> = look.order.iter().copied().filter(holonomic).collect();
+    let most = Ranks { all: rank, holonomic: places.len() - lost };
+    let met = look
+        .manifold
+        .iter()
+        .flat_map(|m| &m.samples)
+        .map(|s| Ranks { all: manifold::rank(rows, s, &look.order), holonomic: manifold::rank(rows, s, &places) });
+    let least = met.fold(most, |least, here| Ranks {
+        all: least.all.min(here.all),
+        holonomic: least.holonomic.min(here.holonomic),
+    });
     Analysis {
         findings: Vec::new(),
         rows: rows.len(),
         rank,
-        least_rank,
-        holonomic_rank,
-        always: Ranks { all: rank, holonomic: holonomic_rank },
+        least,
+        holonomic_rank: most.holonomic,
+        always: most,
+        least_always: least,
+        branch_meant: false,
         not_unique,
         joint: Vec::new(),
         superfluous,
@@ -348,8 +367,8 @@ fn judge_integrability(model: &Model, rows: &Rows, known: Option<&Integrability>
     for group in &known.unsaid {
         let first = &model.constraints[rows.constraint[group.rows[0]]];
         let names = rows.named(0, group.rows.iter().copied());
-        let (integrable, of, origin) = (group.integrable, group.of, first.origin);
-        faults.push(ConstraintFinding::Integrable { integrable, of, names, origin });
+        let Unsaid { integrable, of, determined, .. } = *group;
+        faults.push(ConstraintFinding::Integrable { integrable, of, names, determined, origin: first.origin });
     }
     for (i, c) in model.constraints.iter().enumerate() {
         let said = c.kind == crate::mechanics::ConstraintKind::Nonholonomic { integrable: true };

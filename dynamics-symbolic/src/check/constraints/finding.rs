@@ -107,6 +107,8 @@ pub enum ConstraintFinding {
         of: usize,
         /// The rows that take part in them.
         names: Vec<String>,
+        /// Whether the rows leave no velocity free: then they can be integrated whatever they are, but hardly ever in closed form.
+        determined: bool,
         /// Declaration of the first.
         origin: Origin,
     },

@@ -42,6 +42,8 @@ pub(super) struct Unsaid {
     pub(super) of: usize,
     /// The rows that take part.
     pub(super) rows: Vec<usize>,
+    /// With the holonomic rows beside them they leave no velocity free: only t is left, along which anything can be integrated.
+    pub(super) determined: bool,
 }
 
 /// Decides for all nonholonomic rows; `None` where that would take too long.
@@ -68,7 +70,11 @@ pub(super) fn integrability(model: &Model, rows: &Rows, superfluous: &[usize]) -
         let (integrable, support) = solutions(&silent)?;
         if integrable > 0 {
             let involved = support.into_iter().map(|i| silent[i]).collect();
-            all.unsaid.push(Unsaid { integrable, of: nonholonomic.len(), rows: involved });
+            let mut moved: Vec<usize> = group.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(j, _)| *j)).collect();
+            moved.sort_unstable();
+            moved.dedup();
+            let determined = group.len() >= moved.len();
+            all.unsaid.push(Unsaid { integrable, of: nonholonomic.len(), rows: involved, determined });
         }
     }
     Some(all)

@@ -72,12 +72,15 @@ impl Manifold {
         let mut found = Self { nominal, ..Self::default() };
         let mut closest: Option<(usize, f64)> = None;
         let mut evidence = 0;
+        // Who says that rows repeat others means a branch on which they do, and may have to wait for it.
+        let mut sought = model.constraints.iter().any(|c| c.redundant);
         for start in 0..STARTS {
             let scale = coordinate_scales(model, size * [1.0, 0.4, 2.5][start as usize % 3]);
             let state = start_state(model, &scale, start, if nominal { 0 } else { start });
             match Projection::new(rows, chosen, scale).from(state, start) {
                 // Where a slope is not finite nothing can be said.
                 End::There(sample) if slopes(rows, &sample, chosen).iter().flatten().all(|x| x.is_finite()) => {
+                    sought &= rank(rows, &sample, chosen) == chosen.len();
                     found.samples.push(sample);
                 }
                 End::There(_) => {}
@@ -89,7 +92,7 @@ impl Manifold {
                 }
                 End::Stuck(None) => {}
             }
-            if found.samples.len() >= ENOUGH {
+            if found.samples.len() >= ENOUGH && !sought {
                 break;
             }
         }

@@ -29,7 +29,8 @@ fn classes(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
         row = own.end;
         let moving = own.clone().any(|r| !model.graph.is_zero(derived.velocity_offset[r]));
         let repeats = own.clone().filter(|r| analysis.superfluous.contains(r)).count();
-        let text = class(c, moving, repeats);
+        let branch = analysis.branch_meant && c.redundant && own.clone().any(|r| analysis.not_unique.contains(&r));
+        let text = class(c, moving, repeats, branch);
         match i {
             LISTED => entry(out, "", &format!("and {} more", model.constraints.len() - i)),
             i if i < LISTED => entry(out, if i == 0 { "constraints" } else { "" }, &text),
@@ -38,7 +39,7 @@ fn classes(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
     }
 }
 
-fn class(c: &Constraint, moving: bool, repeats: usize) -> String {
+fn class(c: &Constraint, moving: bool, repeats: usize, branch: bool) -> String {
     let unit = if c.unit.is_empty() { String::new() } else { format!(" ({})", c.unit) };
     let rows = match c.components.len() {
         1 => String::new(),
@@ -53,6 +54,7 @@ fn class(c: &Constraint, moving: bool, repeats: usize) -> String {
     let said = if c.kind == (ConstraintKind::Nonholonomic { integrable: true }) { ", integrable" } else { "" };
     let switched = if c.switched { ", switched on and off" } else { "" };
     let repeats = match (repeats, c.components.len()) {
+        (0, _) if branch => ", repeats others on some branches".to_owned(),
         (0, _) => String::new(),
         (n, all) if n == all => ", repeats others".to_owned(),
         (n, _) => format!(", {n} of them repeat others"),
@@ -62,19 +64,27 @@ fn class(c: &Constraint, moving: bool, repeats: usize) -> String {
 
 fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analysis: &Analysis) {
     let n = model.coordinates.len();
-    let rows = match (analysis.rows, analysis.rank) {
-        (rows, rank) if rows == rank => format!("{} of constraints", counted(rows, "independent row")),
-        (rows, rank) => format!("{rank} of {} of constraints independent", counted(rows, "row")),
+    let rows = match (analysis.least.all, analysis.rank, analysis.rows) {
+        (least, rank, rows) if least < rank => {
+            let some = counted(rows, "row");
+            format!("{least} of {some} of constraints independent on some branches of the assembly, {rank} on others")
+        }
+        (_, rank, rows) if rows == rank => format!("{} of constraints", counted(rows, "independent row")),
+        (_, rank, rows) => format!("{rank} of {} of constraints independent", counted(rows, "row")),
     };
     let text =
         format!("{}; {}, {rows}{}", size(model, derived, analysis), counted(n, "coordinate"), seen(derived, analysis));
     entry(out, "degrees of freedom", &text);
-    if analysis.least_rank < analysis.rank {
-        let text = format!(
-            "on some branches of the assembly only {} are independent: there the multipliers are not unique",
-            counted(analysis.least_rank, "row")
-        );
-        entry(out, "", &text);
+    if analysis.least.all < analysis.rank {
+        let text = match analysis.branch_meant {
+            true => {
+                "the branches on which rows repeat others are the ones meant by `#[redundant]`: which the start is on decides"
+            }
+            false => {
+                "which branch the start is on decides; where fewer rows are independent the multipliers are not unique"
+            }
+        };
+        entry(out, "", text);
     }
     match analysis.integrable {
         Some(n) if n > 0 => {
@@ -90,21 +100,36 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
 /// The degrees of freedom, with switched constraints on and off, and what follows where there are none.
 fn size(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> String {
     let n = model.coordinates.len();
-    let size = |ranks: Ranks| {
-        let (free, places) = (n - ranks.all.min(n), n - ranks.holonomic.min(n));
-        if places == free { free.to_string() } else { format!("{free} in velocities, {places} in positions") }
+    let free = |ranks: Ranks| (n - ranks.all.min(n), n - ranks.holonomic.min(n));
+    let one = |ranks: Ranks| match free(ranks) {
+        (velocities, positions) if positions == velocities => velocities.to_string(),
+        (velocities, positions) => format!("{velocities} in velocities, {positions} in positions"),
     };
-    let on = size(Ranks { all: analysis.rank, holonomic: analysis.holonomic_rank });
+    // The largest freedom first: what moves on one branch is not held still.
+    let size = |most: Ranks, least: Ranks| match one(least) {
+        text if free(most) == free(least) => text,
+        text if analysis.branch_meant => format!("{text} where rows repeat others, {} on other branches", one(most)),
+        text => format!("{text} on some branches, {} on others", one(most)),
+    };
+    let on = size(Ranks { all: analysis.rank, holonomic: analysis.holonomic_rank }, analysis.least);
     let text = if model.constraints.iter().any(|c| c.switched) {
-        format!("{on} with all constraints on, {} with the switched ones released", size(analysis.always))
+        let off = size(analysis.always, analysis.least_always);
+        format!("{on} with all constraints on, {off} with the switched ones released")
     } else {
         on
     };
     let moving = derived.velocity_offset.iter().any(|node| !model.graph.is_zero(*node));
-    match (analysis.always.all >= n, moving) {
-        (true, true) => format!("{text}: the constraints alone say how it moves, a matter of kinematics"),
-        (true, false) => format!("{text}: the constraints hold it still"),
-        (false, _) => text,
+    let Ranks { all, holonomic } = analysis.least_always;
+    match (all >= n, holonomic >= n, moving) {
+        (false, ..) => text,
+        (true, true, true) => format!("{text}: the constraints alone say how it moves, a matter of `kinematics`"),
+        (true, false, true) => {
+            format!(
+                "{text}: constraints on velocities say how it moves, from wherever it starts; `simulate` follows them"
+            )
+        }
+        (true, true, false) => format!("{text}: the constraints hold it still"),
+        (true, false, false) => format!("{text}: the constraints hold it still, wherever it starts"),
     }
 }
 
