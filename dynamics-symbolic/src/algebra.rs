@@ -2,6 +2,7 @@
 
 mod block;
 mod ldl;
+mod levers;
 mod minimum_degree;
 mod modular;
 mod null_space;
@@ -13,5 +14,6 @@ mod unrolled;
 
 pub(crate) use ldl::Elsewhere;
 pub use ldl::Factors;
+pub use levers::{Definition, Levers, Stationary};
 pub use solver::{Constrained, Solver, Stuck, unroll};
 pub use unrolled::{Elimination, Guard, Guarded, Unrolled};

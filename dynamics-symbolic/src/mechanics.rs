@@ -6,6 +6,7 @@ mod equations;
 mod forces;
 mod inverse;
 mod lagrange;
+mod levers;
 mod model;
 mod released;
 mod solution;

@@ -205,4 +205,12 @@ proptest! {
         let v = Values { q, u, p: [&p[..], &[9.81]].concat(), ..Values::default() };
         check(&c, &links(Some(p[0]), &p[1..11], &p[11..21], 9.81, &v), &v)?;
     }
+
+    // Solved through levers, without M.
+    #[test]
+    fn chain_of_sixteen_within_20_eps(q in numbers(17, -10.0, 10.0), u in numbers(17, -5.0, 5.0), p in numbers(33, 0.5, 2.0)) {
+        let c = compile(chain(16)).expect("a good model");
+        let v = Values { q, u, p: [&p[..], &[9.81]].concat(), ..Values::default() };
+        check(&c, &links(Some(p[0]), &p[1..17], &p[17..33], 9.81, &v), &v)?;
+    }
 }

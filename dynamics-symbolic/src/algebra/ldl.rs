@@ -79,22 +79,32 @@ impl Factors {
     pub fn solve(&self, g: &mut Graph, right: &[NodeId]) -> Vec<NodeId> {
         let mut x = right.to_vec();
         for &k in &self.order {
-            for &(i, l) in &self.columns[k] {
-                let product = g.mul_as_is(l, x[k]);
-                x[i] = g.sub(x[i], product);
-            }
+            self.forward(g, k, &mut x);
         }
         for &k in self.order.iter().rev() {
-            // −2 m r ṙ φ̇ / (m r²) is −2 ṙ φ̇ / r, as one would write it.
-            let short = if self.columns[k].is_empty() { g.cancelled_quotient(x[k], self.pivots[k]) } else { None };
-            let mut value = short.unwrap_or_else(|| g.mul_as_is(self.reciprocals[k], x[k]));
-            for &(i, l) in &self.columns[k] {
-                let product = g.mul_as_is(l, x[i]);
-                value = g.sub(value, product);
-            }
-            x[k] = value;
+            x[k] = self.back(g, k, &x);
         }
         x
+    }
+
+    /// Takes what was eliminated with unknown k off the right-hand side.
+    pub(super) fn forward(&self, g: &mut Graph, k: usize, x: &mut [NodeId]) {
+        for &(i, l) in &self.columns[k] {
+            let product = g.mul_as_is(l, x[k]);
+            x[i] = g.sub(x[i], product);
+        }
+    }
+
+    /// The value of unknown k, given those that were eliminated later and its own right-hand side.
+    pub(super) fn back(&self, g: &mut Graph, k: usize, x: &[NodeId]) -> NodeId {
+        // −2 m r ṙ φ̇ / (m r²) is −2 ṙ φ̇ / r, as one would write it.
+        let short = if self.columns[k].is_empty() { g.cancelled_quotient(x[k], self.pivots[k]) } else { None };
+        let mut value = short.unwrap_or_else(|| g.mul_as_is(self.reciprocals[k], x[k]));
+        for &(i, l) in &self.columns[k] {
+            let product = g.mul_as_is(l, x[i]);
+            value = g.sub(value, product);
+        }
+        value
     }
 }
 
@@ -174,12 +184,16 @@ impl Rest {
 
     /// The unknown with the fewest neighbours among those left that are `ready`; the last of them on ties.
     pub(super) fn fewest_neighbours(&self, ready: impl Fn(usize) -> bool) -> Option<usize> {
-        let degree = |k: &usize| self.neighbours(*k).count();
-        self.left.iter().copied().filter(|k| ready(*k)).min_by_key(|k| (degree(k), core::cmp::Reverse(*k)))
+        self.first(ready, |k| self.neighbours(k).count())
+    }
+
+    /// Of the unknowns that are left and ready the one with the smallest key; the last of them on ties.
+    pub(super) fn first<K: Ord>(&self, ready: impl Fn(usize) -> bool, key: impl Fn(usize) -> K) -> Option<usize> {
+        self.left.iter().copied().filter(|k| ready(*k)).min_by_key(|k| (key(*k), core::cmp::Reverse(*k)))
     }
 
     /// Takes an unknown out: its neighbours with their entries.
-    fn remove(&mut self, k: usize) -> Vec<(usize, NodeId)> {
+    pub(super) fn remove(&mut self, k: usize) -> Vec<(usize, NodeId)> {
         self.left.retain(|i| *i != k);
         let row = core::mem::take(&mut self.rows[k]);
         row.keys().filter(|i| **i != k).for_each(|i| {

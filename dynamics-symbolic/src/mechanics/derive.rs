@@ -1,5 +1,6 @@
 //! The pass from a declared model to its equations of motion.
 
+use crate::algebra::Levers;
 use crate::calculus::{ZeroDenominator, directional, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
@@ -8,6 +9,7 @@ use super::equations::{ConstraintEquations, Derivation, Equations, Named, Releas
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{self, Residual, SOLVED_FOR, Sweep};
 use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
+use super::levers::levers;
 use super::model::{Energy, EnergyRole, Force, Model, Output};
 use super::solution::{Manifold, Solved};
 use super::velocity_form::VelocityForm;
@@ -49,7 +51,10 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     let (inertia, free_force) = parts.balance(g, &applied, n);
     let mut powers = powers(g, &applied, energies.lagrangian);
     powers.extend(rows.iter().flat_map(|rows| constraints::powers(g, &model.constraints, &rows.velocity_offset)));
-    let solved = Solved::new(g, &inertia, rows.as_ref(), manifold)?;
+    let solved = match &rows {
+        Some(rows) => Solved::constrained(g, &inertia, rows, manifold),
+        None => Solved::free(g, &inertia, &|g| parts.levers(g, &applied, n))?,
+    };
     let energy_function = energy_function(g, &inertia.momenta, energies.lagrangian);
     let swept: Residual = &|g| {
         let inverse = parts.inverse(g, n);
@@ -62,7 +67,7 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     let (outputs, outputs_use_accelerations) = put_in(g, outputs, &solved)?;
     let (events, events_use_accelerations) = put_in(g, events, &solved)?;
     let energies = energies.apart(&model.energies).map(|(t, v)| (timeless(g, &[t])[0], timeless(g, &[v])[0]));
-    let pivots = solved.pivots(g, &inertia.mass);
+    let pivots = solved.pivots(g);
     let accelerations = solved.free_accelerations().map_or_else(Vec::new, <[NodeId]>::to_vec);
     let released =
         rows.as_ref().map_or_else(Vec::new, |rows| solved.released(g, &inertia, rows, &model.constraints, manifold));
@@ -188,6 +193,13 @@ impl Parts {
 
     fn inverse(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
         inverse_dynamics(g, &self.form, self.general, n)
+    }
+
+    /// T as velocities that are made of one another, where they are.
+    fn levers(&self, g: &mut Graph, applied: &[(String, Vec<NodeId>)], n: usize) -> Option<Levers> {
+        let none = vec![g.zero(); n];
+        let applied = applied.iter().fold(none, |total, (_, part)| each(g, &total, part, Graph::add));
+        if self.derivation == Derivation::VelocityForm { levers(g, &self.form, self.general, &applied) } else { None }
     }
 
     /// Measured on models of 6 to 11 coordinates: the residual of a velocity form is swept best along each symbol, any other best backwards.

@@ -60,6 +60,16 @@ impl VelocityForm {
         self.products.is_empty()
     }
 
+    /// The velocities.
+    pub(super) fn velocities(&self) -> &[NodeId] {
+        &self.velocities
+    }
+
+    /// The terms w x y of T as (w, x, y), velocities by their numbers.
+    pub(super) fn products(&self) -> impl Iterator<Item = (NodeId, usize, usize)> + '_ {
+        self.products.iter().map(|product| (product.weight, product.x, product.y))
+    }
+
     fn index(&mut self, velocity: NodeId) -> usize {
         self.velocities.iter().position(|v| *v == velocity).unwrap_or_else(|| {
             self.velocities.push(velocity);

@@ -1,0 +1,189 @@
+//! Inertia that is carried by velocities which are made of one another: ½ zᵀHz − fᵀz is stationary, where z are unknowns and intermediate
+//! quantities y = Σ c z + β, each made of what stands before it.
+//!
+//! Of a chain y are the accelerations of its bodies, each that of the body before plus what its own joint adds. Instead of M, which couples all
+//! joints, the form above is kept, in which every body knows its neighbours only, and two steps are taken as they become possible:
+//!
+//! * an intermediate quantity of which no other is made any more is put in by its definition, H ← CᵀHC,
+//! * an unknown of which no intermediate quantity is made any more is eliminated, as in LDLᵀ.
+//!
+//! For a tree this is the recursion of articulated bodies, and the operations grow linearly with the number of joints. The pivots are those
+//! that LDLᵀ of M would meet in the same order: both are what is left of the inertia of an unknown while the others adapt.
+//! Source: R. Featherstone, *Rigid Body Dynamics Algorithms*, Springer 2008, chapter 7; here found by elimination, without a tree being named.
+
+use crate::graph::{Graph, NodeId};
+
+use super::ldl::{Factors, Rest};
+
+/// An intermediate quantity.
+#[derive(Clone, Debug)]
+pub struct Definition {
+    /// (unknown or intermediate quantity, factor); the latter counted from the number of unknowns, those defined before only.
+    pub terms: Vec<(usize, NodeId)>,
+    /// β.
+    pub offset: NodeId,
+}
+
+/// The form ½ zᵀHz − fᵀz.
+#[derive(Clone, Debug)]
+pub struct Levers {
+    /// Number of unknowns.
+    pub unknowns: usize,
+    /// Intermediate quantities in order.
+    pub definitions: Vec<Definition>,
+    /// (i, j, Hᵢⱼ), each pair once in either order; what belongs to the same pair is added up.
+    pub inertia: Vec<(usize, usize, NodeId)>,
+    /// (i, fᵢ), added up.
+    pub force: Vec<(usize, NodeId)>,
+}
+
+/// Where the form is stationary.
+#[derive(Clone, Debug)]
+pub struct Stationary {
+    /// Values of the unknowns.
+    pub unknowns: Vec<NodeId>,
+    /// Unknowns in the order of elimination, each with its pivot and the element of M's diagonal that it came from.
+    pub pivots: Vec<(usize, NodeId, NodeId)>,
+}
+
+impl Levers {
+    /// Eliminates everything and goes back.
+    ///
+    /// # Errors
+    /// The unknown whose pivot is identically zero.
+    pub fn solve(&self, g: &mut Graph) -> Result<Stationary, usize> {
+        // M may stand in the graph already, entry by entry; what is found here step by step is shorter.
+        let made_of = g.cone(&self.nodes());
+        g.afresh(&made_of, |g| self.eliminate(g))
+    }
+
+    /// Everything that it is given by.
+    fn nodes(&self) -> Vec<NodeId> {
+        let levers = self.definitions.iter().flat_map(|d| d.terms.iter().map(|(_, c)| *c).chain([d.offset]));
+        let form = self.inertia.iter().map(|(.., h)| *h).chain(self.force.iter().map(|(_, f)| *f));
+        levers.chain(form).collect()
+    }
+
+    fn eliminate(&self, g: &mut Graph) -> Result<Stationary, usize> {
+        let mut left = Left::new(g, self);
+        let mut factors = Factors::empty(g, self.unknowns + self.definitions.len());
+        let (mut order, mut pivots) = (Vec::with_capacity(left.uses.len()), Vec::with_capacity(self.unknowns));
+        while let Some(k) = left.next(self) {
+            match k.checked_sub(self.unknowns) {
+                Some(definition) => left.put_in(g, k, &self.definitions[definition]),
+                None => pivots.push(left.eliminate(g, &mut factors, k)?),
+            }
+            order.push(k);
+        }
+        let mut z = left.force;
+        for &k in order.iter().rev() {
+            z[k] = match k.checked_sub(self.unknowns) {
+                Some(definition) => self.definitions[definition].value(g, &z),
+                None => factors.back(g, k, &z),
+            };
+        }
+        z.truncate(self.unknowns);
+        Ok(Stationary { unknowns: z, pivots })
+    }
+}
+
+impl Definition {
+    /// Its value, given those of what it is made of.
+    fn value(&self, g: &mut Graph, z: &[NodeId]) -> NodeId {
+        self.terms.iter().fold(self.offset, |sum, (i, c)| {
+            let term = g.mul_as_is(*c, z[*i]);
+            g.add(sum, term)
+        })
+    }
+}
+
+/// What is left of the form.
+struct Left {
+    rest: Rest,
+    /// The same while every unknown taken out is held: its diagonal is that of M.
+    held: Rest,
+    force: Vec<NodeId>,
+    /// In how many definitions that are left each quantity stands.
+    uses: Vec<usize>,
+}
+
+impl Left {
+    fn new(g: &mut Graph, levers: &Levers) -> Self {
+        let size = levers.unknowns + levers.definitions.len();
+        let mut left =
+            Self { rest: Rest::new(size), held: Rest::new(size), force: vec![g.zero(); size], uses: vec![0; size] };
+        for (i, j, entry) in &levers.inertia {
+            add(g, &mut left.rest, *i, *j, *entry);
+        }
+        left.held = left.rest.clone();
+        for (i, part) in &levers.force {
+            left.force[*i] = g.add(left.force[*i], *part);
+        }
+        for (i, _) in levers.definitions.iter().flat_map(|d| &d.terms) {
+            left.uses[*i] += 1;
+        }
+        left
+    }
+
+    /// What to take next, of what nothing is made any more: the unknown with the fewest neighbours, else the quantity defined last, which stands
+    /// farthest out. Taken by their neighbours, quantities of a tree would be put in past unknowns that they still wait for.
+    fn next(&self, levers: &Levers) -> Option<usize> {
+        let ready = |k: usize| self.uses[k] == 0;
+        let unknown = self.rest.fewest_neighbours(|k| k < levers.unknowns && ready(k));
+        unknown.or_else(|| self.rest.first(ready, |_| ()))
+    }
+
+    /// Puts y = Σ c z + β into the form.
+    fn put_in(&mut self, g: &mut Graph, k: usize, definition: &Definition) {
+        let own = self.rest.diagonal(g, k);
+        let neighbours: Vec<usize> = self.rest.neighbours(k).collect();
+        for i in neighbours {
+            let entry = self.rest.get(g, i, k);
+            let carried = g.mul_as_is(entry, definition.offset);
+            self.force[i] = g.sub(self.force[i], carried);
+        }
+        let carried = g.mul_as_is(own, definition.offset);
+        let force = g.sub(self.force[k], carried);
+        for (i, c) in &definition.terms {
+            self.uses[*i] -= 1;
+            let part = g.mul_as_is(*c, force);
+            self.force[*i] = g.add(self.force[*i], part);
+        }
+        replace(g, &mut self.rest, k, &definition.terms);
+        replace(g, &mut self.held, k, &definition.terms);
+    }
+
+    /// Eliminates an unknown: it, its pivot, and what that was while the others were held.
+    fn eliminate(&mut self, g: &mut Graph, factors: &mut Factors, k: usize) -> Result<(usize, NodeId, NodeId), usize> {
+        let (pivot, held) = (self.rest.diagonal(g, k), self.held.diagonal(g, k));
+        factors.eliminate(g, &mut self.rest, k).ok_or(k)?;
+        factors.forward(g, k, &mut self.force);
+        self.held.remove(k);
+        Ok((k, pivot, held))
+    }
+}
+
+/// Adds to an entry.
+fn add(g: &mut Graph, matrix: &mut Rest, i: usize, j: usize, part: NodeId) {
+    let sum = matrix.get(g, i, j);
+    let sum = g.add(sum, part);
+    matrix.set(g, i, j, sum);
+}
+
+/// Replaces the quantity k by what it is made of.
+fn replace(g: &mut Graph, matrix: &mut Rest, k: usize, terms: &[(usize, NodeId)]) {
+    let own = matrix.diagonal(g, k);
+    let neighbours = matrix.remove(k);
+    for (at, (i, c)) in terms.iter().enumerate() {
+        let lever = g.mul_as_is(own, *c);
+        for (j, d) in &terms[..=at] {
+            let entry = g.mul_as_is(lever, *d);
+            add(g, matrix, *i, *j, entry);
+        }
+        for (j, entry) in &neighbours {
+            let entry = g.mul_as_is(*entry, *c);
+            let entry = if i == j { g.add(entry, entry) } else { entry };
+            add(g, matrix, *i, *j, entry);
+        }
+    }
+}
