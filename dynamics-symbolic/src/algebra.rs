@@ -10,6 +10,7 @@ mod partition;
 mod solver;
 mod sparse;
 mod structure;
+mod tensions;
 mod unrolled;
 
 pub(crate) use ldl::Elsewhere;

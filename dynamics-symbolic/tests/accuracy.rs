@@ -213,4 +213,13 @@ proptest! {
         let v = Values { q, u, p: [&p[..], &[9.81]].concat(), ..Values::default() };
         check(&c, &links(Some(p[0]), &p[1..17], &p[17..33], 9.81, &v), &v)?;
     }
+
+    // Solved for the tensions of rods, masses over four decades.
+    #[test]
+    fn uneven_chain_of_six_within_20_eps(q in numbers(7, -10.0, 10.0), u in numbers(7, -5.0, 5.0), l in numbers(6, 0.5, 2.0), m in numbers(7, -2.0, 2.0)) {
+        let c = compile(chain(6)).expect("a good model");
+        let m: Vec<f64> = m.into_iter().map(|m| 10f64.powf(m)).collect();
+        let v = Values { q, u, p: [&m[..], &l, &[9.81]].concat(), ..Values::default() };
+        check(&c, &links(Some(m[0]), &m[1..], &l, 9.81, &v), &v)?;
+    }
 }

@@ -20,8 +20,8 @@ use super::ldl::{Factors, Rest};
 pub struct Definition {
     /// (unknown or intermediate quantity, factor); the latter counted from the number of unknowns, those defined before only.
     pub terms: Vec<(usize, NodeId)>,
-    /// β.
-    pub offset: NodeId,
+    /// β as (factor, product of velocities), added up.
+    pub offset: Vec<(NodeId, NodeId)>,
 }
 
 /// The form ½ zᵀHz − fᵀz.
@@ -42,7 +42,7 @@ pub struct Levers {
 pub struct Stationary {
     /// Values of the unknowns.
     pub unknowns: Vec<NodeId>,
-    /// Unknowns in the order of elimination, each with its pivot and the element of M's diagonal that it came from.
+    /// Unknowns in the order of elimination, each with its pivot and the element of the diagonal that it came from: of M, or of what holds the rods.
     pub pivots: Vec<(usize, NodeId, NodeId)>,
 }
 
@@ -57,9 +57,19 @@ impl Levers {
         g.afresh(&made_of, |g| self.eliminate(g))
     }
 
+    /// The same through the forces in the rods; `None` where nothing is held by rods.
+    #[must_use]
+    pub fn solve_for_tensions(&self, g: &mut Graph) -> Option<Stationary> {
+        let made_of = g.cone(&self.nodes());
+        g.afresh(&made_of, |g| self.tensions(g))
+    }
+
     /// Everything that it is given by.
     fn nodes(&self) -> Vec<NodeId> {
-        let levers = self.definitions.iter().flat_map(|d| d.terms.iter().map(|(_, c)| *c).chain([d.offset]));
+        let levers = self
+            .definitions
+            .iter()
+            .flat_map(|d| d.terms.iter().map(|(_, c)| *c).chain(d.offset.iter().flat_map(|(c, speed)| [*c, *speed])));
         let form = self.inertia.iter().map(|(.., h)| *h).chain(self.force.iter().map(|(_, f)| *f));
         levers.chain(form).collect()
     }
@@ -88,9 +98,18 @@ impl Levers {
 }
 
 impl Definition {
+    /// β.
+    fn offset(&self, g: &mut Graph) -> NodeId {
+        self.offset.iter().fold(g.zero(), |sum, (c, speed)| {
+            let term = g.mul(*c, *speed);
+            g.add(sum, term)
+        })
+    }
+
     /// Its value, given those of what it is made of.
     fn value(&self, g: &mut Graph, z: &[NodeId]) -> NodeId {
-        self.terms.iter().fold(self.offset, |sum, (i, c)| {
+        let offset = self.offset(g);
+        self.terms.iter().fold(offset, |sum, (i, c)| {
             let term = g.mul_as_is(*c, z[*i]);
             g.add(sum, term)
         })
@@ -135,14 +154,14 @@ impl Left {
 
     /// Puts y = Σ c z + β into the form.
     fn put_in(&mut self, g: &mut Graph, k: usize, definition: &Definition) {
-        let own = self.rest.diagonal(g, k);
+        let (own, offset) = (self.rest.diagonal(g, k), definition.offset(g));
         let neighbours: Vec<usize> = self.rest.neighbours(k).collect();
         for i in neighbours {
             let entry = self.rest.get(g, i, k);
-            let carried = g.mul_as_is(entry, definition.offset);
+            let carried = g.mul_as_is(entry, offset);
             self.force[i] = g.sub(self.force[i], carried);
         }
-        let carried = g.mul_as_is(own, definition.offset);
+        let carried = g.mul_as_is(own, offset);
         let force = g.sub(self.force[k], carried);
         for (i, c) in &definition.terms {
             self.uses[*i] -= 1;

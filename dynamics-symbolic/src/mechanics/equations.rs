@@ -16,14 +16,15 @@ pub enum Derivation {
     Mixed,
 }
 
-/// A pivot of M = LDLᵀ, to be compared with the diagonal element that it came from.
+/// A pivot of M = LDLᵀ, to be compared with the diagonal element that it came from; where the forces in rods are solved for, a pivot of their
+/// system, or an inertia that it divides by, compared with itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pivot {
     /// Index of the coordinate.
     pub coordinate: usize,
     /// The pivot Dᵢ.
     pub pivot: NodeId,
-    /// Mᵢᵢ.
+    /// Mᵢᵢ, or the diagonal element of the rods' system.
     pub diagonal: NodeId,
 }
 

@@ -137,12 +137,33 @@ impl Tape {
         let definition = |(_, form): &(NodeId, Form)| {
             let (on, factors): (Vec<usize>, Vec<NodeId>) = form.iter().map(|(i, c)| (*i, *c)).unzip();
             let turning = directional(g, &factors, &mut transport);
-            let offset = on.iter().zip(turning).fold(g.zero(), |sum, (i, turning)| {
-                let term = g.mul(turning, speeds[*i]);
-                g.add(sum, term)
-            });
+            let mut offset = Vec::new();
+            for (i, turning) in on.iter().zip(turning) {
+                if !g.is_zero(turning) {
+                    let (factor, rate) = apart(g, turning);
+                    offset.push((factor, g.mul(rate, speeds[*i])));
+                }
+            }
             Definition { terms: on.into_iter().zip(factors).collect(), offset }
         };
         Some(self.defined.iter().map(definition).collect())
     }
+}
+
+/// A product as (what is free of velocities, the rest).
+fn apart(g: &mut Graph, product: NodeId) -> (NodeId, NodeId) {
+    let (mut free, mut rest) = (g.one(), g.one());
+    let mut stack = vec![product];
+    while let Some(id) = stack.pop() {
+        match g.node(id) {
+            _ if !g.dependence(id).on(Dependence::RATES) => free = g.mul(free, id),
+            Node::Mul(a, b) => stack.extend([b, a]),
+            Node::Neg(a) => {
+                free = g.neg(free);
+                stack.push(a);
+            }
+            _ => rest = g.mul(rest, id),
+        }
+    }
+    (free, rest)
 }

@@ -27,8 +27,10 @@ pub struct Manifold<'a> {
 const LIMIT: usize = 20_000;
 
 /// Through levers one joint waits for the next, whereas the columns of M are independent of each other: that often cheaper they have to be. A
-/// cart with ten links took 1.2 times as long through levers, with half of the operations; with twenty links a third of the time.
-const SERIAL: usize = 2;
+/// cart with ten links took 1.2 times as long through levers, with half of the operations.
+const LEVERS: f64 = 2.0;
+/// Likewise through rods. They divide by every mass; that is not worth an operation or two.
+const RODS: f64 = 1.5;
 
 /// The solved equations.
 pub(super) enum Solved {
@@ -60,16 +62,22 @@ impl Solved {
             Ok(Stationary { unknowns, pivots })
         };
         let through_levers = |g: &mut Graph| levers(g).map(|levers| levers.solve(g));
-        // Both on copies, so that what is not taken leaves no trace.
+        let through_rods = |g: &mut Graph| levers(g).and_then(|levers| levers.solve_for_tensions(g));
+        // All on copies, so that what is not taken leaves no trace.
         let weight = |solve: &dyn Fn(&mut Graph) -> Option<Stationary>| {
             let mut trial = g.clone();
             let solved = solve(&mut trial)?;
             let pivots = solved.pivots.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]);
             Some(trial.weight(&[solved.unknowns.clone(), pivots.collect()].concat()))
         };
-        let short = weight(&|g| through_levers(g)?.ok())
-            .is_some_and(|levers| weight(&|g| through_mass(g).ok()).is_none_or(|mass| SERIAL * levers < mass));
-        let solved = short.then(|| through_levers(g)).flatten().unwrap_or_else(|| through_mass(g));
+        let mass = weight(&|g| through_mass(g).ok());
+        let shorter = |weight: Option<usize>, serial: f64| {
+            weight.is_some_and(|weight| mass.is_none_or(|mass| serial * (weight as f64) < mass as f64))
+        };
+        let ways: [(&dyn Fn(&mut Graph) -> Option<Stationary>, f64); 2] =
+            [(&through_rods, RODS), (&|g| through_levers(g)?.ok(), LEVERS)];
+        let chosen = ways.into_iter().find(|(way, serial)| shorter(weight(way), *serial));
+        let solved = chosen.and_then(|(way, _)| way(g)).map_or_else(|| through_mass(g), Ok);
         let Stationary { unknowns, pivots } = solved.map_err(Underivable::Singular)?;
         Ok(Self::Free { accelerations: unknowns, pivots })
     }

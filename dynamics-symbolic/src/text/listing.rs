@@ -101,7 +101,12 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
     let q: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
     let each = |wrap: &dyn Fn(&str) -> String| q.iter().map(|n| wrap(n)).collect::<Vec<_>>();
     let accelerations = each(&|n| format!("{n}''"));
-    let of_inertia = |p: &Pivot| [format!("pivot[{}]", q[p.coordinate]), format!("M[{0}, {0}]", q[p.coordinate])];
+    let of_inertia = |p: &Pivot| {
+        let (name, i) = (q[p.coordinate], p.coordinate);
+        let [held, own] = [p.diagonal, equations.mass_matrix[i][i]].map(|node| model.graph.fingerprint(node));
+        let compared = if held == own { format!("M[{name}, {name}]") } else { format!("rod[{name}]") };
+        [format!("pivot[{name}]"), compared]
+    };
     let (program, solution) = solution_of(model, equations, program);
     let pivots: Vec<String> = match &equations.constraints {
         None => equations.pivots.iter().flat_map(of_inertia).collect(),
