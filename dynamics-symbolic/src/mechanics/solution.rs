@@ -61,7 +61,7 @@ impl Solved {
             let pivots = factors.pivots().map(|(i, pivot)| (i, pivot, inertia.mass[i][i])).collect();
             Ok(Stationary { unknowns, pivots })
         };
-        let through_levers = |g: &mut Graph| levers(g).map(|levers| levers.solve(g));
+        let through_levers = |g: &mut Graph| levers(g).and_then(|levers| levers.solve(g).ok());
         let through_rods = |g: &mut Graph| levers(g).and_then(|levers| levers.solve_for_tensions(g));
         // All on copies, so that what is not taken leaves no trace.
         let weight = |solve: &dyn Fn(&mut Graph) -> Option<Stationary>| {
@@ -74,10 +74,14 @@ impl Solved {
         let shorter = |weight: Option<usize>, serial: f64| {
             weight.is_some_and(|weight| mass.is_none_or(|mass| serial * (weight as f64) < mass as f64))
         };
-        let ways: [(&dyn Fn(&mut Graph) -> Option<Stationary>, f64); 2] =
-            [(&through_rods, RODS), (&|g| through_levers(g)?.ok(), LEVERS)];
-        let chosen = ways.into_iter().find(|(way, serial)| shorter(weight(way), *serial));
-        let solved = chosen.and_then(|(way, _)| way(g)).map_or_else(|| through_mass(g), Ok);
+        let solved = if shorter(weight(&through_rods), RODS) {
+            through_rods(g)
+        } else if shorter(weight(&through_levers), LEVERS) {
+            through_levers(g)
+        } else {
+            None
+        };
+        let solved = solved.map_or_else(|| through_mass(g), Ok);
         let Stationary { unknowns, pivots } = solved.map_err(Underivable::Singular)?;
         Ok(Self::Free { accelerations: unknowns, pivots })
     }
