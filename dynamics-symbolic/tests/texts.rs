@@ -138,9 +138,15 @@ fn constraint_labels(q: &[String], c: &ConstraintEquations) -> Vec<(String, Node
     out
 }
 
-/// What `pivot[..]` or `scale[..]` may stand for: a loop may have several guards of one name.
+/// What `pivot[..]`, `rod[..]` or `scale[..]` may stand for: a loop may have several guards of one name, a rod inertia and a pivot.
 fn guards(c: &Compiled, label: &str) -> Vec<NodeId> {
-    let Some(Solution::Unrolled(u)) = c.equations.constraints.as_ref().map(|c| &c.solution) else { return Vec::new() };
+    let Some(Solution::Unrolled(u)) = c.equations.constraints.as_ref().map(|c| &c.solution) else {
+        let both = c.equations.pivots.iter().flat_map(|p| {
+            let name = &c.model.coordinates[p.coordinate].name;
+            [(format!("pivot[{name}]"), p.pivot), (format!("rod[{name}]"), p.diagonal)]
+        });
+        return both.filter(|(own, _)| own == label).map(|(_, node)| node).collect();
+    };
     let name = |of: Guarded| match of {
         Guarded::Coordinate(i) => c.model.coordinates[i].name.clone(),
         Guarded::Row(r) => c.model.row_name(r as u32),
