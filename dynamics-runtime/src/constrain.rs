@@ -51,7 +51,7 @@ pub use involved::Involved;
 #[must_use]
 pub const fn workspace_len(n: usize, r: usize) -> usize {
     let read = n * n + n + n * r + r;
-    let solving = read + r + system::memory(n, r);
+    let solving = read + 2 * r + system::memory(n, r);
     greatest([
         solving,
         embed::memory(n, r),
@@ -354,7 +354,7 @@ fn slack<M: Constraints>(model: &M, state: &M::State, jacobian: &[f64], active: 
         let rows = values.iter().zip(jacobian.chunks_exact(M::Vector::LEN)).enumerate();
         // A row that is zero, at a change point, says nothing.
         let of = |(_, (x, row)): (usize, (&f64, &[f64]))| {
-            Some(distance(*x, row)).filter(|distance| *distance < f64::INFINITY)
+            Some(distance(*x, row, 0.0)).filter(|distance| *distance < f64::INFINITY)
         };
         let distances = rows.filter(|(row, _)| active(*row)).filter_map(of);
         distances.fold(0.0, f64::max) / (1.0 + max_abs(at.as_slice()))
@@ -399,14 +399,15 @@ impl<'w> Factored<'w> {
         forces: bool,
         mut memory: Memory<'w>,
     ) -> Result<Option<Self>, SolveError> {
-        let Some(read) = read(model, state, &active, forces, &mut memory)? else { return Ok(None) };
+        let usual = memory.take(M::Rows::LEN);
+        let Some(read) = read(model, state, &active, forces, usual, &mut memory)? else { return Ok(None) };
         let Read { mass, force, jacobian, gamma } = read;
         let floor = memory.take(M::Rows::LEN);
         for (floor, row) in floor.iter_mut().zip(jacobian.chunks_exact(M::Vector::LEN)) {
             *floor = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
         }
         let slack = slack(model, state, jacobian, &active);
-        let system = System::factor(mass, jacobian, active, slack, names::<M>(), &mut memory)?;
+        let system = System::factor(mass, jacobian, active, (slack, usual), names::<M>(), &mut memory)?;
         Ok(Some(Self { force, gamma, floor, slack, system }))
     }
 }
@@ -423,18 +424,19 @@ fn names<M: Constraints>() -> Names {
     Names { rows: M::ROWS, coordinates: M::COORDINATES }
 }
 
-/// M, Q (0 unless `forces`), Φ_q and γ at a state; `None` where M or Q is not finite, an error where Φ_q or γ is not.
+/// M, Q (0 unless `forces`), Φ_q and γ at a state, by [`gradients::terms`]; `None` where M or Q is not finite, an error where Φ_q or γ is not.
 fn read<'w, M: Constraints>(
     model: &M,
     state: &M::State,
     active: impl Fn(usize) -> bool,
     forces: bool,
+    usual: &mut [f64],
     memory: &mut Memory<'w>,
 ) -> Result<Option<Read<'w>>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let read = Read::new(n, r, memory);
     let terms = &mut Terms { mass: read.mass, force: read.force, jacobian: read.jacobian, gamma: read.gamma };
-    model.terms(state, terms);
+    gradients::terms(model, state, terms, usual);
     if !forces {
         terms.force.fill(0.0);
     }

@@ -370,8 +370,9 @@ impl fmt::Display for StateError {
             ),
             Self::VelocityUndetermined { rows, coordinates } => write!(
                 f,
-                "the position is singular: the constraints {rows} depend on each other here, branches meet, and the velocities that are given do \
-                 not decide between them; give the rates of {coordinates} as well, or start beside it"
+                "the position is singular: {} here, branches meet, and the velocities that are given do not decide between them; give the \
+                 rates of {coordinates} as well, or start beside it",
+                rows.rank_loss()
             ),
             Self::VelocityNotAssembled { row, residual, given } if given.is_empty() => write!(
                 f,

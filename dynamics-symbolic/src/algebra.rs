@@ -2,6 +2,7 @@
 
 mod block;
 mod ldl;
+mod lengths;
 mod levers;
 mod minimum_degree;
 mod modular;

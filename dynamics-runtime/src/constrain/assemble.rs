@@ -164,12 +164,12 @@ struct Violation {
     distance: f64,
 }
 
-/// `jacobian`: Φ_q at the state, row by row.
+/// `jacobian`: Φ_q at the state, row by row; `usual`: the usual lengths of its rows.
 fn worst<M: Constraints>(
     modes: Modes,
     holonomic: bool,
     values: &[f64],
-    jacobian: &[f64],
+    (jacobian, usual): (&[f64], &[f64]),
     tolerance: f64,
 ) -> Result<Option<Violation>, StateError> {
     let n = M::COORDINATES.len();
@@ -182,7 +182,7 @@ fn worst<M: Constraints>(
         if !norm(gradient).is_finite() {
             return Err(StateError::GradientNotFinite { row: M::ROWS[row].name });
         }
-        let distance = distance(residual, gradient);
+        let distance = distance(residual, gradient, usual[row]);
         if distance > worst.as_ref().map_or(tolerance, |worst| worst.distance) {
             worst = Some(Violation { row, residual, distance });
         }
@@ -198,7 +198,7 @@ fn size(values: &[f64]) -> f64 {
 fn check_positions<M: Constraints>(model: &M, state: &M::State, gradients: &Gradients<'_>) -> Result<(), StateError> {
     let values = model.residual(state);
     let tolerance = CONSISTENT * size(state.q().as_slice());
-    match worst::<M>(state.modes(), true, values.as_slice(), gradients.rows, tolerance)? {
+    match worst::<M>(state.modes(), true, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
         Some(Violation { row, residual, distance }) => {
             Err(StateError::ConstraintViolated { row: M::ROWS[row].name, residual, distance })
         }
@@ -209,7 +209,7 @@ fn check_positions<M: Constraints>(model: &M, state: &M::State, gradients: &Grad
 fn check_velocities<M: Constraints>(model: &M, state: &M::State, gradients: &Gradients<'_>) -> Result<(), StateError> {
     let values = model.velocity_residual(state);
     let tolerance = CONSISTENT * size(state.u().as_slice());
-    match worst::<M>(state.modes(), false, values.as_slice(), gradients.rows, tolerance)? {
+    match worst::<M>(state.modes(), false, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
         Some(Violation { row, residual, distance }) => {
             Err(StateError::VelocityViolated { row: M::ROWS[row].name, residual, distance })
         }
@@ -218,7 +218,7 @@ fn check_velocities<M: Constraints>(model: &M, state: &M::State, gradients: &Gra
 }
 
 /// How far away a state [`beside`] another is, against 1 + |q|: a gradient that vanishes linearly has 10⁻³ of its value there at 10⁻⁶ from its zero.
-const NEARBY: f64 = 1e-3;
+pub(super) const NEARBY: f64 = 1e-3;
 
 /// A state a little off, and a little later, where a drive has moved on: every coordinate by a different amount, so that no symmetry of the model
 /// hides the change.

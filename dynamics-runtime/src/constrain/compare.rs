@@ -15,7 +15,7 @@ use core::fmt;
 use nalgebra::{DMatrix, DVector};
 
 use super::system::scale_coordinates;
-use super::{Embedding, Outcome, OutcomeOf, SolvedOf, holds, solve_general, with_workspace};
+use super::{Embedding, Outcome, OutcomeOf, SolvedOf, gradients, holds, solve_general, with_workspace};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Route, Solved, Terms, Vector};
 
@@ -145,7 +145,7 @@ impl Dense {
         let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
         let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
         let terms = &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
-        model.terms(state, terms);
+        gradients::terms(model, state, terms, &mut alloc::vec![0.0; r]);
         if M::FRICTION {
             model.friction(state, &reference.multipliers, &mut force, &mut alloc::vec![0.0; n * r]);
         }

@@ -68,7 +68,7 @@ pub struct Embedding<M: Constraints> {
 
 /// Memory that an embedding takes.
 pub(super) const fn memory(n: usize, r: usize) -> usize {
-    let choice = n * n + 3 * n + n * r + 2 * r;
+    let choice = n * n + 3 * n + n * r + 3 * r;
     let block = r * r + 4 * r + lu::memory(r) + gradients::memory(n, r);
     if choice > block { choice } else { block }
 }
@@ -416,7 +416,7 @@ fn partition<M: Constraints>(
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut memory = Memory::new(workspace, n, r);
     let Read { mass, force, jacobian: matrix, gamma } = Read::new(n, r, &mut memory);
-    model.terms(state, &mut Terms { mass, force, jacobian: matrix, gamma });
+    gradients::terms(model, state, &mut Terms { mass, force, jacobian: matrix, gamma }, memory.take(r));
     let scale = memory.take(n);
     let (mut rows, mut columns) = (memory.indices(r), memory.indices(n));
     let mut m = 0;
@@ -432,7 +432,7 @@ fn partition<M: Constraints>(
     for row in matrix[..m * n].chunks_exact_mut(n) {
         row.iter_mut().zip(&*scale).for_each(|(x, s)| *x *= s);
         let length = norm(row);
-        // A zero row, at a change point, is never chosen.
+        // A row that has vanished, at a change point, is never chosen.
         if length > 0.0 {
             row.iter_mut().for_each(|x| *x /= length);
         }

@@ -102,7 +102,7 @@ pub(super) fn solve<M: Constraints>(
 
 /// Memory of the factored system.
 const fn system_memory(n: usize, r: usize) -> usize {
-    n * n + n + n * r + 2 * r + system::memory(n, r)
+    n * n + n + n * r + 3 * r + system::memory(n, r)
 }
 
 /// Memory of it all.

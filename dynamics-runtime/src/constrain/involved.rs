@@ -50,6 +50,11 @@ impl Involved {
         self.names().any(|kept| kept == name)
     }
 
+    /// Of rows where constraints lose rank: what is said of them.
+    pub(crate) fn rank_loss(&self) -> RankLoss<'_> {
+        RankLoss(self)
+    }
+
     /// How many take part.
     #[must_use]
     pub fn count(&self) -> usize {
@@ -72,6 +77,18 @@ impl fmt::Display for Involved {
         match self.count().saturating_sub(Self::KEPT) {
             0 => Ok(()),
             more => write!(f, " and {more} more"),
+        }
+    }
+}
+
+/// What is said of rows that lose rank.
+pub(crate) struct RankLoss<'a>(&'a Involved);
+
+impl fmt::Display for RankLoss<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.count() {
+            1 => write!(f, "constraint {} loses its gradient", self.0),
+            _ => write!(f, "the constraints {} depend on each other", self.0),
         }
     }
 }

@@ -100,12 +100,12 @@ pub(crate) struct Miss {
 
 impl<'w> System<'w> {
     /// Factors M (n×n) and the rows of Φ_q (r×n) that hold, which is overwritten. `slack`: at least [`RANK_TOLERANCE`], the share of its length
-    /// by which a row has to differ from the others.
+    /// by which a row has to differ from the others. `usual`: the lengths of rows where they have not vanished.
     pub(crate) fn factor(
         mass: &[f64],
         jacobian: &'w mut [f64],
         holds: impl Fn(usize) -> bool,
-        slack: f64,
+        (slack, usual): (f64, &[f64]),
         names: Names,
         memory: &mut Memory<'w>,
     ) -> Result<Self, SolveError> {
@@ -121,14 +121,15 @@ impl<'w> System<'w> {
             }
         }
         scale_coordinates(mass, &jacobian[..m * n], scale);
-        let mut vanished = false;
-        for (row, weight) in jacobian.chunks_exact_mut(n).zip(&mut *weight).take(m) {
+        let (mut vanished, widest) = (false, max_abs(scale));
+        for (i, (row, weight)) in jacobian.chunks_exact_mut(n).zip(&mut *weight).take(m).enumerate() {
             row.iter_mut().zip(&*scale).for_each(|(x, s)| *x *= s);
             let length = norm(row);
             if length == 0.0 {
                 // At a change point; or wherever the constraint holds, which the caller finds out.
                 vanished = true;
-                *weight = 1.0;
+                let usual = usual[active.get(i)] * widest;
+                *weight = if usual > 0.0 && usual.is_finite() { 1.0 / usual } else { 1.0 };
                 continue;
             }
             *weight = 1.0 / length;

@@ -40,9 +40,6 @@ fn weakest<M: Constraints>(model: &M, state: &M::State) -> Option<Weakness> {
     let full = independent_rows(model, state, &frame);
     let weak = *order.get(full.checked_sub(1)?)?;
     let (largest, least) = (frame.sigma[order[0]], frame.sigma[weak]);
-    if largest == 0.0 {
-        return None;
-    }
     let vanishes = |j: usize| frame.sigma[j] <= RANK * largest;
     // Where more than one is lost, all who take part.
     let lost: Vec<usize> = match order[..full].iter().copied().filter(|j| vanishes(*j)).collect::<Vec<_>>() {
@@ -62,7 +59,8 @@ fn weakest<M: Constraints>(model: &M, state: &M::State) -> Option<Weakness> {
         shares.iter_mut().enumerate().for_each(|(i, out)| *out = 1.0 - strong().map(|j| held(i, j)).sum::<f64>());
     }
     let coordinates = Involved::ranked(M::COORDINATES, shares.iter().copied().enumerate());
-    Some(Weakness { condition: largest / least, rows, coordinates })
+    let condition = if least > 0.0 { largest / least } else { f64::INFINITY };
+    Some(Weakness { condition, rows, coordinates })
 }
 
 /// Rank of the constraints where their manifold is regular: the number of rows, unless some are declared to repeat others.

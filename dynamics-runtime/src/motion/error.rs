@@ -424,19 +424,21 @@ impl fmt::Display for SimulationErrorKind {
             ),
             Self::SingularPosition { rows, coordinates, condition, cause } => write!(
                 f,
-                "singular position: the constraints {rows} depend on each other here and leave {coordinates} open (conditioning \
-                 {condition:.1e}), so that the motion cannot be continued; change dimensions or start so that it is passed at a distance, or end \
-                 the motion before. The method met: {cause}"
+                "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}), so that the motion cannot be \
+                 continued; change dimensions or start so that it is passed at a distance, or end the motion before. The method met: {cause}",
+                rows.rank_loss()
             ),
             Self::SingularStart { rows, coordinates } => write!(
                 f,
-                "the start is a singular position: the constraints {rows} depend on each other there and leave {coordinates} open, so that \
-                 accelerations are not determined; start beside it, or with velocities along a branch"
+                "the start is a singular position: {} there, which leaves {coordinates} open, so that accelerations are not determined; start \
+                 beside it, or with velocities along a branch",
+                rows.rank_loss()
             ),
             Self::BranchUndetermined { rows, coordinates, condition } => write!(
                 f,
-                "singular position: {rows} depend on each other here and leave {coordinates} open (conditioning {condition:.1e}); on which \
-                 branch the mechanism goes on, if on any, what its constraints have drifted would decide; choose `Formulation::Projected`"
+                "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}); on which branch the mechanism goes \
+                 on, if on any, what its constraints have drifted would decide; choose `Formulation::Projected`",
+                rows.rank_loss()
             ),
             Self::Penetration { row, residual } => write!(
                 f,

@@ -280,8 +280,9 @@ impl Summary {
             }
             write!(
                 f,
-                " at t = {}: {rows} depend on each other in {coordinates}, conditioning {condition:.1e}",
-                Rounded(*time)
+                " at t = {}: {} in {coordinates}, conditioning {condition:.1e}",
+                Rounded(*time),
+                rows.rank_loss()
             )?;
         } else if let Some(Conditioning { largest, time }) = conditioning
             && largest > 1e3

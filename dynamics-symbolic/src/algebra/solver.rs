@@ -4,6 +4,7 @@
 use crate::calculus::{collect, share};
 use crate::graph::{Bindings, Graph, NodeId, Symbol};
 
+use super::lengths;
 use super::minimum_degree::MinimumDegree;
 use super::null_space::{NullSpace, Partition};
 use super::partition::{Choice, conditioning, partitions};
@@ -96,6 +97,14 @@ impl Solver {
         }
     }
 
+    /// Whether what a row's pivots are compared with stays where the row vanishes: a constant.
+    fn sees_length(&self, g: &Graph, row: usize) -> bool {
+        let Way::Blocks(reduced) = &self.0 else { return false };
+        let Some((rows, _)) = reduced.blocks().iter().find(|(rows, _)| rows.contains(&row)) else { return false };
+        let within = |guard: &&Guard| matches!(guard.of, Guarded::Row(row) if rows.contains(&row));
+        reduced.guards.iter().filter(within).all(|guard| g.is_constant(guard.scale))
+    }
+
     /// Pivots that may vanish.
     #[must_use]
     pub fn guards(&self) -> &[Guard] {
@@ -136,6 +145,8 @@ pub fn unroll(
     let (accelerations, multipliers) = solver.solve(g, &short.force, &short.gamma);
     let mut guards = solver.guards().to_vec();
     guards.extend(short.cancelled(g));
+    let unseen: Vec<bool> = (0..r).map(|row| !solver.sees_length(g, row)).collect();
+    guards.extend(lengths::guards(g, &short.jacobian, |row| unseen[row]));
     let checked: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
     let shared = share(g, &[&accelerations[..], &multipliers, &checked].concat());
     let operations = g.operations(&shared);

@@ -1,5 +1,6 @@
 //! Memory of the assembly, and the linearised constraints in it.
 
+use crate::constrain::gradients;
 use crate::constrain::held::{active, active_rows};
 use crate::constrain::memory::norm;
 use crate::constrain::svd::Svd;
@@ -17,6 +18,8 @@ pub(super) struct Room<'w> {
     force: &'w mut [f64],
     pub(super) jacobian: &'w mut [f64],
     gamma: &'w mut [f64],
+    /// The usual lengths of the rows of Φ_q.
+    pub(super) usual: &'w mut [f64],
     /// w of every coordinate.
     pub(super) weights: &'w mut [f64],
     /// s of every active row, in their order; the same for the rows of one constraint.
@@ -36,7 +39,7 @@ pub(super) struct Room<'w> {
 
 /// Length of the memory of a [`Room`].
 pub(in crate::constrain) const fn memory(n: usize, r: usize) -> usize {
-    4 * n * n + 2 * r * n + 7 * n + 3 * r
+    4 * n * n + 2 * r * n + 7 * n + 4 * r
 }
 
 impl<'w> Room<'w> {
@@ -53,6 +56,7 @@ impl<'w> Room<'w> {
             force: take(n),
             jacobian: take(r * n),
             gamma: take(r),
+            usual: take(r),
             weights: take(n),
             scales: take(r),
             right: take(r),
@@ -70,7 +74,7 @@ impl<'w> Room<'w> {
         self.mass.fill(0.0);
         self.jacobian.fill(0.0);
         let (mass, force, jacobian, gamma) = (&mut *self.mass, &mut *self.force, &mut *self.jacobian, &mut *self.gamma);
-        model.terms(state, &mut Terms { mass, force, jacobian, gamma });
+        gradients::terms(model, state, &mut Terms { mass, force, jacobian, gamma }, self.usual);
     }
 
     /// Sets the weights from the mass matrix.
