@@ -74,6 +74,10 @@ pub fn project_positions<M: Constraints>(
             return Err(off(model, state, "positions", workspace));
         }
         halvings += u32::from((0.2..0.3).contains(&(size / before)));
+        // It ends where the gradient counts as vanished.
+        if change == 0.0 && halvings >= 8 {
+            return Err(vanishing(model, state, workspace));
+        }
         // The next correction would be about this; where that is rounding, or nothing is gained any more, it is not made.
         let next = change * (size / before);
         if next <= 2.0 * f64::EPSILON || (change <= 1e-7 && size >= 0.5 * before) {
