@@ -343,3 +343,121 @@ fn a_hoop_on_a_shaken_plank_rolls_and_slips() {
     }
 }
 const HOOP: [(f64, f64); 4] = [(0.1, 0.377_464_981), (0.15, 0.246_872_547), (0.2, 0.180_303_691), (5.0, 0.162_571_960)];
+
+/// A ball on a floor that is shaken, y = A sin(ω t).
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(y)]
+struct Bouncing {
+    m: f64,
+    g: f64,
+    amplitude: f64,
+    frequency: f64,
+}
+
+#[dynamics]
+impl Bouncing {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.y.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y
+    }
+    #[holonomic(switched)]
+    fn floor(&self, q: &Coordinates<Self>) -> Expr {
+        q.y - self.amplitude * (self.frequency * q.t).sin()
+    }
+}
+
+impl Bouncing {
+    /// Flights until a time, by the closed form: it lifts off where the floor falls faster than g, and lands where both meet again.
+    fn flights(&self, end: f64) -> usize {
+        let (a, w, g) = (self.amplitude, self.frequency, self.g);
+        let (phase, period) = ((g / (a * w * w)).asin() / w, std::f64::consts::TAU / w);
+        let (mut t, mut count) = (0.0, 0);
+        loop {
+            if a * w * w * (w * t).sin() <= g {
+                t = phase + period * ((t - phase) / period).ceil();
+            }
+            if t > end {
+                return count;
+            }
+            count += 1;
+            let (y, v) = (a * (w * t).sin(), a * w * (w * t).cos());
+            let gap = |s: f64| y + v * s - 0.5 * g * s * s - a * (w * (t + s)).sin();
+            let landing = (10..).map(|k| 1e-4 * f64::from(k)).find(|s| gap(*s) < 0.0);
+            t += landing.expect("it comes down");
+        }
+    }
+}
+
+/// The gap grows with the third power of time where a contact lifts off: neither rounding nor drift closes it again.
+#[test]
+fn a_ball_on_a_shaken_floor_flies_as_often_as_it_should() {
+    let formulations =
+        [Formulation::Projected, Formulation::Embedded, Formulation::BaumgarteTied, Formulation::Augmented];
+    for (amplitude, frequency) in [(0.05, 16.0), (0.05, 15.0), (0.1, 12.0), (0.2, 8.0), (0.01, 40.0)] {
+        let model = Bouncing { m: 1.0, g: 9.81, amplitude, frequency };
+        let start = model.state().y_rate(amplitude * frequency).build().unwrap();
+        for formulation in formulations {
+            for tolerance in [1e-6, 1e-9, 1e-12] {
+                for method in &[methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
+                    let run = model.simulate(start).until(3.0).tolerance(tolerance).formulation(formulation);
+                    let case = format!("{amplitude} {frequency} {formulation:?} {tolerance:e}");
+                    let motion = run.contact("floor", 0.0).method(method).run();
+                    let motion = motion.unwrap_or_else(|error| panic!("{case}: {error}"));
+                    let lifts =
+                        motion.events().iter().filter(|event| !event.after.is_engaged("floor").unwrap()).count();
+                    assert_eq!(lifts, model.flights(3.0), "{case}");
+                }
+            }
+        }
+    }
+}
+
+/// A bead that slides down a cylinder that does not hold it.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+struct Bead {
+    m: f64,
+    g: f64,
+    r: f64,
+}
+
+#[dynamics]
+impl Bead {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y
+    }
+    #[holonomic(switched)]
+    fn cylinder(&self, q: &Coordinates<Self>) -> Expr {
+        (q.x.powi(2) + q.y.powi(2)).sqrt() - self.r
+    }
+}
+
+/// It leaves once, where cos θ = (2 cos θ₀ + ω² r/g)/3, in every formulation.
+#[test]
+fn a_bead_leaves_a_cylinder_once() {
+    for formulation in [Formulation::Projected, Formulation::BaumgarteTied, Formulation::Augmented] {
+        for tolerance in [1e-6, 1e-9, 1e-11] {
+            for k in 0..25 {
+                let (k, case) = (f64::from(k), format!("{formulation:?} {tolerance:e} {k}"));
+                let (model, angle, rate) = (Bead { m: 1.0, g: 9.81, r: 1.0 + 0.03 * k }, 0.05 + 0.02 * k, 0.04 * k);
+                let (y, x) = (model.r * angle.cos(), model.r * angle.sin());
+                let start = model.state().x(x).y(y).x_rate(rate * y).y_rate(-rate * x).build().unwrap();
+                let run = model.simulate(start).until(2.0).tolerance(tolerance).formulation(formulation);
+                let motion = run.contact("cylinder", 0.0).run().unwrap_or_else(|error| panic!("{case}: {error}"));
+                let leaves = (2.0 * angle.cos() + rate * rate * model.r / model.g) / 3.0;
+                assert_eq!(motion.events().len(), 1, "{case}");
+                let found = motion.events()[0].before.y() / model.r;
+                assert!((found - leaves).abs() < 1e3 * tolerance, "{case}: {found} instead of {leaves}");
+            }
+        }
+    }
+}

@@ -18,6 +18,13 @@ pub(crate) enum Leave {
     Constant,
 }
 
+impl Leave {
+    /// Whether it is seen on the positive side.
+    pub(crate) fn is_seen_to_rise(self) -> bool {
+        matches!(self, Self::Slope { value, .. } | Self::Tangent { value, .. } if value > 0.0)
+    }
+}
+
 /// First distance, 2⁻⁴⁵ of the step.
 const NEAREST: f64 = 1.0 / 35_184_372_088_832.0;
 /// Last distance: what happens later is the ordinary scan's.

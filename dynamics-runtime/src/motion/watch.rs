@@ -69,6 +69,9 @@ const NOISE: f64 = 4.0 * f64::EPSILON;
 /// A guard whose function stays below this is at zero throughout a step, held there by others.
 const RESTLESS: f64 = 1e-11;
 
+/// What an open contact may close further, in parts of 1 + |q|, where it has just opened and opens for good: what has drifted while it was closed.
+const LIFT: f64 = 1e-9;
+
 /// What is known of a function where a step starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Standing {
@@ -264,8 +267,15 @@ impl<'m, M: Simulate> Watch<'m, M> {
             return Ok((None, sign));
         }
         let Self { functions, values, .. } = self;
-        let noise = early_noise(knot, functions.is_position(index, &state(0.0)));
+        let is_position = functions.is_position(index, &state(0.0));
+        let noise = early_noise(knot, is_position);
         let left = leave(value, noise, |theta| functions.value(index, &state(theta), values))?;
+        if is_position && matches!(self.standing[index], Standing::JustFired(_)) && !left.is_seen_to_rise() {
+            let drift = (2.0 * value.abs()).max(LIFT * (1.0 + max_abs(knot.y.q.as_slice())));
+            if let Some(start) = lifts(drift, |theta| functions.value(index, &state(theta), values))? {
+                return Ok((Some(start), 1.0));
+            }
+        }
         let (Leave::Slope { theta, value: now } | Leave::Tangent { theta, value: now }) = left else {
             return self.hidden_departure(index, left);
         };
@@ -422,6 +432,23 @@ impl<'m, M: Simulate> Watch<'m, M> {
     fn evaluate(&mut self, state: &M::State) -> Result<(), Fault> {
         self.functions.evaluate(state, &mut self.values)
     }
+}
+
+/// Where a contact that has just opened is seen to be open, and its gap there, if that falls no further than by what has drifted before: lift-off
+/// is gentle, Φ grows with t³, and Φ̇ at rounding or drift level decides nothing.
+fn lifts(drift: f64, mut gap: impl FnMut(f64) -> Result<f64, Fault>) -> Result<Option<(f64, f64)>, Fault> {
+    let mut theta = SIMULTANEOUS;
+    while theta <= 1.0 {
+        let value = gap(theta)?;
+        if value > drift {
+            return Ok(Some((theta, value)));
+        }
+        if value < -drift {
+            return Ok(None);
+        }
+        theta *= 2.0;
+    }
+    Ok(None)
 }
 
 /// Rounding errors of a function near the start of a step, of positions alone or of velocities too: what it is taken of is rounded, and so are the times.
