@@ -42,7 +42,7 @@ pub use dormand_prince5::DormandPrince5;
 pub use event::{Crossing, Direction, Scan, ScanError, place, root};
 pub use radau5::{Collocation, Radau5};
 pub use rk4::Rk4;
-pub use stepper::{Step, StepError, StepOptions, Stepper};
+pub use stepper::{Kept, Step, StepError, StepOptions, Stepper};
 #[cfg(feature = "alloc")]
 pub(crate) use tableau::zip;
 pub use tableau::{Row, Tolerances};
@@ -97,6 +97,12 @@ pub trait System<V: Vector> {
     /// Whether the ends of steps are settled.
     #[inline(always)]
     fn settles(&self) -> bool {
+        false
+    }
+    /// Settles the stages of what follows too, or no longer: where what holds them nearly loses a direction, what they are off in it would be
+    /// amplified. Whether it can.
+    #[inline(always)]
+    fn hold_stages(&mut self, _on: bool, _tolerances: &Tolerances) -> bool {
         false
     }
     /// Whether [`System::lasting`] is to be asked at every step: settling its end may make the error larger, too.

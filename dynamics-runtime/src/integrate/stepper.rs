@@ -1,7 +1,7 @@
 //! One accepted step after another.
 
 use super::first_step::first_step;
-use super::{Controller, Knot, Phase, Scheme, System, Tolerances};
+use super::{Controller, Knot, Method, Phase, Scheme, Settled, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -27,6 +27,17 @@ pub struct Step<V> {
     pub end: Knot<V>,
     /// Its size, with sign.
     pub h: f64,
+    /// How it was kept where the system belongs.
+    pub kept: Kept,
+}
+
+/// How a step was kept where the system belongs, besides settling its end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kept {
+    /// Its stages were settled: near a position where what holds them nearly loses a direction.
+    pub stages: bool,
+    /// States between its ends have to be settled: it is as long as it is because what settling its end removes was no error.
+    pub between: bool,
 }
 
 /// Why there is no next step. In every case the stepper stands at the last accepted state.
@@ -68,8 +79,15 @@ const MOST_MOVE: f64 = 10.0;
 const MOST_DETOURS: u32 = 5;
 /// See [`MOST_DETOURS`].
 const DETOUR: f64 = 0.8;
+/// A step whose end moves by so many times what it was off, along what holds it, is near a singular position of that: made again with its stages
+/// settled, if it moves by more than [`FAR`] permitted errors.
+const AMPLIFIED: f64 = 2.0;
+/// See [`AMPLIFIED`].
+const FAR: f64 = 1.0;
 /// An error this large is no matter of a step that is a little too long.
 const SURPRISE: f64 = 30.0;
+/// See [`Stepper::fruitless`].
+const FRUITLESS: u32 = 4;
 /// Steps between two looks at stiffness while nothing is suspected.
 const STIFFNESS_INTERVAL: u64 = 32;
 
@@ -104,6 +122,8 @@ pub struct Stepper<V, S> {
     rejected: u64,
     suspicion: (u32, u32),
     stiff_at: Option<f64>,
+    /// For so many attempts stages are not settled because of a large error: it did not help.
+    fruitless: u32,
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
@@ -139,6 +159,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             rejected: 0,
             suspicion: (0, 0),
             stiff_at: None,
+            fruitless: 0,
         };
         stepper.h = match (options.fixed, options.first) {
             (Some(h), _) | (None, Some(h)) => h.abs(),
@@ -213,7 +234,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 Ok(trial) => match self.judge(trial.error, h.abs()) {
                     true => {
                         system.accepted();
-                        return Ok(self.commit(start, trial.end, h));
+                        return Ok(self.commit(start, &trial, h));
                     }
                     false => Failure::Error,
                 },
@@ -245,9 +266,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.origin = (end_t, 0);
         let h = end_t - step.start.t;
         match self.try_step(system, end_t, h) {
-            Ok(Trial { end, .. }) => {
+            Ok(Trial { end, kept, .. }) => {
                 self.now = end;
-                Ok(Step { end, h, ..*step })
+                Ok(Step { end, h, kept, ..*step })
             }
             Err(failure) => Err(self.give_up(failure, h)),
         }
@@ -274,6 +295,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     pub fn dense<Y: System<V>>(&mut self, system: &mut Y, step: &Step<V>) -> Result<S::Dense, Y::Error> {
         // The first stage may be the step's own: see `System::attempting`.
         let start = Knot { a: self.scheme.stages()[0].u, ..step.start };
+        system.hold_stages(step.kept.stages, &self.options.tolerances);
         self.scheme.dense(system, &start, &step.end, step.h)
     }
 
@@ -285,6 +307,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         tolerances: &Tolerances,
     ) -> Result<S::Dense, Y::Error> {
         let mut start = step.start;
+        system.hold_stages(step.kept.stages, tolerances);
         system.attempting(&mut start, step.h)?;
         scheme.attempt(system, &start, step.h, tolerances)?;
         scheme.dense(system, &start, &step.end, step.h)
@@ -327,39 +350,69 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 
     #[inline(always)]
     fn try_step<Y: System<V>>(&mut self, system: &mut Y, end_t: f64, h: f64) -> Result<Trial<V>, Failure<Y::Error>> {
-        let tolerances = &self.options.tolerances;
-        let mut start = self.now;
-        system.attempting(&mut start, h).map_err(Failure::Evaluation)?;
-        let (mut y, mut error) = self.scheme.attempt(system, &start, h, tolerances).map_err(Failure::Evaluation)?;
-        if !self.scheme.converged() {
-            return Err(Failure::NotSolved);
-        }
-        if !(y.is_finite() && error.is_finite()) {
-            return Err(Failure::NotFinite(self.culprit()));
-        }
-        if (error > 1.0 || system.carries_errors()) && !self.is_fixed() {
-            let share = self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
-            // An error that is permitted as it is does not buy longer steps.
-            error *= if error > 1.0 { share } else { share.max(1.0) };
-        }
-        let tolerances = &self.options.tolerances;
-        let acceptable = error <= 1.0 || self.is_fixed();
-        let moved =
-            if acceptable { system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)? } else { None };
-        // Stages of the step lie where it ended before it was settled.
-        let end_is_awkward = moved.as_ref().is_some_and(|moved| moved.noise > 1.0);
-        let a = match moved {
-            Some(moved) => {
-                error = error.max(moved.violation / MOST_MOVE);
-                system.accelerations(end_t, &y.q, &y.u)
+        let (mut kept, mut plain) = (Kept::default(), 0.0);
+        self.fruitless = self.fruitless.saturating_sub(1);
+        loop {
+            // Before the start is looked at, which may depend on it.
+            let tolerances = &self.options.tolerances;
+            system.hold_stages(kept.stages, tolerances);
+            let mut start = self.now;
+            system.attempting(&mut start, h).map_err(Failure::Evaluation)?;
+            let (mut y, mut error) = self.scheme.attempt(system, &start, h, tolerances).map_err(Failure::Evaluation)?;
+            if !self.scheme.converged() {
+                return Err(Failure::NotSolved);
             }
-            None => self.scheme.finish(system, end_t, &y),
-        };
-        let a = a.map_err(Failure::Evaluation)?;
-        match a.as_slice().iter().position(|x| !x.is_finite()) {
-            Some(coordinate) => Err(Failure::NotFinite(coordinate)),
-            None => Ok(Trial { end: Knot { t: end_t, y, a }, error, end_is_awkward }),
+            if !(y.is_finite() && error.is_finite()) {
+                return Err(Failure::NotFinite(self.culprit()));
+            }
+            if kept.stages {
+                self.fruitless = if error > 0.1 * plain { FRUITLESS } else { 0 };
+            } else if error > SURPRISE
+                && self.fruitless == 0
+                && !self.is_fixed()
+                && system.hold_stages(true, tolerances)
+            {
+                (plain, kept.stages) = (error, true);
+                continue;
+            }
+            if (error > 1.0 || system.carries_errors()) && !self.is_fixed() {
+                let share = self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
+                kept.between = error > 1.0 && !system.carries_errors();
+                // An error that is permitted as it is does not buy longer steps.
+                error *= if error > 1.0 { share } else { share.max(1.0) };
+            }
+            let tolerances = &self.options.tolerances;
+            let acceptable = error <= 1.0 || self.is_fixed();
+            let moved =
+                if acceptable { system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)? } else { None };
+            if let Some(Settled { by, violation, .. }) = moved {
+                if by > FAR && by > AMPLIFIED * violation && !kept.stages && Self::hold(system, tolerances) {
+                    (plain, kept) = (f64::INFINITY, Kept { stages: true, between: false });
+                    continue;
+                }
+                kept.between |= by > FAR;
+            }
+            // Stages of the step lie where it ended before it was settled.
+            let end_is_awkward = moved.as_ref().is_some_and(|moved| moved.noise > 1.0);
+            let a = match moved {
+                Some(moved) => {
+                    error = error.max(moved.violation / MOST_MOVE);
+                    system.accelerations(end_t, &y.q, &y.u)
+                }
+                None => self.scheme.finish(system, end_t, &y),
+            };
+            let a = a.map_err(Failure::Evaluation)?;
+            return match a.as_slice().iter().position(|x| !x.is_finite()) {
+                Some(coordinate) => Err(Failure::NotFinite(coordinate)),
+                None => Ok(Trial { end: Knot { t: end_t, y, a }, error, end_is_awkward, kept }),
+            };
         }
+    }
+
+    /// Settles stages, if the method has stages that are states of the solution.
+    fn hold<Y: System<V>>(system: &mut Y, tolerances: &Tolerances) -> bool {
+        matches!(S::METHOD, Method::Rk4 | Method::DormandPrince5 | Method::Dop853)
+            && system.hold_stages(true, tolerances)
     }
 
     /// What settling the end of a step removes is no error of it, what it adds is: the share of the error that lasts. Near a singular position,
@@ -397,14 +450,15 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     #[inline(always)]
-    fn commit(&mut self, start: Knot<V>, end: Knot<V>, h: f64) -> Step<V> {
+    fn commit(&mut self, start: Knot<V>, trial: &Trial<V>, h: f64) -> Step<V> {
+        let Trial { end, kept, .. } = *trial;
         self.now = end;
         self.accepted += 1;
         self.origin.1 += 1;
         if self.suspicion.0 > 0 || self.accepted.is_multiple_of(STIFFNESS_INTERVAL) {
             self.suspect(h, &end);
         }
-        let step = Step { start, end, h };
+        let step = Step { start, end, h, kept };
         self.scheme.accepted(&step);
         step
     }
@@ -460,6 +514,7 @@ struct Trial<V> {
     error: f64,
     /// Rounding errors decide at its end: it is near a singular position of what holds it.
     end_is_awkward: bool,
+    kept: Kept,
 }
 
 impl<V> Trial<V> {

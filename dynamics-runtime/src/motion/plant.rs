@@ -5,7 +5,7 @@ use alloc::boxed::Box;
 use super::upkeep::Upkeep;
 use crate::constrain::memory::max_abs;
 use crate::error::SolveError;
-use crate::integrate::{Knot, Phase, Settled, System, Tolerances, by_state, increment, zip};
+use crate::integrate::{Dense, Knot, Phase, Settled, Step, System, Tolerances, by_state, increment, zip};
 use crate::model::{Constraints, Expansion, Model, ModelState, Modes, Vector};
 
 /// Input values as a function of time and state.
@@ -50,7 +50,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
     #[inline(always)]
     pub(crate) fn stage(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::State, EvaluationError> {
         let state = self.state(t, &y.q, &y.u);
-        if M::ROWS.is_empty() || !self.upkeep.embeds() { Ok(state) } else { self.restored(state) }
+        if M::ROWS.is_empty() || !self.upkeep.restores() { Ok(state) } else { self.restored(state) }
     }
 
     #[cold]
@@ -58,6 +58,29 @@ impl<M: Constraints> Plant<'_, '_, M> {
         self.upkeep.restore(self.model, &mut state).map_err(EvaluationError::Solve)?;
         // The law sees the state that there is.
         Ok(with_inputs::<M>(self.law, state))
+    }
+
+    /// A state within a step just made; theta is 0 at its start.
+    pub(crate) fn within<D: Dense<M::Vector>>(
+        &mut self,
+        dense: &D,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+        theta: f64,
+    ) -> M::State {
+        if theta >= 1.0 {
+            return self.state(step.end.t, &step.end.y.q, &step.end.y.u);
+        }
+        if theta <= 0.0 {
+            return self.state(step.start.t, &step.start.y.q, &step.start.y.u);
+        }
+        let y = dense.at(theta);
+        let mut state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
+        if step.kept.between && !M::ROWS.is_empty() {
+            self.upkeep.settle_between(self.model, &mut state, tolerances);
+            state = with_inputs::<M>(self.law, state);
+        }
+        state
     }
 
     /// q̈ at a stage.
@@ -176,6 +199,11 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     #[inline(always)]
     fn settles(&self) -> bool {
         !M::ROWS.is_empty() && self.upkeep.settles()
+    }
+
+    #[inline(always)]
+    fn hold_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
+        !M::ROWS.is_empty() && self.upkeep.hold_stages(on.then_some(tolerances))
     }
 
     #[inline(always)]

@@ -9,7 +9,7 @@ use super::query::Motion;
 use super::record::{Counts, Record, Trajectory};
 use super::simulate::{Simulate, every};
 use super::upkeep::Upkept;
-use crate::integrate::Tolerances;
+use crate::integrate::{Kept, Tolerances};
 use crate::model::ModelState;
 
 /// Gauss–Legendre nodes in 0..1 and weights, order 10: Abramowitz & Stegun, table 25.4.
@@ -32,15 +32,15 @@ impl<'m, M: Simulate> Motion<'m, M> {
     ) -> Self {
         let times: Vec<f64> = states.iter().map(|(state, _)| state.t()).collect();
         let step = |i: usize| times.get(i + 1).map_or(0.0, |next| next - times[i]);
-        let record = |(i, (state, accelerations))| Record { state, accelerations, h: step(i) };
+        let record = |(i, (state, accelerations))| Record { state, accelerations, h: step(i), kept: Kept::default() };
         let reason = "because the constraints leave no freedom".to_string();
         let (start, end) = (times[0], times[times.len() - 1]);
         let trajectory = Trajectory {
             driver: None,
             relay: None,
             reason: reason.clone(),
-            // Of no effect: no error is estimated.
-            tolerances: Tolerances::both(f64::EPSILON),
+            // No error is estimated: states are put onto the constraints wherever these can be solved.
+            tolerances: Tolerances { absolute: f64::INFINITY, relative: 0.0 },
             records: states.into_iter().enumerate().map(record).collect(),
             output_times: interval.map(|interval| every(start, end, interval)),
             events: Vec::new(),
@@ -48,6 +48,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             has_law: false,
             formulation: Some((Formulation::Projected, reason)),
             upkept: Upkept::default(),
+            usual: None,
             consistent: true,
         };
         Self::new(model, constants, None, trajectory)

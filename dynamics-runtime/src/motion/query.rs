@@ -91,7 +91,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
     /// Evaluates states at times of one's choosing, at one set of stages per step where the times follow each other.
     #[must_use]
     pub fn sampler(&self) -> Sampler<'_, 'm, M> {
-        Sampler { motion: self, cached: None, upkeep: self.trajectory.consistent.then(|| self.upkeep()) }
+        Sampler { motion: self, cached: None, upkeep: None }
     }
 
     /// The states at the requested output times, or after every accepted step where none were requested.
@@ -265,7 +265,9 @@ impl<'m, M: Simulate> Motion<'m, M> {
 
     fn upkeep(&self) -> Upkeep<M> {
         let run = (self.start_time(), self.end_time());
-        Upkeep::new(self.formulation(), f64::INFINITY, self.constants, run)
+        let mut upkeep = Upkeep::new(self.formulation(), f64::INFINITY, self.constants, run);
+        upkeep.usual = self.trajectory.usual;
+        upkeep
     }
 
     /// How constraints were kept; `None` for models without constraints.
@@ -281,12 +283,12 @@ impl<'m, M: Simulate> Motion<'m, M> {
 
     pub(super) fn step(&self, index: usize) -> Step<M::Vector> {
         let [from, to] = [0, 1].map(|i| &self.trajectory.records[index + i]);
-        Step { start: from.knot(), end: to.knot(), h: from.h }
+        Step { start: from.knot(), end: to.knot(), h: from.h, kept: from.kept }
     }
 
     fn interpolant(&self, index: usize) -> Interpolant<M::Vector> {
         let step = self.step(index);
-        let Step { start, end, h } = &step;
+        let Step { start, end, h, .. } = &step;
         let plant = &mut self.plant(index);
         let tolerances = &self.trajectory.tolerances;
         let driver = self.trajectory.driver_of(index).filter(|_| self.is_repeatable());
@@ -312,7 +314,7 @@ fn nan<V: Vector>() -> V {
 pub struct Sampler<'a, 'm, M: Simulate> {
     motion: &'a Motion<'m, M>,
     cached: Option<(usize, Interpolant<M::Vector>)>,
-    /// Puts states onto the constraints, where `.consistent_output()` asks for it.
+    /// Puts states onto the constraints, where `.consistent_output()` or the step asks for it.
     upkeep: Option<Upkeep<M>>,
 }
 
@@ -325,7 +327,7 @@ impl<M: Simulate> Sampler<'_, '_, M> {
             inputs.as_mut_slice().fill(f64::NAN);
             return M::State::new(t, nan(), nan(), inputs);
         };
-        let Record { state, h, .. } = trajectory.records[index];
+        let Record { state, h, kept, .. } = trajectory.records[index];
         if h == 0.0 || state.t() == t {
             return self.motion.complete(state);
         }
@@ -338,14 +340,12 @@ impl<M: Simulate> Sampler<'_, '_, M> {
         let y = interpolant.at(theta);
         let mut between = M::State::new(t, y.q, y.u, *state.inputs());
         *between.modes_mut() = state.modes();
-        if let Some(upkeep) = &mut self.upkeep
-            && !M::ROWS.is_empty()
-        {
+        if (trajectory.consistent || kept.between) && !M::ROWS.is_empty() {
+            let upkeep = self.upkeep.get_or_insert_with(|| self.motion.upkeep());
             // Constraints may contain inputs; the law sees those that are held.
             let mut settled = self.motion.complete(between);
-            let found = upkeep.settle(self.motion.model, &mut settled);
-            (*between.q_mut(), *between.u_mut()) =
-                if found.is_ok() { (*settled.q(), *settled.u()) } else { (nan(), nan()) };
+            upkeep.settle_between(self.motion.model, &mut settled, &trajectory.tolerances);
+            (*between.q_mut(), *between.u_mut()) = (*settled.q(), *settled.u());
         }
         self.motion.complete(between)
     }

@@ -8,7 +8,7 @@ use super::change::Impact;
 use super::driver::AnyDriver;
 use super::formulation::Formulation;
 use super::upkeep::Upkept;
-use crate::integrate::{Direction, Knot, Phase, Tolerances};
+use crate::integrate::{Direction, Kept, Knot, Phase, Step, Tolerances};
 use crate::model::{Model, ModelState, Modes, Vector};
 
 /// An accepted state and the step that leaves it.
@@ -18,6 +18,8 @@ pub(crate) struct Record<M: Model> {
     pub(crate) accelerations: M::Vector,
     /// Size of the step from here to the next record; 0 where none leaves: at a reset and at the end.
     pub(crate) h: f64,
+    /// How that step was kept on the constraints.
+    pub(crate) kept: Kept,
 }
 
 // By hand, because a derive would ask the same of the model.
@@ -30,17 +32,22 @@ impl<M: Model> Clone for Record<M> {
 impl<M: Model> Copy for Record<M> {}
 
 impl<M: Model> Record<M> {
-    pub(crate) fn new(knot: &Knot<M::Vector>, held: M::Inputs, modes: Modes, h: f64) -> Self {
+    pub(crate) fn new(knot: &Knot<M::Vector>, held: M::Inputs, modes: Modes) -> Self {
         let mut state = M::State::new(knot.t, knot.y.q, knot.y.u, held);
         *state.modes_mut() = modes;
-        Self { state, accelerations: knot.a, h }
+        Self { state, accelerations: knot.a, h: 0.0, kept: Kept::default() }
+    }
+
+    /// Where a step starts.
+    pub(crate) fn of(step: &Step<M::Vector>, held: M::Inputs, modes: Modes) -> Self {
+        Self { h: step.h, kept: step.kept, ..Self::new(&step.start, held, modes) }
     }
 
     /// A start where nothing could be evaluated.
     pub(crate) fn unmoved(start: M::State) -> Self {
         let mut unknown = M::Vector::zeros();
         unknown.as_mut_slice().fill(f64::NAN);
-        Self { state: start, accelerations: unknown, h: 0.0 }
+        Self { state: start, accelerations: unknown, h: 0.0, kept: Kept::default() }
     }
 
     pub(crate) fn knot(&self) -> Knot<M::Vector> {
@@ -113,6 +120,8 @@ pub(crate) struct Trajectory<M: Model> {
     /// How constraints were kept, and why so.
     pub(crate) formulation: Option<(Formulation, String)>,
     pub(crate) upkept: Upkept,
+    /// How much projections amplified residuals, in the mean.
+    pub(crate) usual: Option<f64>,
     /// States between steps are put onto the constraints.
     pub(crate) consistent: bool,
 }

@@ -3,6 +3,7 @@
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
+use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use super::change::Change;
@@ -11,7 +12,7 @@ use super::plant::{EvaluationError, Plant};
 use super::record::{Counts, EventRecord, Record};
 use super::singular;
 use super::upkeep::Drifted;
-use super::watch::{Flow, Watch, state_within};
+use super::watch::{Flow, Watch};
 use crate::constrain::weakness::{Weakness, weakness};
 use crate::integrate::{Crossing, Direction, Knot, Phase, Scheme, Step, StepError, StepOptions, Stepper, Tolerances};
 use crate::model::{Dynamics, Model, ModelState, Vector};
@@ -98,7 +99,7 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
     };
     // The next record is made by the method that goes on.
     if !matches!(result, Ok(Ended::Stiff(_))) {
-        sink.stand(Record::new(stepper.now(), plan.plant.held, plan.plant.modes, 0.0));
+        sink.stand(Record::new(stepper.now(), plan.plant.held, plan.plant.modes));
     }
     (counts, result)
 }
@@ -215,8 +216,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
 
     /// Gives a finished step to the sink.
     fn hand_over(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<Flow, Kind> {
-        let plant = &mut self.plan.plant;
-        let from = Record::new(&step.start, plant.held, plant.modes, step.h);
+        let Plan { plant, options: StepOptions { tolerances, .. }, .. } = &mut *self.plan;
+        let from = Record::of(step, plant.held, plant.modes);
         let to = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
         let mut dense = None;
         sink.step(from, &to, &mut |theta| {
@@ -224,7 +225,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
                 dense = Some(self.stepper.dense(plant, step).map_err(evaluation::<M>)?);
             }
             let dense = dense.as_ref().expect("built just above");
-            Ok(state_within::<M, _>(dense, step, theta, |t, q, u| plant.state(t, q, u)))
+            Ok(plant.within(dense, step, tolerances, theta))
         })
     }
 
@@ -232,13 +233,14 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     fn watched(&mut self, sink: &mut dyn Sink<M>, mut step: Step<M::Vector>) -> Result<Flow, Halt> {
         let h = step.h;
         let at = |kind| Halt { kind, h };
-        let Plan { plant, watch, .. } = &mut *self.plan;
+        let Plan { plant, watch, options, .. } = &mut *self.plan;
         // What the interpolant or the scan objects to lies within this step: the motion ends before it.
         let dense = match self.stepper.dense(plant, &step) {
             Ok(dense) => dense,
             Err(error) => return Err(self.take_back(&step, at(evaluation::<M>(error)))),
         };
-        let state = |theta: f64| state_within::<M, _>(&dense, &step, theta, |t, q, u| plant.state(t, q, u));
+        let plant = RefCell::new(plant);
+        let state = |theta: f64| plant.borrow_mut().within(&dense, &step, &options.tolerances, theta);
         if let Err(kind) = watch.scan(&step, S::SCAN, state) {
             return Err(self.take_back(&step, at(kind)));
         }
@@ -273,7 +275,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     /// function to zero at the state that results. Returns false where the crossing is at the very start of the step.
     fn end_at(&mut self, step: &mut Step<M::Vector>, dense: &S::Dense, crossing: &Crossing) -> Result<bool, Halt> {
         let whole = *step;
-        let Plan { plant, watch, .. } = &mut *self.plan;
+        let Plan { plant, watch, options, .. } = &mut *self.plan;
         let mut theta = crossing.theta;
         let mut best: Option<(f64, f64)> = None;
         for _ in 0..3 {
@@ -293,7 +295,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             let width = 1e-4;
             let (a, b) = ((theta - width).max(0.0), (theta + width).min(1.0));
             let mut g = |theta| {
-                let state = state_within::<M, _>(dense, &whole, theta, |t, q, u| plant.state(t, q, u));
+                let state = plant.within(dense, &whole, &options.tolerances, theta);
                 watch.value(crossing.index, &state).map_err(at)
             };
             let slope = (g(b)? - g(a)?) / (b - a);
@@ -386,7 +388,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     /// Goes on from a state that actions left.
     fn go_on_from(&mut self, sink: &mut dyn Sink<M>, before: &M::State, after: &M::State) -> Result<(), Halt> {
         let plant = &mut self.plan.plant;
-        let stand = Record::new(self.stepper.now(), plant.held, plant.modes, 0.0);
+        let stand = Record::new(self.stepper.now(), plant.held, plant.modes);
         hold(&mut plant.held, before.inputs(), after.inputs());
         plant.modes = after.modes();
         let y = Phase { q: *after.q(), u: *after.u() };

@@ -373,6 +373,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             has_law: law.is_some(),
             formulation: checked.formulation,
             upkept: plan.plant.upkeep.upkept,
+            usual: plan.plant.upkeep.usual,
             consistent: self.consistent,
         };
         Ok((Ran { model: self.model, constants, law, trajectory }, result.map(|_| ())))

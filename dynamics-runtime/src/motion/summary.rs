@@ -268,7 +268,10 @@ impl Summary {
         // Where steps are free to be chosen, those that end further away are made again.
         if largest_move > MUCH {
             write!(f, "\n               {} ends of steps put back onto the constraints, by ", Grouped(settled))?;
-            write!(f, "{largest_move:.1e} permitted errors at most: steps are too long for the tolerance")?;
+            write!(
+                f,
+                "{largest_move:.1e} permitted errors at most; shorten them with `.max_step(..)` or a smaller tolerance"
+            )?;
         }
         if let Some(Nearest { condition, time, rows, coordinates, passed }) = &self.nearest
             && *condition > 1e3

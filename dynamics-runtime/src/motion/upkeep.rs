@@ -76,10 +76,12 @@ pub(crate) struct Upkeep<M: Constraints> {
     /// The contacts of the run, which take part in every impact where they touch.
     pub(super) contacts: Vec<Closing>,
     /// Mean of the sensitivities of the projections so far, on a logarithmic scale.
-    usual: Option<f64>,
+    pub(crate) usual: Option<f64>,
     constants: M::Constants,
     /// By how much the end of the step that was tried last moved onto the constraints, in parts of what the tolerance permits.
     pub(super) moved: Option<f64>,
+    /// The stages of steps are put onto the constraints too, as far as these tolerances ask for.
+    held: Option<Tolerances>,
     workspace: Vec<f64>,
 }
 
@@ -110,6 +112,7 @@ impl<M: Constraints> Upkeep<M> {
             usual: None,
             constants,
             moved: None,
+            held: None,
             workspace,
         }
     }
@@ -269,6 +272,10 @@ impl<M: Constraints> Upkeep<M> {
 
     /// Computes dependent coordinates and velocities of a stage from the independent ones.
     pub(crate) fn restore(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
+        if let Some(tolerances) = self.held {
+            self.settle_between(model, state, &tolerances);
+            return Ok(());
+        }
         let workspace = &mut self.workspace;
         let embedding = match &mut self.embedding {
             Some(embedding) => embedding,
@@ -290,9 +297,40 @@ impl<M: Constraints> Upkeep<M> {
             self.upkept.note_blocks(state.t(), embedding);
             return Ok(self.noise(state, sensitivity));
         }
+        let sensitivity = self.project(model, state)?;
+        Ok(self.noise(state, sensitivity))
+    }
+
+    /// Moves a state onto the constraints, weighted by masses. How much that amplified what was off.
+    fn project(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
         let positions = constrain::project_positions(model, &self.constants, state, &mut self.workspace)?;
         let velocities = constrain::project_velocities(model, &self.constants, state, &mut self.workspace)?;
-        Ok(self.noise(state, positions.sensitivity.max(velocities.sensitivity)))
+        Ok(positions.sensitivity.max(velocities.sensitivity))
+    }
+
+    /// Whether stages are put onto the constraints.
+    #[inline(always)]
+    pub(crate) fn restores(&self) -> bool {
+        self.held.is_some() || self.embeds()
+    }
+
+    /// Has stages put onto the constraints by projection, or no longer; whether that is possible.
+    pub(crate) fn hold_stages(&mut self, held: Option<&Tolerances>) -> bool {
+        let possible = self.formulation == Some(Formulation::Projected);
+        self.held = held.copied().filter(|_| possible);
+        possible
+    }
+
+    /// Puts a state between the ends of a step onto the constraints, unless rounding errors would make it worse than it is: near a position
+    /// where the constraints lose rank they decide where it ends.
+    pub(crate) fn settle_between(&mut self, model: &M, state: &mut M::State, tolerances: &Tolerances) {
+        let mut settled = *state;
+        let Ok(sensitivity) = self.project(model, &mut settled) else { return };
+        let usual = *self.usual.get_or_insert(sensitivity);
+        let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u().as_slice());
+        if noise_beside(&settled, sensitivity, usual) <= permitted {
+            *state = settled;
+        }
     }
 
     /// Φ is known to ε(1 + |q|). Where corrections are A times as large as usual, the direction that is nearly lost is wrong by A of that, and,
@@ -303,9 +341,7 @@ impl<M: Constraints> Upkeep<M> {
         }
         let usual = *self.usual.get_or_insert(sensitivity);
         self.usual = Some(math::powf(usual, 1.0 - FADE) * math::powf(sensitivity, FADE));
-        let amplified = (sensitivity / usual).max(1.0);
-        let (q, u) = (max_abs(state.q().as_slice()), max_abs(state.u().as_slice()));
-        f64::EPSILON * (1.0 + q) * amplified * (1.0 + amplified * u)
+        noise_beside(state, sensitivity, usual)
     }
 
     /// Checks a start, and puts it onto the constraints where the formulation keeps it there.
@@ -470,6 +506,13 @@ impl<M: Constraints> Upkeep<M> {
     ) -> Option<(&'static str, f64)> {
         apart(model, state, constraint, &mut self.workspace)
     }
+}
+
+/// See [`Upkeep::noise`].
+fn noise_beside<S: ModelState>(state: &S, sensitivity: f64, usual: f64) -> f64 {
+    let amplified = (sensitivity / usual).max(1.0);
+    let (q, u) = (max_abs(state.q().as_slice()), max_abs(state.u().as_slice()));
+    f64::EPSILON * (1.0 + q) * amplified * (1.0 + amplified * u)
 }
 
 /// A contact of a run.

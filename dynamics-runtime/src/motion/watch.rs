@@ -26,8 +26,8 @@ use super::simulate::Simulate;
 
 use super::zeno::Zeno;
 use crate::constrain::memory::max_abs;
-use crate::integrate::{Crossing, Dense, Direction, Knot, Scan, ScanError, Step, place};
-use crate::model::{Events, ModelState, Vector};
+use crate::integrate::{Crossing, Direction, Knot, Scan, ScanError, Step, place};
+use crate::model::{ModelState, Vector};
 
 /// Whether a simulation goes on after an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -460,18 +460,4 @@ fn early_noise<V: Vector>(Knot { t, y, a }: &Knot<V>, is_position: bool) -> f64 
 /// Whether a crossing calls for an action.
 fn acts<M: Simulate>(rules: &[Rule<'_, M>], crossing: &Crossing) -> bool {
     rules.iter().any(|r| r.index == crossing.index && r.direction.admits(crossing.direction))
-}
-
-/// Interpolates states within a step.
-pub(crate) fn state_within<M: Events, D: Dense<M::Vector>>(
-    dense: &D,
-    step: &Step<M::Vector>,
-    theta: f64,
-    with_inputs: impl Fn(f64, &M::Vector, &M::Vector) -> M::State,
-) -> M::State {
-    if theta >= 1.0 {
-        return with_inputs(step.end.t, &step.end.y.q, &step.end.y.u);
-    }
-    let y = if theta <= 0.0 { step.start.y } else { dense.at(theta) };
-    with_inputs(step.start.t + theta * step.h, &y.q, &y.u)
 }

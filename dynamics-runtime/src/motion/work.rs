@@ -146,6 +146,7 @@ impl<M: Simulate> Motion<'_, M> {
     pub(super) fn meter_by_stages<S: Scheme<M::Vector>>(&self, mut scheme: S, index: usize, work: &mut [f64]) -> bool {
         let mut step = self.step(index);
         let mut plant = self.plant(index);
+        plant.hold_stages(step.kept.stages, &self.trajectory.tolerances);
         if plant.attempting(&mut step.start, step.h).is_err() {
             return false;
         }
