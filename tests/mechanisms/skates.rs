@@ -235,5 +235,5 @@ fn the_knife_edge_in_every_formulation() {
             promise(BaumgarteTied, 1e-12, [1e-11; 3], [0.0, 1e-11]),
         ],
     );
-    embeds_as_it_projects(&model, start, &references, 3.0);
+    embeds_as_it_projects(&model, start, &references, 4.0);
 }

@@ -29,6 +29,7 @@ const WORTH: f64 = 1.05;
 /// Conditioning below which a block is not used.
 const USELESS: f64 = 1e-9;
 /// Conditioning below which a motion does not rely on a block.
+#[cfg(feature = "alloc")]
 const WEAK: f64 = 0.1;
 /// Most Newton steps for dependent coordinates.
 const MOST: u32 = 12;

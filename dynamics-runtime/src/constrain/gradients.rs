@@ -127,7 +127,7 @@ fn clear(rows: &mut [f64], n: usize, here: &[f64], usual: &mut [f64]) {
     for ((row, here), usual) in rows.chunks_exact_mut(n).zip(here).zip(usual) {
         // Near the place where a row vanishes it grows with the distance.
         *usual /= NEARBY;
-        if *here <= VANISHED * *usual {
+        if here.is_finite() && *here <= VANISHED * *usual {
             row.fill(0.0);
         }
     }
