@@ -770,7 +770,7 @@ fn states_between_steps_are_right_beside_change_points() {
     let model = Crossed { short: 1.0, long: 2.0, inertia: 0.1 };
     let start = model.state().a(1.0).a_rate(2.0).b_guess(-0.5).c_guess(-2.0).assemble().unwrap();
     let energy = model.energy_function(&start);
-    for formulation in [Formulation::Projected] {
+    for formulation in [Formulation::Projected, Formulation::Embedded] {
         for tolerance in [1e-6, 1e-7, 1e-8, 1e-9, 1e-10] {
             for consistent in [false, true] {
                 let run = model.simulate(start).until(20.0).tolerance(tolerance).formulation(formulation);

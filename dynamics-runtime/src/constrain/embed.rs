@@ -9,7 +9,7 @@
 //! light and moves most becomes dependent. Chosen anew, by [`Embedding::renew`], where the block's conditioning (its least pivot, with rows of Φ_q at unit length) has
 //! fallen to seven tenths of what it was, if that helps. Where even the best block amplifies errors more than tenfold, near a position where the
 //! constraints lose rank, no coordinate can lead: the other branch lies close by, and Newton finds either. There, and where a block fails within a
-//! step — a dead point — the states of stages stay as they are and ends of steps are projected, weighted by masses; that is counted.
+//! step — a dead point — states are projected, weighted by masses; at ends of steps that is counted.
 
 use super::lu::{self, Lu};
 use super::memory::{Memory, max_abs, norm};
@@ -122,7 +122,7 @@ impl<M: Constraints> Embedding<M> {
         Ok(())
     }
 
-    /// [`Embedding::restore`] for a stage of a step, which stays where it is where the blocks are weak.
+    /// [`Embedding::restore`] for a stage of a step, which is projected where the blocks are weak.
     #[cfg(feature = "alloc")]
     pub(crate) fn restore_stage(
         &mut self,
@@ -130,7 +130,12 @@ impl<M: Constraints> Embedding<M> {
         state: &mut M::State,
         workspace: &mut [f64],
     ) -> Result<(), SolveError> {
-        self.restore_by_blocks(model, state, WEAK, workspace).map(|_| ())
+        if !self.restore_by_blocks(model, state, WEAK, workspace)? {
+            let constants = model.constants()?;
+            project_positions(model, &constants, state, workspace)?;
+            project_velocities(model, &constants, state, workspace)?;
+        }
+        Ok(())
     }
 
     /// The mass-weighted projection, where a block failed.
