@@ -169,7 +169,8 @@ fn embedded_windows_are_as_right_as_the_tolerance_or_not_at_all() {
                     let error =
                         |(t, [x, y, ..]): &(f64, [f64; 4])| distance(&angle::<M>(&motion.at(*t), &start), &[*x, *y]);
                     let error = table.iter().map(error).fold(0.0, f64::max);
-                    assert!(error < 5e3 * tolerance, "{tolerance:e}: {error:e}");
+                    // Rounding of Φ, amplified at the level positions, sets a floor.
+                    assert!(error < 5e3 * tolerance + 1e-8, "{tolerance:e}: {error:e}");
                     passed += 1;
                 }
                 Err(error) => {
