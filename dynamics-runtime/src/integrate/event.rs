@@ -292,7 +292,7 @@ fn bending(samples: &[Sample], at: &[f64; PARTS], part: usize) -> [f64; 2] {
     ends.map(|end| end * width * width)
 }
 
-/// Bound of |g″|H² with its factor of safety, 4: a kink, too, bends no further.
+/// Bound of |g″|H² with its factor of safety, 4. A kink between the outermost samples may bend further: a narrow dip can hide there.
 fn bound([left, right]: [f64; 2]) -> f64 {
     2.0 * (left.abs() + right.abs())
 }
