@@ -74,8 +74,8 @@ const DOP853: &str = "DOP853 (order 8)";
 const DP5: &str = "Dormand–Prince 5(4)";
 
 /// Explicit methods that choose their step.
-fn explicit<M: Simulate>() -> [methods::Any<M>; 2] {
-    [methods::Dop853.into(), methods::DormandPrince5.into()]
+fn explicit<M: Simulate>() -> [methods::Any<M>; 4] {
+    [methods::Dop853.into(), methods::DormandPrince5.into(), methods::Tsit5.into(), methods::Verner9.into()]
 }
 
 fn main() -> common::Outcome {

@@ -8,6 +8,8 @@
 //! | [`Rk4`] | 4 | quintic Hermite, 4 | 4 | none: fixed step |
 //! | [`DormandPrince5`] | 5 | 4 | 6 (+ 1 reused) | embedded 4th order |
 //! | [`Dop853`] | 8 | 7 | 12 (+ 3 for dense output) | embedded 5th and 3rd order |
+//! | [`Tsit5`] | 5 | 4 | 6 (+ 1 reused) | embedded 4th order |
+//! | [`Verner9`] | 9 | 8 | 16 (+ 4 for dense output) | embedded 8th order |
 //! | [`Radau5`] | 5 | 3 (u), 4 (q) | implicit: 3 per Newton iteration, 1 or 2 more | filtered, 3rd order |
 //! | [`Taylor`] | by tolerance, to 30 | the same | 1, and a series | last two terms |
 //!
@@ -28,6 +30,11 @@ mod rk4;
 mod stepper;
 mod tableau;
 mod taylor;
+#[cfg(test)]
+pub(crate) mod trees;
+mod tsit5;
+mod verner9;
+mod verner9_table;
 
 use core::fmt;
 
@@ -47,6 +54,8 @@ pub use stepper::{Kept, Step, StepError, StepOptions, Stepper};
 pub(crate) use tableau::zip;
 pub use tableau::{Row, Tolerances};
 pub use taylor::{Series, Taylor};
+pub use tsit5::Tsit5;
+pub use verner9::Verner9;
 
 /// A point (q, u) of phase space, or a derivative (q̇, u̇) there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -264,6 +273,10 @@ pub enum Method {
     DormandPrince5,
     /// Dormand and Prince's method of order 8(5,3).
     Dop853,
+    /// Tsitouras's method of order 5(4).
+    Tsit5,
+    /// Verner's method of order 9(8).
+    Verner9,
     /// Radau IIA of order 5, implicit.
     Radau5,
     /// Taylor series of adaptive order and step.
@@ -279,8 +292,9 @@ impl Method {
         match self {
             Self::PositionAnalysis => 5,
             Self::Rk4 => 4,
-            Self::DormandPrince5 | Self::Radau5 => 5,
+            Self::DormandPrince5 | Self::Tsit5 | Self::Radau5 => 5,
             Self::Dop853 => 8,
+            Self::Verner9 => 9,
             Self::Taylor => crate::series::MOST_ORDER as u32,
         }
     }
@@ -293,6 +307,8 @@ impl fmt::Display for Method {
             Self::Rk4 => "RK4 (order 4)",
             Self::DormandPrince5 => "Dormand–Prince 5(4)",
             Self::Dop853 => "DOP853 (order 8)",
+            Self::Tsit5 => "Tsitouras 5(4)",
+            Self::Verner9 => "Verner 9(8)",
             Self::Radau5 => "Radau IIA (order 5, implicit)",
             Self::Taylor => "Taylor series",
         })

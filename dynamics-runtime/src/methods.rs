@@ -99,6 +99,10 @@ plain! {
     DormandPrince5
     /// Dormand and Prince's method of order 8(5,3): [`integrate::Dop853`].
     Dop853
+    /// Tsitouras's method of order 5(4): [`integrate::Tsit5`].
+    Tsit5
+    /// Verner's method of order 9(8): [`integrate::Verner9`].
+    Verner9
     /// Radau IIA of order 5, for stiff problems: [`integrate::Radau5`].
     Radau5
 }

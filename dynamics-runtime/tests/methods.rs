@@ -6,7 +6,8 @@ use std::convert::Infallible;
 
 use common::*;
 use dynamics_runtime::integrate::{
-    Dense, Dop853, DormandPrince5, Phase, Radau5, Rk4, Scheme, StepError, StepOptions, Stepper, Tolerances,
+    Dense, Dop853, DormandPrince5, Phase, Radau5, Rk4, Scheme, StepError, StepOptions, Stepper, Tolerances, Tsit5,
+    Verner9,
 };
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::Simulate;
@@ -88,6 +89,8 @@ fn orders_of_convergence() {
     check::<Rk4<V>>(40, 5.0, 4.0, 0.1);
     check::<DormandPrince5<V>>(80, 5.0, 5.0, 0.05);
     check::<Dop853<V>>(12, 8.0, 8.0, 0.15);
+    check::<Tsit5<V>>(80, 5.0, 5.0, 0.05);
+    check::<Verner9<V>>(10, 9.0, 9.0, 0.4);
     check::<Radau5<V>>(20, 5.0, 4.0, 0.1);
 }
 
@@ -100,7 +103,8 @@ fn the_error_follows_the_tolerance() {
         motion.end()
     };
     let reference = end_at(&methods::Dop853.into(), 3e-15);
-    for method in &[methods::Any::from(methods::DormandPrince5), methods::Dop853.into(), methods::Radau5.into()] {
+    let listed = [methods::Any::from(methods::DormandPrince5), methods::Tsit5.into(), methods::Dop853.into()];
+    for method in listed.iter().chain(&[methods::Verner9.into(), methods::Radau5.into()]) {
         for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
             let error = (end_at(method, tolerance).q - reference.q).norm();
             println!("{method} {tolerance:e}: {error:.1e}");
@@ -113,7 +117,10 @@ fn the_error_follows_the_tolerance() {
 #[test]
 fn backwards_in_time_returns_to_the_start() {
     let start = at_rest_or_not([2.0, -0.5], [0.3, 1.0]);
-    for (method, tolerance) in [(methods::Any::from(methods::Dop853), 1e-13), (methods::DormandPrince5.into(), 1e-11)] {
+    let fifth = [(methods::Any::from(methods::DormandPrince5), 1e-11), (methods::Tsit5.into(), 1e-11)];
+    for (method, tolerance) in
+        fifth.into_iter().chain([(methods::Dop853.into(), 1e-13), (methods::Verner9.into(), 1e-13)])
+    {
         let there = DoublePendulum::UNIT.simulate(start).until(3.0).tolerance(tolerance).method(&method).run().unwrap();
         let back =
             DoublePendulum::UNIT.simulate(there.end()).until(0.0).tolerance(tolerance).method(&method).run().unwrap();
@@ -152,7 +159,9 @@ fn a_trial_step_into_a_forbidden_region_is_repeated() {
 #[test]
 fn stiffness_is_noticed_and_smooth_problems_are_not_called_stiff() {
     notices_stiffness(methods::DormandPrince5);
+    notices_stiffness(methods::Tsit5);
     notices_stiffness(methods::Dop853);
+    notices_stiffness(methods::Verner9);
 }
 
 fn notices_stiffness(method: impl methods::Choice + std::fmt::Debug) {
@@ -232,7 +241,9 @@ fn steps_do_not_allocate() {
     // Its matrices stand on the heap: once a run.
     assert_eq!(run::<Radau5<SVector<f64, 2>>>(None), 1);
     assert_eq!(run::<DormandPrince5<SVector<f64, 2>>>(None), 0);
+    assert_eq!(run::<Tsit5<SVector<f64, 2>>>(None), 0);
     assert_eq!(run::<Dop853<SVector<f64, 2>>>(None), 0);
+    assert_eq!(run::<Verner9<SVector<f64, 2>>>(None), 0);
 
     let start = at_rest_or_not([2.0, -0.5], [0.0, 0.0]);
     let observed = |end: f64| {

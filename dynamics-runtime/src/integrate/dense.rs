@@ -1,6 +1,7 @@
 //! Interpolants within one step: θ = 0 is its start, θ = 1 its end.
 
-use super::Phase;
+use super::tableau::zip;
+use super::{Knot, Phase};
 use crate::model::Vector;
 
 /// The solution within one step.
@@ -12,6 +13,17 @@ pub trait Dense<V: Vector> {
 /// The nested form of Hairer's codes: r₁ + θ(r₂ + (1−θ)(r₃ + θ(r₄ + (1−θ)(r₅ + …)))), used alike for q and u.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nested<V, const K: usize>(pub [Phase<V>; K]);
+
+impl<V: Vector, const K: usize> Nested<V, K> {
+    /// r₂, r₃ and r₄, which states and derivatives at both ends of a step of size h determine.
+    #[inline(always)]
+    pub(crate) fn ends(start: &Knot<V>, end: &Knot<V>, h: f64) -> [Phase<V>; 3] {
+        let change = zip(&end.y, &start.y, |y1, y0| y1 - y0);
+        let bend = zip(&start.derivative(), &change, |k, d| h * k - d);
+        let twist = zip(&zip(&change, &end.derivative(), |d, k| d - h * k), &bend, |x, b| x - b);
+        [change, bend, twist]
+    }
+}
 
 impl<V: Vector, const K: usize> Dense<V> for Nested<V, K> {
     fn at(&self, theta: f64) -> Phase<V> {

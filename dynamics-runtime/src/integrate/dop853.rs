@@ -99,9 +99,7 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         k[13] = evaluate(13, &advance(y, h, &A13, k))?;
         k[14] = evaluate(14, &advance(y, h, &A14, k))?;
         k[15] = evaluate(15, &advance(y, h, &A15, k))?;
-        let change = zip(&end.y, y, |y1, y0| y1 - y0);
-        let bend = zip(&start.derivative(), &change, |k, d| h * k - d);
-        let twist = zip(&zip(&change, &end.derivative(), |d, k| d - h * k), &bend, |x, b| x - b);
+        let [change, bend, twist] = Nested::<V, 8>::ends(start, end, h);
         let higher = |row: &Row<12>| {
             let s = sum(row, k);
             zip(&s, &s, |s, _| h * s)

@@ -217,33 +217,17 @@ pub(super) const WEIGHTS: [f64; 12] = {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrate::tableau::tests::assert_row_sums;
+    use crate::integrate::trees::Tableau;
 
     #[test]
-    fn rows_sum_to_their_nodes() {
-        assert_row_sums(&[&A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11], &C[1..12]);
-        assert_row_sums(&[&A13, &A14, &A15, &B, &B3], &[0.1, 0.2, 7.0 / 9.0, 1.0, 1.0]);
-        assert!(E5.iter().map(|&(_, e)| e).sum::<f64>().abs() < 1e-15);
-        for d in [D4, D5, D6, D7] {
-            let size: f64 = d.iter().map(|(_, d)| d.abs()).sum();
-            assert!(d.iter().map(|&(_, d)| d).sum::<f64>().abs() < 1e-15 * size);
-        }
-    }
+    fn the_order_conditions_of_all_trees_hold() {
+        let rows: [&[(usize, f64)]; 16] =
+            [&[], &A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &B, &A13, &A14, &A15];
+        let tableau = Tableau::new(&rows, &C);
+        tableau.assert_orders(&B, 8, 1e-14);
+        tableau.assert_orders(&B3, 3, 1e-14);
 
-    /// Σ bᵢ cᵢᵏ = 1/(k+1), k < 8: the quadrature conditions of order 8 (order 3 for the embedded weights, and Σ eᵢ cᵢᵏ = 0,
-    /// k < 5, for the error estimate).
-    #[test]
-    fn weights_integrate_polynomials() {
-        let moment = |row: &[(usize, f64)], k: i32| row.iter().map(|&(j, b)| b * C[j].powi(k)).sum::<f64>();
-        for k in 0..8 {
-            assert!((moment(&B, k) - 1.0 / f64::from(k + 1)).abs() < 1e-14, "k = {k}");
-        }
-        for k in 0..3 {
-            assert!((moment(&B3, k) - 1.0 / f64::from(k + 1)).abs() < 1e-14, "k = {k}");
-        }
-        for k in 0..5 {
-            assert!(moment(&E5, k).abs() < 1e-14, "k = {k}");
-        }
-        assert!(moment(&E5, 6).abs() > 1e-6, "an estimate that is exact too far estimates nothing");
+        tableau.assert_estimate(&E5, 5, 1e-14);
+        tableau.assert_dense(&B, &[&D4, &D5, &D6, &D7], 12, 7, 1e-14);
     }
 }

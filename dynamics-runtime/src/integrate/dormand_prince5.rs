@@ -104,9 +104,7 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
         end: &Knot<V>,
         h: f64,
     ) -> Result<Nested<V, 5>, S::Error> {
-        let change = zip(&end.y, &start.y, |y1, y0| y1 - y0);
-        let bend = zip(&start.derivative(), &change, |k, d| h * k - d);
-        let twist = zip(&zip(&change, &end.derivative(), |d, k| d - h * k), &bend, |x, b| x - b);
+        let [change, bend, twist] = Nested::<V, 5>::ends(start, end, h);
         let mut last = sum(&D, &self.k);
         last = zip(&last, &last, |x, _| h * x);
         Ok(Nested([start.y, change, bend, twist, last]))
@@ -129,13 +127,14 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrate::tableau::tests::assert_row_sums;
+    use crate::integrate::trees::Tableau;
 
     #[test]
-    fn rows_sum_to_their_nodes() {
-        assert_row_sums(&[&A2, &A3, &A4, &A5, &A6, &B], &C[1..]);
-        assert!(E.iter().map(|&(_, e)| e).sum::<f64>().abs() < 1e-16);
-        assert!(D.iter().map(|&(_, d)| d).sum::<f64>().abs() < 1e-14);
+    fn the_order_conditions_of_all_trees_hold() {
+        let tableau = Tableau::new(&[&[], &A2, &A3, &A4, &A5, &A6, &B], &C);
+        tableau.assert_orders(&B, 5, 1e-15);
+        tableau.assert_estimate(&E, 4, 1e-15);
+        tableau.assert_dense(&B, &[&D], 6, 4, 1e-15);
         assert!((DormandPrince5::<nalgebra::SVector<f64, 1>>::WEIGHTS.iter().sum::<f64>() - 1.0).abs() < 1e-15);
     }
 }

@@ -411,8 +411,11 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 
     /// Settles stages, if the method has stages that are states of the solution.
     fn hold<Y: System<V>>(system: &mut Y, tolerances: &Tolerances) -> bool {
-        matches!(S::METHOD, Method::Rk4 | Method::DormandPrince5 | Method::Dop853)
-            && system.hold_stages(true, tolerances)
+        let explicit = matches!(
+            S::METHOD,
+            Method::Rk4 | Method::DormandPrince5 | Method::Tsit5 | Method::Dop853 | Method::Verner9
+        );
+        explicit && system.hold_stages(true, tolerances)
     }
 
     /// What settling the end of a step removes is no error of it, what it adds is: the share of the error that lasts. Near a singular position,

@@ -6,7 +6,9 @@
 #![forbid(unsafe_code)]
 
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
-use dynamics::integrate::{Dop853, Phase, Radau5, Rk4, Scheme, StepOptions, Stepper, Tolerances};
+use dynamics::integrate::{
+    Dop853, DormandPrince5, Phase, Radau5, Rk4, Scheme, StepOptions, Stepper, Tolerances, Tsit5, Verner9,
+};
 use dynamics::prelude::*;
 
 /// A stop that the author knows in closed form: its energy s(θ) = 1 − cos θ, in J.
@@ -97,9 +99,12 @@ pub fn pendulum() -> DoublePendulum {
     DoublePendulum { m1: 2.0, m2: 1.0, l1: 0.5, l2: 0.4, g: 9.81, stop: Stop }
 }
 
-/// Swings freely with step control, by an explicit method for 10 s and by an implicit one for 1 s: energy is conserved.
+/// Swings freely with step control, by explicit methods and by an implicit one: energy is conserved.
 pub fn swing(model: &DoublePendulum) -> Result<(), Failure> {
     swing_by::<Dop853<Vector>>(model, 10.0)?;
+    swing_by::<Verner9<Vector>>(model, 10.0)?;
+    swing_by::<Tsit5<Vector>>(model, 1.0)?;
+    swing_by::<DormandPrince5<Vector>>(model, 1.0)?;
     swing_by::<Radau5<Vector>>(model, 1.0)
 }
 
