@@ -11,7 +11,7 @@ mod program;
 mod state;
 mod traits;
 
-pub(crate) use bridge::{bridge, broken_bridge, dead_bridge};
+pub(crate) use bridge::{bridge, broken_bridge, dead_bridge, mark, once};
 pub(crate) use fallback::fallback;
 pub(crate) use traits::traits;
 
@@ -134,7 +134,7 @@ fn quiet() -> TokenStream {
     quote!(#[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)])
 }
 
-/// What two blocks for one struct collide on first.
+/// What two blocks for one struct collide on, where they stand in two modules.
 fn only_one(surface: &Surface) -> TokenStream {
     let (model, private) = (&surface.target, surface.private());
     quote!(impl #private::OnlyOneDynamicsImplPerModel for #model {})

@@ -19,21 +19,25 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
     let Some(declaration) = declaration else {
         // The impl block finds a bridge that drops it: its errors would only repeat the struct's.
         let named = is_shallow(&item).then(|| syn::parse2::<syn::DeriveInput>(item).ok()).flatten();
-        let bridge = named.map(|item| emit::dead_bridge(&item.ident));
+        let bridge = named.map(|item| {
+            let (bridge, mark) = (emit::dead_bridge(&item.ident), emit::mark(&item.ident, &item.generics));
+            quote!(#bridge #mark)
+        });
         return quote!(#errors #bridge);
     };
+    let mark = emit::mark(&declaration.name, &declaration.item.generics);
     let surface = surface(&declaration, None);
     let types = emit::named_types(&surface);
     if errors.is_empty() {
         let bridge = emit::bridge(&surface, &own_tokens(declaration.item));
-        quote!(#types #bridge)
+        quote!(#types #bridge #mark)
     } else {
         let (bridge, fallback) = (emit::broken_bridge(&surface), emit::fallback(&surface));
         if !declaration.item.generics.params.is_empty() {
             // Impls for a type whose arguments are missing would be a second error.
-            return quote!(#errors #bridge);
+            return quote!(#errors #bridge #mark);
         }
-        quote!(#errors #types #bridge #fallback)
+        quote!(#errors #types #bridge #mark #fallback)
     }
 }
 
@@ -61,8 +65,11 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream) -> TokenStrea
     };
     match bridge {
         Ok(mut path) => {
+            // Which of a generic struct's types is meant rustc would have to be told; that it is generic is an error already.
+            let marked = path.segments.iter().all(|segment| segment.arguments.is_none());
             path.segments.iter_mut().for_each(|segment| segment.arguments = syn::PathArguments::None);
-            quote!(#errors #path ! { #item })
+            let once = emit::once(&path, &item, marked);
+            quote!(#errors #once)
         }
         Err(error) => {
             let error = error.to_compile_error();

@@ -62,6 +62,7 @@ catalogue! {
     attribute_arguments() "`#[dynamics]` takes no arguments; remove them";
     not_an_impl() "`#[dynamics]` stands on an impl block; write `#[dynamics] impl Model {{ .. }}`";
     impl_of_other_type() "`#[dynamics]` needs the name of a struct; write `impl Model {{ .. }}`";
+    two_impls(model) "there are two `#[dynamics] impl {model}` in this module; move these functions into the other";
     trait_impl() "`#[dynamics]` describes a model in its inherent impl block; write `impl Model {{ .. }}` without a trait";
     macro_in_model(name) "the macro call `{name}!` cannot be followed; write its code out";
     cfg_in_model(name) "`#[{name}]` is not known to the macro, which would derive the model as if it held; keep it out of the model: choose by a parameter, or put functions that the model does not use into an `impl` block of their own";

@@ -8,8 +8,8 @@ use crate::expr::Expr;
 use crate::model::{Constraints, Linearize, Model, Modes, Quantity, Solved, StateJacobian, Vector};
 use crate::reaction::{self, Reaction, Reactions};
 
-/// Implemented once per `#[dynamics] impl`, before anything else: a second block for the same struct then begins with an error
-/// that says what is wrong.
+/// Implemented once per `#[dynamics] impl`, before anything else: a second block for the same struct, where it stands in another module
+/// and cannot be told apart before, then has among its errors one that says what is wrong.
 pub trait OnlyOneDynamicsImplPerModel {}
 
 /// What the types that come with the struct need of the model's impl block. They reach it through this trait alone, at the struct's name,

@@ -85,6 +85,9 @@ fn a_ball_bounces_and_comes_to_rest() {
     assert!((end.q[0] - 6.0).abs() < 1e-9, "it goes on sliding");
     assert!((motion.reaction_at("floor", 5.9).unwrap()[0] - ball.m * ball.g).abs() < 1e-12);
     assert_eq!(motion.reaction_at("floor", 0.5).unwrap(), [0.0], "in flight");
+    let account = motion.work();
+    assert!(account.resets.len() == 1 && account.resets[0].name == "floor contact", "{account}");
+    assert!((account.resets[0].work + ball.m * ball.g * h).abs() < 1e-9, "{account}");
     let summary = motion.summary();
     assert_eq!(summary.impacts, 21);
     assert!((summary.energy_lost - ball.m * ball.g * h).abs() < 1e-9, "{summary}");
@@ -242,6 +245,7 @@ fn a_block_on_a_belt_sticks_and_slips() {
     let summary = motion.summary();
     assert_eq!((summary.impacts, summary.energy_lost), (0, 0.0), "{summary}");
     assert!(motion.events().iter().all(|event| event.impacts.is_empty()));
+    assert!(motion.work().resets.is_empty(), "{}", motion.work());
     for (k, event) in switches.iter().enumerate() {
         let slips = k % 2 == 0;
         let place = if slips { far } else { 2.0 * centre - far };

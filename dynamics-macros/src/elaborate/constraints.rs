@@ -44,18 +44,18 @@ impl<'a> Elaborator<'a> {
         }
         let kind = match function.role {
             Role::Holonomic => ConstraintKind::Holonomic,
-            _ => ConstraintKind::Nonholonomic { integrable: function.options.integrable },
+            _ => ConstraintKind::Nonholonomic { integrable: function.options.integrable.is_some() },
         };
         let reaction = self.multipliers(&value, &components, kind);
         let mode = function.options.switched.then(|| self.next_mode(function));
-        let origin = self.origins.add(Place::from(function.name.span()));
+        let origin = self.origins.add_constraint(function);
         self.constraints.push(Declared { function: index, reaction, mode, units });
         self.model.constraints.push(Constraint {
             name: function.name.to_string(),
             kind,
             components: components.into_iter().map(|(suffix, s)| (suffix, s.node)).collect(),
             unit: String::new(),
-            redundant: function.options.redundant,
+            redundant: function.options.redundant.is_some(),
             switched: function.options.switched,
             origin,
         });

@@ -1,10 +1,12 @@
 //! Origins of the engine ↔ places in the user's tokens, and the engine's findings in the user's words.
 
 use dynamics_symbolic::check::Finding;
+use dynamics_symbolic::check::constraints::ConstraintFinding as Fault;
 use dynamics_symbolic::graph::Origin;
 
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages::{self, Message};
+use crate::syntax::{ConstraintOptions, Function};
 
 use super::findings;
 
@@ -12,6 +14,8 @@ use super::findings;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Origins {
     places: Vec<Place>,
+    /// What is said of constraints.
+    options: Vec<(Origin, ConstraintOptions)>,
 }
 
 impl Origins {
@@ -19,6 +23,13 @@ impl Origins {
     pub(crate) fn add(&mut self, place: Place) -> Origin {
         self.places.push(place);
         Origin(self.places.len() as u32 - 1)
+    }
+
+    /// A new origin: a constraint, with what is said of it.
+    pub(crate) fn add_constraint(&mut self, function: &Function) -> Origin {
+        let origin = self.add(Place::from(function.name.span()));
+        self.options.push((origin, function.options));
+        origin
     }
 
     /// The place of an origin.
@@ -30,8 +41,19 @@ impl Origins {
     pub(crate) fn report(&self, findings: Vec<Finding>, model: Place, diagnostics: &mut Diagnostics) {
         for finding in findings {
             let (message, origins) = describe(&finding);
-            let place = origins.first().and_then(|o| self.place(*o)).unwrap_or(model);
+            let place =
+                self.in_vain(&finding).or_else(|| origins.first().and_then(|o| self.place(*o))).unwrap_or(model);
             diagnostics.error(place, &message);
+        }
+    }
+
+    /// The option that a finding says is in vain.
+    fn in_vain(&self, finding: &Finding) -> Option<Place> {
+        let options = |of: &Origin| self.options.iter().find(|(origin, _)| origin == of).map(|(_, options)| options);
+        match finding {
+            Finding::Constraint(Fault::RedundantInVain { origin, .. }) => options(origin)?.redundant,
+            Finding::Constraint(Fault::IntegrableInVain { origin, .. }) => options(origin)?.integrable,
+            _ => None,
         }
     }
 }

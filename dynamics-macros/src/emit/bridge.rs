@@ -2,13 +2,15 @@
 //! calls it with the impl's tokens, and it hands both to `__model!`.
 //!
 //! Types and macros live in different namespaces, so the macro may have the struct's name and is imported wherever the struct is:
-//! struct and impl may stand in different modules.
+//! struct and impl may stand in different modules. What only the compiler can know, that there is no such macro or that two blocks call it,
+//! it says in its own words; the names of what it then speaks of are chosen so that these words say what to do.
 
-use proc_macro2::TokenStream;
+use proc_macro2::{Span, TokenStream};
 use quote::{format_ident, quote};
-use syn::Ident;
+use syn::{Ident, Path};
 
 use super::Surface;
+use crate::messages;
 
 /// The macro that carries `item`, the struct without attributes of other macros.
 pub(crate) fn bridge(surface: &Surface, item: &TokenStream) -> TokenStream {
@@ -38,4 +40,61 @@ fn define(name: &Ident, body: &TokenStream) -> TokenStream {
 /// The macro of a struct with errors of its own: the impl block is not looked into, since its errors would only repeat the struct's.
 pub(crate) fn broken_bridge(surface: &Surface) -> TokenStream {
     bridge(surface, &TokenStream::new())
+}
+
+/// What rustc says is not found for a struct without the derive.
+const MARK: &str = "derive_Dynamics";
+
+/// The sign that a struct has the derive: without it rustc misses a macro, which says nothing to who did not write one.
+pub(crate) fn mark(name: &Ident, generics: &syn::Generics) -> TokenStream {
+    let (quiet, mark, (generics, arguments, conditions)) =
+        (super::quiet(), super::local(MARK), generics.split_for_impl());
+    quote! {
+        #quiet
+        #[automatically_derived]
+        impl #generics #name #arguments #conditions {
+            #[doc(hidden)]
+            #[allow(non_upper_case_globals)]
+            pub(crate) const #mark: () = ();
+        }
+    }
+}
+
+/// Calls the bridge of the struct with this path with the impl block `item`, unless another block of the module has done so.
+///
+/// Each block defines a module of the same name with a macro that lets pass what has the block's key and answers others with their
+/// error. `marked`: asks for the [`mark()`] of the derive. Of two modules of one name the first counts: the second is an error of rustc's, and its block meets the first block's macro. Two
+/// blocks for one struct in different modules meet only in the impls that both would have, where `OnlyOneDynamicsImplPerModel` names the cause.
+pub(crate) fn once(path: &Path, item: &TokenStream, marked: bool) -> TokenStream {
+    let segments: Vec<String> = path.segments.iter().map(|s| super::plain(&s.ident)).collect();
+    let (name, at) = (segments.join("_"), path.segments.last().map_or_else(Span::call_site, |s| s.ident.span()));
+    let only = Ident::new(&format!("only_one_dynamics_impl_for_{name}"), at);
+    let marked = marked.then(|| {
+        let mark = Ident::new(MARK, at);
+        quote!(const _: () = #path::#mark;)
+    });
+    let key = format_ident!("key_{:016x}", fingerprint(&item.to_string()));
+    let error = syn::Error::new(at, messages::two_impls(segments.join("::"))).to_compile_error();
+    quote! {
+        #[doc(hidden)]
+        #[allow(non_snake_case)]
+        mod #only {
+            macro_rules! this {
+                (#key $error:tt { $($implementation:tt)* }) => { $($implementation)* };
+                ($key:ident { $($error:tt)* } $implementation:tt) => { $($error)* };
+            }
+            pub(super) use this;
+        }
+        #only::this! {
+            #key { #error } {
+                #path! { #item }
+                #marked
+            }
+        }
+    }
+}
+
+/// FNV-1a: the same in every build.
+fn fingerprint(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
 }

@@ -94,10 +94,9 @@ fn setter(
 
 fn build(surface: &Surface) -> TokenStream {
     let (vis, private) = (&surface.vis, surface.private());
-    let (complete, state, t, name) = (complete(surface), surface.state_type(), local("t"), local("name"));
-    let (index, error, side) = (local("index"), local("error"), local("side"));
+    let (complete, state, t, error) = (complete(surface), surface.state_type(), local("t"), local("error"));
     let result = quote!(#private::Result<#state, #private::StateError>);
-    let found = at_name(surface, quote!(#complete::switched(#name)));
+    let released = released(surface);
     let built = at_name(surface, quote!(#complete::built(self.model, self.state, self.sided)));
     let given = quote!([&self.given_q, &self.given_u]);
     let assembled = at_name(surface, quote!(#complete::assembled(self.model, self.state, #given, self.sided)));
@@ -113,6 +112,34 @@ fn build(surface: &Surface) -> TokenStream {
             self.state.t = #t;
             self
         }
+        #released
+        /// The state as it was set.
+        ///
+        /// # Errors
+        /// Where a value is not finite, or where the state does not fulfil a constraint: with its name, its value and how far away it is
+        /// fulfilled.
+        #vis fn build(self) -> #result {
+            #check_names
+            #built
+        }
+        /// The state completed: what was set stays, positions that were not set are solved from their guesses (0 where there is none),
+        /// then velocities that were not set, so that all constraints are fulfilled.
+        ///
+        /// # Errors
+        /// Where a value is not finite, or where the constraints cannot be fulfilled: with the one that is missed, and by how much.
+        #vis fn assemble(self) -> #result {
+            #check_names
+            #assembled
+        }
+    }
+}
+
+/// `.release(name)` and `.release_to(name, side)`.
+fn released(surface: &Surface) -> TokenStream {
+    let (vis, private, complete) = (&surface.vis, surface.private(), complete(surface));
+    let (name, side, index, error) = (local("name"), local("side"), local("index"), local("error"));
+    let found = at_name(surface, quote!(#complete::switched(#name)));
+    quote! {
         /// Releases a switched constraint: the state need not fulfil it. A nonholonomic one of one row is released to the side to which the
         /// velocities slip, others and what is at rest to that of growing values. That no switched constraint has this name is said by
         /// [`Self::build`] and [`Self::assemble`].
@@ -137,24 +164,6 @@ fn build(surface: &Surface) -> TokenStream {
                 #private::Err(#error) => self.error = self.error.or(#private::Option::Some(#error)),
             }
             self
-        }
-        /// The state as it was set.
-        ///
-        /// # Errors
-        /// Where a value is not finite, or where the state does not fulfil a constraint: with its name, its value and how far away it is
-        /// fulfilled.
-        #vis fn build(self) -> #result {
-            #check_names
-            #built
-        }
-        /// The state completed: what was set stays, positions that were not set are solved from their guesses (0 where there is none),
-        /// then velocities that were not set, so that all constraints are fulfilled.
-        ///
-        /// # Errors
-        /// Where a value is not finite, or where the constraints cannot be fulfilled: with the one that is missed, and by how much.
-        #vis fn assemble(self) -> #result {
-            #check_names
-            #assembled
         }
     }
 }

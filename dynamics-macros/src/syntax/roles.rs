@@ -1,5 +1,7 @@
 //! The attributes that give a function its role, and the options of constraints.
 
+use std::mem;
+
 use syn::parse::Parser;
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Ident, ImplItemFn, Meta, Token};
@@ -10,14 +12,14 @@ use crate::messages;
 use crate::suggest;
 
 /// What is said of a constraint beside its role.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ConstraintOptions {
     /// It is switched on and off while the model runs.
     pub(crate) switched: bool,
-    /// It, or a combination of it with others, can be integrated, and that is meant.
-    pub(crate) integrable: bool,
-    /// `#[redundant]`: that it repeats others is meant.
-    pub(crate) redundant: bool,
+    /// Where it is said that it, or a combination of it with others, can be integrated, and that this is meant.
+    pub(crate) integrable: Option<Place>,
+    /// `#[redundant]`: where it is said that its repeating others is meant.
+    pub(crate) redundant: Option<Place>,
 }
 
 /// What the attributes of a function say.
@@ -37,14 +39,13 @@ const OPTIONS: &[(&str, &[Role])] =
 /// Takes the role's attributes off a function.
 pub(super) fn take(function: &mut ImplItemFn, d: &mut Diagnostics) -> Taken {
     let mut found: Option<(Role, Place)> = None;
-    let mut redundant: Option<Place> = None;
     let mut options = ConstraintOptions::default();
-    for attribute in std::mem::take(&mut function.attrs) {
+    for attribute in mem::take(&mut function.attrs) {
         let name = attribute.path().get_ident().map(ToString::to_string).unwrap_or_default();
         let place = attribute_place(&attribute);
         if name == REDUNDANT {
             check_bare(&attribute, &name, d);
-            if redundant.replace(place).is_some() {
+            if options.redundant.replace(place).is_some() {
                 d.error(place, &messages::role_twice(&name, &function.sig.ident));
             }
             continue;
@@ -70,11 +71,10 @@ pub(super) fn take(function: &mut ImplItemFn, d: &mut Diagnostics) -> Taken {
         }
     }
     let (role, place) = found.unwrap_or((Role::Helper, Place::from(function.sig.ident.span())));
-    if let Some(at) = redundant {
-        options.redundant = true;
-        if !role.is_constraint() {
-            d.error(at, &messages::redundant_without_constraint(&function.sig.ident));
-        }
+    if let Some(at) = options.redundant
+        && !role.is_constraint()
+    {
+        d.error(at, &messages::redundant_without_constraint(&function.sig.ident));
     }
     Taken { role, place, options }
 }
@@ -100,24 +100,24 @@ fn read_options(attribute: &Attribute, role: Role, options: &mut ConstraintOptio
     };
     for option in list {
         let text = option.to_string();
-        let flag = match text.as_str() {
+        let twice = match text.as_str() {
             REDUNDANT => {
                 d.error(option.span(), &messages::redundant_as_option(role.name()));
                 continue;
             }
-            "switched" => &mut options.switched,
+            "switched" => mem::replace(&mut options.switched, true),
             "integrable" if role == Role::Holonomic => {
                 d.error(option.span(), &messages::integrable_holonomic());
                 continue;
             }
-            "integrable" => &mut options.integrable,
+            "integrable" => options.integrable.replace(option.span().into()).is_some(),
             _ => {
                 let hint = suggest::did_you_mean(&text, known());
                 d.error(option.span(), &messages::unknown_constraint_option(role.name(), &text, hint));
                 continue;
             }
         };
-        if std::mem::replace(flag, true) {
+        if twice {
             d.error(option.span(), &messages::constraint_option_twice(&text));
         }
     }

@@ -318,24 +318,8 @@ impl fmt::Display for OptionError {
             Self::Contact { constraint, option, value, admissible } => {
                 write!(f, "`.contact(\"{constraint}\", ..)` with {option} {value} is not possible; give {admissible}")
             }
-            Self::NotForGuard { option, constraint, kind, found } if kind != found => {
-                let (is, other) = match found {
-                    ConstraintKind::Holonomic => ("on positions (`#[holonomic]`)", "`.contact(..)` is for those"),
-                    ConstraintKind::Nonholonomic => {
-                        ("on velocities (`#[nonholonomic]`)", "`.stick_slip(..)` is for those")
-                    }
-                };
-                write!(
-                    f,
-                    "`.{option}(..)` is not possible for `{constraint}`, a constraint {is}; {other} that are switched and have one row"
-                )
-            }
-            Self::NotForGuard { option, constraint, kind, .. } => {
-                let role = if *kind == ConstraintKind::Holonomic { "holonomic" } else { "nonholonomic" };
-                write!(
-                    f,
-                    "`.{option}(..)` is not possible for `{constraint}`; declare it with `#[{role}(switched)]` and let it return one `Expr`"
-                )
+            Self::NotForGuard { option, constraint, kind, found } => {
+                not_for_guard(f, [*option, *constraint], *kind, *found)
             }
             Self::Backwards { option, constraint } => write!(
                 f,
@@ -362,6 +346,23 @@ impl fmt::Display for OptionError {
             }
         }
     }
+}
+
+fn not_for_guard(
+    f: &mut fmt::Formatter<'_>,
+    [option, constraint]: [&str; 2],
+    kind: ConstraintKind,
+    found: ConstraintKind,
+) -> fmt::Result {
+    write!(f, "`.{option}(..)` is not possible for `{constraint}`")?;
+    let (role, is, other) = match found {
+        ConstraintKind::Holonomic => ("holonomic", "positions", "contact"),
+        ConstraintKind::Nonholonomic => ("nonholonomic", "velocities", "stick_slip"),
+    };
+    if kind == found {
+        return write!(f, "; declare it with `#[{role}(switched)]` and let it return one `Expr`");
+    }
+    write!(f, ", a constraint on {is} (`#[{role}]`); `.{other}(..)` is for those that are switched and have one row")
 }
 
 impl core::error::Error for OptionError {}

@@ -186,6 +186,19 @@ impl fmt::Display for Summary {
         if let Some(time) = self.wall_time {
             writeln!(f, "  wall time    {time:.3?}")?;
         }
+        self.write_drift(f)?;
+        self.write_constraints(f)?;
+        let Conditioning { largest, time } = self.conditioning;
+        if largest != 1.0 {
+            write!(f, "\n  conditioning mass matrix {largest:.1e} at most, at t = {}", Rounded(time))?;
+        }
+        self.write_events(f)
+    }
+}
+
+impl Summary {
+    /// What should stay constant.
+    fn write_drift(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.energy_drift.is_nan() {
             write!(f, "  drift        energy cannot be accounted for: inputs or their rates are not known")?;
         } else {
@@ -201,11 +214,11 @@ impl fmt::Display for Summary {
                 write!(f, "\n               {name} stays within {largest:.1e} of its start")?;
             }
         }
-        self.write_constraints(f)?;
-        let Conditioning { largest, time } = self.conditioning;
-        if largest != 1.0 {
-            write!(f, "\n  conditioning mass matrix {largest:.1e} at most, at t = {}", Rounded(time))?;
-        }
+        Ok(())
+    }
+
+    /// What happened, and what is to be minded.
+    fn write_events(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, (name, count)) in self.events.iter().enumerate() {
             let label = if i == 0 { "events" } else { "" };
             let times = if *count == 1 { "once" } else { "times" };
@@ -226,9 +239,7 @@ impl fmt::Display for Summary {
         }
         Ok(())
     }
-}
 
-impl Summary {
     fn write_constraints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some((formulation, reason)) = &self.formulation else {
             return Ok(());
@@ -247,8 +258,18 @@ impl Summary {
                 write!(f, "\n               {what} drift {value:.1e} at most, of {row}")?;
             }
         }
+        self.write_upkeep(f)?;
+        self.write_nearest(f)?;
+        if self.impacts > 0 {
+            write!(f, "\n  impacts      {}, {:.6e} of energy lost", Grouped(self.impacts as u64), self.energy_lost)?;
+        }
+        Ok(())
+    }
+
+    /// What it took to keep the constraints.
+    fn write_upkeep(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Upkept { general, released, dependent, dependent_at, repartitions, block_failures, .. } = self.upkept;
-        let Upkept { settled, largest_move, conditioning, .. } = self.upkept;
+        let Upkept { settled, largest_move, .. } = self.upkept;
         // Where the general solver is the route it is no fallback.
         let (released, fallen) = if self.falls_back { (released, general - released) } else { (0, 0) };
         let mut line = |count: u64, what: &str, how: &str| match count {
@@ -273,6 +294,11 @@ impl Summary {
                 "{largest_move:.1e} permitted errors at most; shorten them with `.max_step(..)` or a smaller tolerance"
             )?;
         }
+        Ok(())
+    }
+
+    /// How near the motion came to a position where constraints lose rank.
+    fn write_nearest(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(Nearest { condition, time, rows, coordinates, passed }) = &self.nearest
             && *condition > 1e3
         {
@@ -287,13 +313,10 @@ impl Summary {
                 Rounded(*time),
                 rows.rank_loss()
             )?;
-        } else if let Some(Conditioning { largest, time }) = conditioning
+        } else if let Some(Conditioning { largest, time }) = self.upkept.conditioning
             && largest > 1e3
         {
             write!(f, "\n               conditioning {largest:.1e} at most, at t = {}", Rounded(time))?;
-        }
-        if self.impacts > 0 {
-            write!(f, "\n  impacts      {}, {:.6e} of energy lost", Grouped(self.impacts as u64), self.energy_lost)?;
         }
         Ok(())
     }

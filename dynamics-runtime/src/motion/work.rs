@@ -15,6 +15,9 @@ use super::simulate::Simulate;
 use crate::integrate::{Phase, Scheme, System};
 use crate::model::ModelState;
 
+/// Relative error with which energies are evaluated.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Work of one force, or the energy that resets at one event brought.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkRow {
@@ -30,7 +33,7 @@ pub struct WorkAccount {
     /// Work of every power that the model names, in its order; then `changing inputs`, NaN, where a closure supplies inputs that are in the
     /// energies: their rates are not known.
     pub forces: Vec<WorkRow>,
-    /// Energy change at resets, by event.
+    /// Energy change at resets, by event; of those that change it by more than rounding.
     pub resets: Vec<WorkRow>,
     /// Energy function at the start.
     pub energy_start: f64,
@@ -76,20 +79,25 @@ impl<M: Simulate> Motion<'_, M> {
         let mut errors = Vec::with_capacity(records.len());
         let mut scale = 0.0f64;
         let unknown = M::ENERGY_HAS_INPUTS && self.trajectory.has_law;
-        let (mut first, mut energy, mut brought) = (0.0, 0.0, 0.0);
+        let (mut first, mut energy, mut brought, mut size) = (0.0, 0.0, 0.0, 0.0f64);
         for (index, record) in records.iter().enumerate() {
             let state = self.complete(record.state);
-            let before = energy;
+            let (before, size_before) = (energy, size);
             energy = self.model().energy_function(&state);
+            size = self.energy_scale(&state, energy);
             match index.checked_sub(1) {
                 None => first = energy,
                 Some(last) if records[last].h == 0.0 => {
-                    brought += energy - before;
-                    self.add_reset(&mut resets, state.t(), energy - before);
+                    let change = energy - before;
+                    // What sticks or turns an elastic impact around changes no energy: what is left is the rounding of T and V.
+                    if change.is_nan() || change.abs() > ROUNDING * size.max(size_before) {
+                        brought += change;
+                        self.add_reset(&mut resets, state.t(), change);
+                    }
                 }
                 Some(last) => self.add_work(last, &mut work),
             }
-            scale = scale.max(self.energy_scale(&state, energy));
+            scale = scale.max(size);
             let unknown = if index > 0 && unknown { f64::NAN } else { 0.0 };
             errors.push((state.t(), energy - first - brought - work.iter().sum::<f64>() - unknown));
         }
