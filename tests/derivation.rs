@@ -1,9 +1,13 @@
 //! Every derived quantity by two routes: what the macro emitted against the model's own functions run on time jets and differentiated
 //! numerically, and against equations derived by hand.
 
+#[path = "models/double_pendulum.rs"]
+mod two_bobs;
+
 use dynamics::model::Vector;
 use dynamics::prelude::*;
 use nalgebra::{DMatrix, DVector};
+use two_bobs::DoublePendulum;
 
 /// A small deterministic generator, so that a failure can be repeated (xorshift64*).
 struct Random(u64);
@@ -307,36 +311,6 @@ mod cart_pole {
 
 mod double_pendulum {
     use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(theta1: rad, theta2: rad)]
-    #[units(m1: kg, m2: kg, l1: m, l2: m, g: m / s^2)]
-    pub(super) struct DoublePendulum {
-        pub(super) m1: f64,
-        pub(super) m2: f64,
-        pub(super) l1: f64,
-        pub(super) l2: f64,
-        pub(super) g: f64,
-    }
-
-    #[dynamics]
-    impl DoublePendulum {
-        fn bob1(&self, q: &Coordinates<Self>) -> Vec2 {
-            self.l1 * vec2(q.theta1.sin(), -q.theta1.cos())
-        }
-        fn bob2(&self, q: &Coordinates<Self>) -> Vec2 {
-            self.bob1(q) + self.l2 * vec2(q.theta2.sin(), -q.theta2.cos())
-        }
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.m1 * self.bob1(q).dt().norm_squared() + 0.5 * self.m2 * self.bob2(q).dt().norm_squared()
-        }
-        #[potential]
-        fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-            self.g * (self.m1 * self.bob1(q).y + self.m2 * self.bob2(q).y)
-        }
-    }
-
     #[test]
     fn against_the_hand_derived_equations() {
         let (m1, m2, l1, l2, g) = (1.1, 1.3, 1.0, 0.8, 9.81);
@@ -632,12 +606,12 @@ fn a_linear_change_of_coordinates_gives_the_same_motion() {
         }
     }
 
-    let absolute = double_pendulum::DoublePendulum { m1: 1.1, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
+    let absolute = DoublePendulum { m1: 1.1, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
     let relative = Relative { m1: 1.1, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
     let transform = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, -1.0, 1.0]);
     let mut random = Random(21);
     for _ in 0..50 {
-        let state = random_state::<double_pendulum::DoublePendulum>(&mut random, 0.0);
+        let state = random_state::<DoublePendulum>(&mut random, 0.0);
         let map = |v: &[f64]| &transform * DVector::from_column_slice(v);
         let (q, u) = (map(state.q.as_slice()), map(state.u.as_slice()));
         let other = relative.state().theta1(q[0]).relative(q[1]).theta1_rate(u[0]).relative_rate(u[1]).build().unwrap();

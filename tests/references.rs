@@ -3,7 +3,20 @@
 //! The reference values were computed in multi-precision arithmetic by two independent routes and agree to at least 22 digits; they are rounded
 //! to `f64` here. Each problem names its source.
 
+/// Models that benchmarks share.
+mod models {
+    #[path = "arenstorf.rs"]
+    pub(crate) mod arenstorf;
+    #[path = "double_pendulum.rs"]
+    pub(crate) mod double_pendulum;
+    #[path = "kepler.rs"]
+    pub(crate) mod kepler;
+}
+
 use dynamics::prelude::*;
+use models::arenstorf::Arenstorf;
+use models::double_pendulum::DoublePendulum;
+use models::kepler::Kepler;
 
 /// Largest absolute difference.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
@@ -23,40 +36,13 @@ macro_rules! flat {
 mod double_pendulum {
     use super::*;
 
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(a: rad, b: rad)]
-    #[units(m: kg, l: m, g: m / s^2)]
-    struct DoublePendulum {
-        m: [f64; 2],
-        l: [f64; 2],
-        g: f64,
-    }
-
-    #[dynamics]
-    impl DoublePendulum {
-        fn bob1(&self, q: &Coordinates<Self>) -> Vec2 {
-            self.l[0] * vec2(q.a.sin(), -q.a.cos())
-        }
-        fn bob2(&self, q: &Coordinates<Self>) -> Vec2 {
-            self.bob1(q) + self.l[1] * vec2(q.b.sin(), -q.b.cos())
-        }
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.m[0] * self.bob1(q).dt().norm_squared() + 0.5 * self.m[1] * self.bob2(q).dt().norm_squared()
-        }
-        #[potential]
-        fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-            self.g * (self.m[0] * self.bob1(q).y + self.m[1] * self.bob2(q).y)
-        }
-    }
-
     fn model() -> DoublePendulum {
-        DoublePendulum { m: [1.0, 1.0], l: [1.0, 1.0], g: 9.8 }
+        DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.8 }
     }
 
     fn start(model: &DoublePendulum) -> State<DoublePendulum> {
         use core::f64::consts::PI;
-        model.state().a(2.0 * PI / 3.0).b(-PI / 18.0).build().unwrap()
+        model.state().theta1(2.0 * PI / 3.0).theta2(-PI / 18.0).build().unwrap()
     }
 
     const REFERENCE: &[(f64, [f64; 4])] = &[
@@ -100,24 +86,6 @@ mod double_pendulum {
 mod kepler {
     use super::*;
 
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(x, y)]
-    struct Kepler {
-        mu: f64,
-    }
-
-    #[dynamics]
-    impl Kepler {
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * vec2(q.x, q.y).dt().norm_squared()
-        }
-        #[potential]
-        fn gravitation(&self, q: &Coordinates<Self>) -> Expr {
-            -self.mu / vec2(q.x, q.y).norm()
-        }
-    }
-
     const REFERENCE: &[(f64, [f64; 4])] = &[
         (1.0, [-1.1871884663458634, 0.41752763873976423, -0.7611420105214913, -0.09947204787027349]),
         (10.0, [-1.8538537094055791, -0.13088540483992556, 0.16156945255843133, -0.2237192767918971]),
@@ -158,23 +126,6 @@ mod kepler {
 /// Arenstorf's orbit, from the Lagrangian in the rotating frame; Hairer, Nørsett & Wanner, Solving ODE I, p. 129.
 mod arenstorf {
     use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(x, y)]
-    struct Arenstorf {
-        mu: f64,
-    }
-
-    #[dynamics]
-    impl Arenstorf {
-        #[lagrangian]
-        fn lagrangian(&self, q: &Coordinates<Self>) -> Expr {
-            let velocity = vec2(q.x.dt() - q.y, q.y.dt() + q.x);
-            let earth = (q.x + self.mu).hypot(q.y);
-            let moon = (q.x - (1.0 - self.mu)).hypot(q.y);
-            0.5 * velocity.norm_squared() + (1.0 - self.mu) / earth + self.mu / moon
-        }
-    }
 
     const PERIOD: f64 = 17.065_216_560_157_96;
     const REFERENCE: &[(f64, [f64; 4])] = &[

@@ -1,57 +1,17 @@
 //! Taylor series on derived models.
 
+#[path = "models/double_pendulum.rs"]
+mod double_pendulum;
+#[path = "models/kepler.rs"]
+mod kepler;
+
+use double_pendulum::DoublePendulum;
 use dynamics::model::Vector;
 use dynamics::prelude::*;
+use kepler::Kepler;
 
-/// Two bobs; M₁₁ = 2.3, M₂₂ = 0.832, coupling 1.04 cos(θ₁ − θ₂).
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(theta1, theta2)]
-struct DoublePendulum {
-    m1: f64,
-    m2: f64,
-    l1: f64,
-    l2: f64,
-    g: f64,
-}
-
-#[dynamics]
-impl DoublePendulum {
-    fn bob1(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.l1 * vec2(q.theta1.sin(), -q.theta1.cos())
-    }
-    fn bob2(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.bob1(q) + self.l2 * vec2(q.theta2.sin(), -q.theta2.cos())
-    }
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.m1 * self.bob1(q).dt().norm_squared() + 0.5 * self.m2 * self.bob2(q).dt().norm_squared()
-    }
-    #[potential]
-    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-        self.g * (self.m1 * self.bob1(q).y + self.m2 * self.bob2(q).y)
-    }
-}
-
+/// M₁₁ = 2.3, M₂₂ = 0.832, coupling 1.04 cos(θ₁ − θ₂).
 const DP: DoublePendulum = DoublePendulum { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
-
-/// Two bodies, unit masses: the motion of one about the other.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(x, y)]
-struct Kepler {
-    mu: f64,
-}
-
-#[dynamics]
-impl Kepler {
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * vec2(q.x, q.y).dt().norm_squared()
-    }
-    #[potential]
-    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-        -self.mu / vec2(q.x, q.y).norm()
-    }
-}
 
 /// A block on a table, pulled by a spring: dry friction changes its sign with the velocity.
 #[derive(Clone, Debug, Dynamics)]
