@@ -1,5 +1,11 @@
 //! Why a simulation did not reach its end, or why a motion has no answer.
 
+mod query;
+mod words;
+
+pub use query::MotionError;
+pub(crate) use query::suggest;
+
 use alloc::boxed::Box;
 use alloc::string::String;
 use core::fmt;
@@ -367,107 +373,6 @@ fn not_for_guard(
 
 impl core::error::Error for OptionError {}
 
-impl fmt::Display for SimulationErrorKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Option(error) => error.fmt(f),
-            Self::SingularMassMatrix(error) => error.fmt(f),
-            Self::Solve(error) => error.fmt(f),
-            Self::AccelerationNotFinite { coordinate } => {
-                write!(f, "the acceleration of `{coordinate}` is not finite")
-            }
-            Self::InputNotFinite { input } => write!(f, "the inputs closure gave no finite value for `{input}`"),
-            Self::StepSizeTooSmall { coordinate } => write!(
-                f,
-                "the step size collapsed, the error of `{coordinate}` stays above the tolerance: the motion has a \
-                 singularity or a jump here; loosen the tolerance, or make the jump an event"
-            ),
-            Self::StepNotSolved { coordinate } => write!(
-                f,
-                "the equations of an implicit step do not converge, least of all for `{coordinate}`; make a fixed step shorter, smooth a force \
-                 that jumps or make the jump an event"
-            ),
-            Self::TooManySteps { limit, stiff_at: None } => {
-                write!(f, "more than {limit} steps; raise `.max_steps(..)` or loosen the tolerance")
-            }
-            Self::TooManySteps { limit, stiff_at: Some(t) } => write!(
-                f,
-                "more than {limit} steps; the problem is stiff from t = {t} on: stability, not accuracy, bounds the \
-                 step of an explicit method"
-            ),
-            Self::Cancelled => write!(f, "cancelled"),
-            Self::EventNotANumber { event } => write!(f, "the function of event `{event}` is not a number"),
-            Self::EventUnresolved { event } => write!(
-                f,
-                "the function of event `{event}` changes too fast to be followed through a step; limit steps with `.max_step(..)`, or give the \
-                 event a smoother function"
-            ),
-            Self::EventsAccumulate { event, at } => {
-                let else_stop =
-                    "let its action return `Flow::Stop` once the speed is small, and go on from there without it";
-                let way_out = guard_way_out(event).unwrap_or_else(|| else_stop.into());
-                write!(f, "event `{event}` happens in ever shorter time and accumulates at about t = {at}; {way_out}")
-            }
-            Self::EventRepeats { event } => match guard_way_out(event) {
-                Some(way_out) => write!(f, "event `{event}` happens again at once, without end; {way_out}"),
-                None => write!(
-                    f,
-                    "the reset at event `{event}` leaves the motion at rest where it happens again at once; end the simulation \
-                     there with `Flow::Stop`, or give the reset a speed that leads away"
-                ),
-            },
-            Self::Change { event, error } => write!(f, "at event `{event}`: {error}"),
-            Self::Start(error) => write!(f, "the start is not on the constraints: {error}"),
-            Self::Drift { what, row, residual, distance, limit } => write!(
-                f,
-                "constraint `{row}` has drifted in its {what} to {residual:e}, a distance of {distance:e} where {limit:e} is the limit; choose \
-                 `Formulation::Projected`, tighten the tolerance, or raise `.drift_limit(..)`"
-            ),
-            Self::SingularPosition { rows, coordinates, condition, cause } => write!(
-                f,
-                "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}), so that the motion cannot be \
-                 continued; change dimensions or start so that it is passed at a distance, or end the motion before. The method met: {cause}",
-                rows.rank_loss()
-            ),
-            Self::SingularStart { rows, coordinates } => write!(
-                f,
-                "the start is a singular position: {} there, which leaves {coordinates} open, so that accelerations are not determined; start \
-                 beside it, or with velocities along a branch",
-                rows.rank_loss()
-            ),
-            Self::BranchUndetermined { rows, coordinates, condition } => write!(
-                f,
-                "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}); on which branch the mechanism goes \
-                 on, if on any, what its constraints have drifted would decide; choose `Formulation::Projected`",
-                rows.rank_loss()
-            ),
-            Self::Penetration { row, residual } => write!(
-                f,
-                "contact `{row}` is open on the wrong side, its residual is {residual:e}; place it where the residual is 0 or positive"
-            ),
-            Self::BadReset { event, name: "t" } => {
-                write!(f, "the reset at event `{event}` moved time; change coordinates, velocities or inputs only")
-            }
-            Self::BadReset { event, name } => write!(f, "the reset at event `{event}` left `{name}` not finite"),
-        }
-    }
-}
-
-/// What helps where the event of a contact or of stick and slip is without end; `None` for other events.
-fn guard_way_out(event: &str) -> Option<String> {
-    match event.rsplit_once(' ')? {
-        (name, "contact") => Some(alloc::format!(
-            "give `.contact(\"{name}\", ..)` a larger `rest_speed`, below which it closes instead of rebounding"
-        )),
-        (_, "slip") => {
-            let text =
-                "it neither sticks nor slips: let it break away at no less than the friction with which it slips";
-            Some(text.into())
-        }
-        _ => None,
-    }
-}
-
 impl<M: Dynamics> fmt::Display for SimulationError<M> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if matches!(self.kind, SimulationErrorKind::Option(_)) {
@@ -498,97 +403,3 @@ impl<M: Dynamics> fmt::Debug for SimulationError<M> {
 }
 
 impl<M: Dynamics> core::error::Error for SimulationError<M> {}
-
-/// Why a motion has no answer to a question.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum MotionError {
-    /// The time lies outside the motion.
-    OutOfRange {
-        /// What was asked.
-        time: f64,
-        /// Start of the motion.
-        start: f64,
-        /// End of the motion.
-        end: f64,
-    },
-    /// There is no output of this name.
-    UnknownOutput {
-        /// What was asked.
-        name: String,
-        /// The nearest known name.
-        suggestion: Option<String>,
-    },
-    /// There is no constraint of this name.
-    UnknownConstraint {
-        /// What was asked.
-        name: String,
-        /// The nearest known name.
-        suggestion: Option<String>,
-    },
-    /// Accelerations or reactions do not exist there.
-    Solve(SolveError),
-}
-
-impl fmt::Display for MotionError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::OutOfRange { time, start, end } => {
-                write!(f, "t = {time} lies outside the motion, which goes from {start} to {end}")
-            }
-            Self::UnknownOutput { name, suggestion: Some(near) } => {
-                write!(f, "there is no output `{name}`; did you mean `{near}`?")
-            }
-            Self::UnknownOutput { name, suggestion: None } => {
-                write!(f, "there is no output `{name}`; declare it with `#[output]`")
-            }
-            Self::UnknownConstraint { name, suggestion: Some(near) } => {
-                write!(f, "there is no constraint `{name}`; did you mean `{near}`?")
-            }
-            Self::UnknownConstraint { name, suggestion: None } => {
-                write!(f, "there is no constraint `{name}`; declare it with `#[holonomic]` or `#[nonholonomic]`")
-            }
-            Self::Solve(error) => error.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for MotionError {}
-
-/// The known name nearest to the given one, if it is near enough to be meant.
-pub(crate) fn suggest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
-    let near = |candidate: &str| distance(name, candidate);
-    known
-        .map(|candidate| (near(candidate), candidate))
-        .filter(|&(d, candidate)| d <= 1 + candidate.chars().count().max(name.chars().count()) / 3)
-        .min_by_key(|&(d, _)| d)
-        .map(|(_, candidate)| candidate.into())
-}
-
-/// Insertions, deletions and replacements between two words (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let mut row: alloc::vec::Vec<usize> = (0..=b.chars().count()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = core::mem::replace(&mut row[0], i + 1);
-        for (j, y) in b.chars().enumerate() {
-            let replace = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = replace.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.chars().count()]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn suggests_what_may_be_meant_and_nothing_else() {
-        let known = || ["impact", "apex", "return"].into_iter();
-        assert_eq!(suggest("impct", known()).as_deref(), Some("impact"));
-        assert_eq!(suggest("apexx", known()).as_deref(), Some("apex"));
-        assert_eq!(suggest("temperature", known()), None);
-        assert_eq!(distance("kitten", "sitting"), 3);
-    }
-}

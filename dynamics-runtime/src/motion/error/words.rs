@@ -1,0 +1,107 @@
+//! What failures of simulations say.
+
+use alloc::string::String;
+use core::fmt;
+
+use super::SimulationErrorKind;
+
+impl fmt::Display for SimulationErrorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Option(error) => error.fmt(f),
+            Self::SingularMassMatrix(error) => error.fmt(f),
+            Self::Solve(error) => error.fmt(f),
+            Self::AccelerationNotFinite { coordinate } => {
+                write!(f, "the acceleration of `{coordinate}` is not finite")
+            }
+            Self::InputNotFinite { input } => write!(f, "the inputs closure gave no finite value for `{input}`"),
+            Self::StepSizeTooSmall { coordinate } => write!(
+                f,
+                "the step size collapsed, the error of `{coordinate}` stays above the tolerance: the motion has a \
+                 singularity or a jump here; loosen the tolerance, or make the jump an event"
+            ),
+            Self::StepNotSolved { coordinate } => write!(
+                f,
+                "the equations of an implicit step do not converge, least of all for `{coordinate}`; make a fixed step shorter, smooth a force \
+                 that jumps or make the jump an event"
+            ),
+            Self::TooManySteps { limit, stiff_at: None } => {
+                write!(f, "more than {limit} steps; raise `.max_steps(..)` or loosen the tolerance")
+            }
+            Self::TooManySteps { limit, stiff_at: Some(t) } => write!(
+                f,
+                "more than {limit} steps; the problem is stiff from t = {t} on: stability, not accuracy, bounds the \
+                 step of an explicit method"
+            ),
+            Self::Cancelled => write!(f, "cancelled"),
+            Self::EventNotANumber { event } => write!(f, "the function of event `{event}` is not a number"),
+            Self::EventUnresolved { event } => write!(
+                f,
+                "the function of event `{event}` changes too fast to be followed through a step; limit steps with `.max_step(..)`, or give the \
+                 event a smoother function"
+            ),
+            Self::EventsAccumulate { event, at } => {
+                let else_stop =
+                    "let its action return `Flow::Stop` once the speed is small, and go on from there without it";
+                let way_out = guard_way_out(event).unwrap_or_else(|| else_stop.into());
+                write!(f, "event `{event}` happens in ever shorter time and accumulates at about t = {at}; {way_out}")
+            }
+            Self::EventRepeats { event } => match guard_way_out(event) {
+                Some(way_out) => write!(f, "event `{event}` happens again at once, without end; {way_out}"),
+                None => write!(
+                    f,
+                    "the reset at event `{event}` leaves the motion at rest where it happens again at once; end the simulation \
+                     there with `Flow::Stop`, or give the reset a speed that leads away"
+                ),
+            },
+            Self::Change { event, error } => write!(f, "at event `{event}`: {error}"),
+            Self::Start(error) => write!(f, "the start is not on the constraints: {error}"),
+            Self::Drift { what, row, residual, distance, limit } => write!(
+                f,
+                "constraint `{row}` has drifted in its {what} to {residual:e}, a distance of {distance:e} where {limit:e} is the limit; choose \
+                 `Formulation::Projected`, tighten the tolerance, or raise `.drift_limit(..)`"
+            ),
+            Self::SingularPosition { rows, coordinates, condition, cause } => write!(
+                f,
+                "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}), so that the motion cannot be \
+                 continued; change dimensions or start so that it is passed at a distance, or end the motion before. The method met: {cause}",
+                rows.rank_loss()
+            ),
+            Self::SingularStart { rows, coordinates } => write!(
+                f,
+                "the start is a singular position: {} there, which leaves {coordinates} open, so that accelerations are not determined; start \
+                 beside it, or with velocities along a branch",
+                rows.rank_loss()
+            ),
+            Self::BranchUndetermined { rows, coordinates, condition } => write!(
+                f,
+                "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}); on which branch the mechanism goes \
+                 on, if on any, what its constraints have drifted would decide; choose `Formulation::Projected`",
+                rows.rank_loss()
+            ),
+            Self::Penetration { row, residual } => write!(
+                f,
+                "contact `{row}` is open on the wrong side, its residual is {residual:e}; place it where the residual is 0 or positive"
+            ),
+            Self::BadReset { event, name: "t" } => {
+                write!(f, "the reset at event `{event}` moved time; change coordinates, velocities or inputs only")
+            }
+            Self::BadReset { event, name } => write!(f, "the reset at event `{event}` left `{name}` not finite"),
+        }
+    }
+}
+
+/// What helps where the event of a contact or of stick and slip is without end; `None` for other events.
+fn guard_way_out(event: &str) -> Option<String> {
+    match event.rsplit_once(' ')? {
+        (name, "contact") => Some(alloc::format!(
+            "give `.contact(\"{name}\", ..)` a larger `rest_speed`, below which it closes instead of rebounding"
+        )),
+        (_, "slip") => {
+            let text =
+                "it neither sticks nor slips: let it break away at no less than the friction with which it slips";
+            Some(text.into())
+        }
+        _ => None,
+    }
+}
