@@ -428,3 +428,23 @@ proptest! {
         prop_assert_eq!(count("dip"), signs);
     }
 }
+
+/// A falling ball passes gates |y − c| = w of widths far below a step and wherever they are in one: two crossings each, where a closed form says.
+#[test]
+fn gates_narrower_than_a_step_are_seen() {
+    let ball = Ball { g: G };
+    let end = 2.0;
+    let time = |y: f64| (2.0 * (1.0 - y) / G).sqrt();
+    for (method, tolerance) in [(methods::Any::from(methods::DormandPrince5), 1e-4), (methods::Dop853.into(), 1e-8)] {
+        for k in 0..400 {
+            let (center, width) = (0.9 - 0.0431 * f64::from(k), 10f64.powf(-0.5 - 0.05 * f64::from(k % 60)));
+            let run = ball.simulate(at_rest_or_not([1.0], [0.0])).until(end).tolerance(tolerance).method(&method);
+            let motion = run.event("gate", move |s| (s.q[0] - center).abs() - width).run().unwrap();
+            let found: Vec<f64> = motion.events().iter().filter(|e| e.name == "gate").map(|e| e.time()).collect();
+            let edges = [center + width, center - width].into_iter().filter(|y| *y < 1.0).map(time);
+            let expected: Vec<f64> = edges.filter(|t| *t < end).collect();
+            assert_eq!(found.len(), expected.len(), "{method}: gate of {width} at {center}");
+            assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-6), "{found:?} {expected:?}");
+        }
+    }
+}

@@ -9,8 +9,9 @@
 //! c is taken from the second differences at both ends of the part, with a factor of safety. A part that passes neither test is divided into four,
 //! until it does, or rounding is all that is left of it. That g is as smooth between its samples as they let expect is not taken on trust: where a
 //! new sample misses what the curvature of those around it lets expect, the parts among them are judged by what it says instead; and where samples
-//! look rough, one part is divided to see. So functions that oscillate faster than the samples are followed too. What stays unseen is a dip between samples of which
-//! none of them shows anything.
+//! look rough, one part is divided to see. So functions that oscillate faster than the samples are followed too. A kink bends no further than c between
+//! parts that show the slopes on both its sides; in the first and the last part it may, and there the slope beside it decides whether it is looked for.
+//! What stays unseen is a dip between samples of which none of them shows anything: two kinks or more in one part may make one.
 //!
 //! Crossings are closed in on by [`root`].
 
@@ -155,7 +156,8 @@ impl Scan {
             let (from, to, bending) = (samples[part], samples[part + 1], bending(samples, &at, part));
             let bound = bound(bending);
             let fine = self.is_fine(from, to) || bound <= self.noise;
-            if !fine && (rough == Some(part) || !is_resolved(from, to, bound + doubt)) {
+            let turns = || !is_resolved(from, to, bound + doubt) || may_turn(samples, &at, part, self.noise);
+            if !fine && (rough == Some(part) || turns()) {
                 let fresh = self.divide(from, to, g)?;
                 surprise = surprise.max(surprising(from, to, &fresh, bending, self.noise));
                 inner[part] = Some(fresh);
@@ -292,7 +294,8 @@ fn bending(samples: &[Sample], at: &[f64; PARTS], part: usize) -> [f64; 2] {
     ends.map(|end| end * width * width)
 }
 
-/// Bound of |g″|H² with its factor of safety, 4. A kink between the outermost samples may bend further: a narrow dip can hide there.
+/// Bound of |g″|H² with its factor of safety, 4. A kink bends no further where the parts to both sides are free of others; see [`may_turn`] for the
+/// first and the last part.
 fn bound([left, right]: [f64; 2]) -> f64 {
     2.0 * (left.abs() + right.abs())
 }
@@ -312,6 +315,23 @@ fn is_resolved((_, a): Sample, (_, b): Sample, bound: f64) -> bool {
         true => bound < a_size + b_size + 2.0 * math::sqrt(a_size * b_size),
         false => bound <= (b - a).abs(),
     }
+}
+
+/// Whether a kink may hide two zeros in the first or the last part, of which the slope is known on one side alone: going on as it comes from there,
+/// straight or bent as it was, the function would be on the other side of zero at the outer sample, by more than `noise`.
+fn may_turn(samples: &[Sample], at: &[f64; PARTS], part: usize, noise: f64) -> bool {
+    let last = samples.len() - 2;
+    let (outer, near, far, bend) = match part {
+        _ if last < 1 => return false,
+        0 => (samples[0], samples[1], samples[2], at[2]),
+        _ if part == last => (samples[last + 1], samples[last], samples[last - 1], at[last - 1]),
+        _ => return false,
+    };
+    let slope = (near.1 - far.1) / (near.0 - far.0);
+    let straight = near.1 + slope * (outer.0 - near.0);
+    let bent = straight + 0.5 * bend * (outer.0 - near.0) * (outer.0 - far.0);
+    let side = sign(outer.1);
+    side * sign(near.1) > 0.0 && (side * straight).min(side * bent) < -noise
 }
 
 /// The bound of |g″|H² that samples inside of a part ask for, where they miss what the curvature at its ends lets expect by as much as that moves
@@ -537,6 +557,36 @@ mod tests {
         })
         .unwrap();
         assert_eq!(count, 1);
+    }
+
+    /// Dips with a kink at the bottom, wherever it is between the samples: two zeros, and none where they stay above.
+    #[test]
+    fn kinked_dips_are_seen() {
+        for parts in [4, 8] {
+            for k in 1..2000 {
+                let (center, width) = (f64::from(k) / 2000.0, 10f64.powi(-2 - k % 3));
+                if center - width < 0.0 || center + width > 1.0 {
+                    continue;
+                }
+                let (left, right) = (0.3 + f64::from(k % 7), 0.3 + f64::from(k % 11));
+                let dip = |x: f64| if x < center { left * (center - x) } else { right * (x - center) };
+                let case = format!("{parts} parts, {width} around {center}");
+                let found = crossings(|x| dip(x) - width, parts, 1.0);
+                let first = (center - width / left, Direction::Falling);
+                let second = (center + width / right, Direction::Rising);
+                let inside: Vec<_> = [first, second].into_iter().filter(|x| (0.0..=1.0).contains(&x.0)).collect();
+                if first.0 > 0.0 {
+                    assert_eq!(found.len(), inside.len(), "{case}: {found:?}");
+                    assert!(found.iter().zip(&inside).all(|(a, b)| (a.0 - b.0).abs() < 1e-12 && a.1 == b.1), "{case}");
+                }
+                assert!(crossings(|x| dip(x) + 1e-9, parts, 1.0).is_empty(), "{case}");
+                // The same where the function is curved besides.
+                let bent = |x: f64| (1.5 * (x - center)).sin().abs() * (1.5 + (2.0 * x).cos()) - 10.0 * width;
+                let found = crossings(bent, parts, sign(bent(0.0)));
+                let ends = usize::from(bent(0.0) > 0.0) + usize::from(bent(1.0) > 0.0);
+                assert_eq!(found.len(), ends, "{case}: {found:?}");
+            }
+        }
     }
 
     #[test]

@@ -64,7 +64,7 @@ pub(crate) struct Rule<'m, M: Simulate> {
 
 /// Events closer than this in a step happen at the same instant.
 const SIMULTANEOUS: f64 = 1e-12;
-/// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q|.
+/// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q| and of what [`early_noise`] adds.
 const NOISE: f64 = 4.0 * f64::EPSILON;
 /// A guard whose function stays below this is at zero throughout a step, held there by others.
 const RESTLESS: f64 = 1e-11;
@@ -183,10 +183,11 @@ impl<'m, M: Simulate> Watch<'m, M> {
         self.found.clear();
         let size = self.sample(parts, &state)?;
         let resolution = 4.0 * f64::EPSILON * (1.0f64).max(step.start.t.abs() / step.h.abs());
+        let rounding = NOISE * size + early_noise(&step.start, false);
         let (mut horizon, mut fault) = (1.0, None);
         for index in 0..self.standing.len() {
             let (start, sign) = self.departure(index, &step.start, &state)?;
-            let noise = NOISE * (4.0 * self.sizes[index] + size);
+            let noise = NOISE * 4.0 * self.sizes[index] + rounding;
             let mut scan = Scan::new(sign, resolution, noise).up_to(self.first_end(horizon) + SIMULTANEOUS);
             let followed = self.follow(index, parts, start, &mut scan, &state);
             self.signs[index] = scan.sign();
