@@ -215,81 +215,17 @@ impl Reel {
     }
 
     fn take_apart(&mut self, shape: &Shape, parts: &mut Parts) {
-        let mut figure = String::new();
-        let mut points: Vec<Point> = Vec::new();
-        let mut radius = 0.0;
-        let mut angles: Option<[f64; 2]> = None;
-        let mut own = self.ink;
-        match &shape.figure {
-            Figure::Polyline { points: corners, closed } => {
-                points.extend(corners);
-                let _ = write!(figure, "\"k\":\"line\",\"n\":{}", corners.len());
-                if *closed {
-                    figure.push_str(",\"z\":1");
-                }
-            }
-            Figure::Circle { center, radius: length, filled } => {
-                points.push(*center);
-                radius = *length;
-                figure.push_str(if *filled { "\"k\":\"disc\"" } else { "\"k\":\"circle\"" });
-                if *filled {
-                    own = Color::Accent;
-                }
-            }
-            Figure::Arc { center, radius: length, from, to } => {
-                points.push(*center);
-                radius = *length;
-                angles = Some([*from, *to]);
-                figure.push_str("\"k\":\"arc\"");
-            }
-            Figure::Dot { center } => {
-                points.push(*center);
-                figure.push_str("\"k\":\"dot\"");
-                own = Color::Accent;
-            }
-            Figure::Spring { from, to, coils } => {
-                points.extend([from, to]);
-                let _ = write!(figure, "\"k\":\"spring\",\"n\":{}", (*coils).clamp(1, 500));
-            }
-            Figure::Arrow { from, to } => {
-                points.extend([from, to]);
-                figure.push_str("\"k\":\"arrow\"");
-            }
-            Figure::Text { at, text, beside } => {
-                points.push(*at);
-                let _ = write!(figure, "\"k\":\"text\",\"b\":{}", u8::from(*beside));
-                parts.words.push(text.clone());
-                own = Color::Ink;
-            }
-            Figure::Trace { name, at, seconds } => {
-                points.push(*at);
-                let _ = write!(figure, "\"k\":\"trace\",\"name\":{}", json(name));
-                if let Some(seconds) = seconds {
-                    let _ = write!(figure, ",\"s\":{}", json_number(*seconds));
-                }
-                own = Color::Accent;
-            }
-            Figure::Ground { from, to } => {
-                points.extend([from, to]);
-                figure.push_str("\"k\":\"ground\"");
-                own = Color::Faint;
-            }
-            Figure::Pivot { at } => {
-                points.push(*at);
-                figure.push_str("\"k\":\"pivot\"");
-                own = Color::Faint;
-            }
-        }
-        pen(&mut figure, shape, own);
+        let Sketch { mut figure, points, length, angles, own } = Sketch::of(&shape.figure, &mut parts.words);
+        pen(&mut figure, shape, own.unwrap_or(self.ink));
         self.spatial |= points.iter().any(|point| matches!(point, Point::Spatial(_)));
         for point in points {
             let place = point.projected();
-            self.bounds.include(place, radius);
+            self.bounds.include(place, length.unwrap_or(0.0));
             parts.numbers.extend(place);
             parts.measures.extend([Measure::X, Measure::Y]);
         }
-        if matches!(shape.figure, Figure::Circle { .. } | Figure::Arc { .. }) {
-            parts.numbers.push(radius);
+        if let Some(length) = length {
+            parts.numbers.push(length);
             parts.measures.push(Measure::Length);
         }
         for angle in angles.into_iter().flatten() {
@@ -309,6 +245,87 @@ impl Reel {
         }
         out.push('}');
         out
+    }
+}
+
+/// A figure apart from its pen.
+struct Sketch {
+    /// What does not move, without the closing brace.
+    figure: String,
+    points: Vec<Point>,
+    /// Radius of what is round.
+    length: Option<f64>,
+    /// From where to where an arc goes.
+    angles: Option<[f64; 2]>,
+    /// Its colour, where it is not that of the drawing.
+    own: Option<Color>,
+}
+
+impl Sketch {
+    fn of(drawn: &Figure, words: &mut Vec<String>) -> Self {
+        let (mut figure, mut points) = (String::new(), Vec::new());
+        let (mut length, mut angles, mut own) = (None, None, None);
+        match drawn {
+            Figure::Polyline { points: corners, closed } => {
+                points.extend(corners);
+                let _ = write!(figure, "\"k\":\"line\",\"n\":{}", corners.len());
+                if *closed {
+                    figure.push_str(",\"z\":1");
+                }
+            }
+            Figure::Circle { center, radius, filled } => {
+                points.push(*center);
+                length = Some(*radius);
+                figure.push_str(if *filled { "\"k\":\"disc\"" } else { "\"k\":\"circle\"" });
+                if *filled {
+                    own = Some(Color::Accent);
+                }
+            }
+            Figure::Arc { center, radius, from, to } => {
+                points.push(*center);
+                length = Some(*radius);
+                angles = Some([*from, *to]);
+                figure.push_str("\"k\":\"arc\"");
+            }
+            Figure::Dot { center } => {
+                points.push(*center);
+                figure.push_str("\"k\":\"dot\"");
+                own = Some(Color::Accent);
+            }
+            Figure::Spring { from, to, coils } => {
+                points.extend([from, to]);
+                let _ = write!(figure, "\"k\":\"spring\",\"n\":{}", (*coils).clamp(1, 500));
+            }
+            Figure::Arrow { from, to } => {
+                points.extend([from, to]);
+                figure.push_str("\"k\":\"arrow\"");
+            }
+            Figure::Text { at, text, beside } => {
+                points.push(*at);
+                let _ = write!(figure, "\"k\":\"text\",\"b\":{}", u8::from(*beside));
+                words.push(text.clone());
+                own = Some(Color::Ink);
+            }
+            Figure::Trace { name, at, seconds } => {
+                points.push(*at);
+                let _ = write!(figure, "\"k\":\"trace\",\"name\":{}", json(name));
+                if let Some(seconds) = seconds {
+                    let _ = write!(figure, ",\"s\":{}", json_number(*seconds));
+                }
+                own = Some(Color::Accent);
+            }
+            Figure::Ground { from, to } => {
+                points.extend([from, to]);
+                figure.push_str("\"k\":\"ground\"");
+                own = Some(Color::Faint);
+            }
+            Figure::Pivot { at } => {
+                points.push(*at);
+                figure.push_str("\"k\":\"pivot\"");
+                own = Some(Color::Faint);
+            }
+        }
+        Self { figure, points, length, angles, own }
     }
 }
 
