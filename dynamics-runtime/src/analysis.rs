@@ -1,4 +1,5 @@
-//! What answers questions about methods and models by many runs: which method is the fastest for the accuracy that is wanted.
+//! What answers questions about methods and models by many runs: which method is the fastest for the accuracy that is wanted, and which model of
+//! a scene suffices for it ([`compare`]).
 //!
 //! ```text
 //! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;
@@ -6,9 +7,13 @@
 //! study.write_html("work_precision.html")?;
 //! ```
 
+mod ladder;
 mod page;
+mod runs;
+mod table;
 mod work_precision;
 
+pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
 pub use page::Page;
 pub use work_precision::{
     Cost, Curve, ErrorOf, Errors, Measured, OutsideError, Point, Reference, Study, WorkPrecision, WorkPrecisionError,

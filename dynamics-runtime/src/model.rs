@@ -228,6 +228,9 @@ pub trait Dynamics: Model {
     /// in the order of [`Dynamics::conserved`].
     const CONSERVED: &'static [Quantity];
 
+    /// Operations of one evaluation of q̈ by the generated code, as the model's report counts them; `None` where there is no straight-line code.
+    const OPERATIONS: Option<usize> = None;
+
     /// The value of the scalar parameter of this index in [`Dynamics::PARAMETERS`]; `None` where there is none, and for models that do
     /// not tell. Starts and runs ask it, so that a parameter that is not a finite number is named.
     fn parameter(&self, _index: usize) -> Option<f64> {

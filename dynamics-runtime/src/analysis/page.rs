@@ -1,20 +1,21 @@
-//! Studies side by side on one HTML page without network access.
+//! Studies and comparisons side by side on one HTML page without network access.
 
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write;
 use std::path::Path;
 
+use super::ladder::Comparison;
 use super::work_precision::{Cost, ErrorOf, Study};
 use crate::motion::Simulate;
-use crate::output::Chart;
 use crate::output::file::{self, FileError};
 use crate::output::text::xml;
+use crate::output::{Chart, Panel};
 
 /// Errors of the table that compares curves.
 const COMPARED: [f64; 5] = [1e-3, 1e-6, 1e-8, 1e-9, 1e-12];
 
-/// A page of several studies: charts, what each curve costs for the same errors, and all runs.
+/// A page of several studies, with charts, what each curve costs for the same errors, and all runs, and of models beside each other.
 #[derive(Clone, Debug)]
 pub struct Page {
     title: String,
@@ -41,28 +42,35 @@ impl Page {
     #[must_use]
     pub fn study<M: Simulate>(mut self, study: &Study<'_, M>) -> Self {
         let mut html = String::new();
-        let _ = writeln!(html, "<section>\n<h2>{}</h2>\n<p>{}</p>", xml(study.problem()), xml(&study.heading()));
-        html.push_str("<div class=\"charts\">\n");
-        let mut chart = |part: ErrorOf, cost: Cost| {
-            let chart = Chart::new("").width(620.0).panel_height(340.0).panel(study.panel(part, cost));
-            html.push_str("<figure>");
-            html.push_str(&chart.to_svg());
-            html.push_str("</figure>\n");
-        };
-        chart(ErrorOf::State, Cost::Time);
-        chart(ErrorOf::State, Cost::Evaluations);
-        for part in study.parts().into_iter().filter(|part| *part != ErrorOf::State) {
-            chart(part, Cost::Time);
-        }
-        html.push_str("</div>\n");
+        open_section(&mut html, study.problem(), &study.heading(), STUDY_LEGEND);
+        let mut panels: Vec<Panel> =
+            [Cost::Time, Cost::Evaluations].map(|cost| study.panel(ErrorOf::State, cost)).into();
+        let parts = study.parts().into_iter().filter(|part| *part != ErrorOf::State);
+        panels.extend(parts.map(|part| study.panel(part, Cost::Time)));
+        charts(&mut html, panels);
         for part in [ErrorOf::State, ErrorOf::Positions] {
             let _ = writeln!(html, "<pre>{}</pre>", xml(&study.comparison(part, Cost::Time, &COMPARED)));
         }
-        html.push_str("<details><summary>all runs</summary>\n<table>\n");
-        for (i, row) in study.rows().iter().enumerate() {
-            table_row(&mut html, row, if i == 0 { "th" } else { "td" });
+        html.push_str("<details><summary>all runs</summary>\n");
+        table(&mut html, &study.rows());
+        html.push_str("</details>\n</section>\n");
+        self.sections.push(html);
+        self
+    }
+
+    /// Adds models beside each other.
+    #[must_use]
+    pub fn comparison(mut self, comparison: &Comparison) -> Self {
+        let mut html = String::new();
+        open_section(&mut html, comparison.scene(), &comparison.heading(), COMPARISON_LEGEND);
+        let panels = comparison.outputs().iter().filter_map(|output| comparison.panels(&output.name));
+        charts(&mut html, panels.flatten());
+        table(&mut html, &comparison.rows());
+        html.push_str("<ul>\n");
+        for sentence in comparison.notes().into_iter().chain(comparison.sentences()) {
+            let _ = writeln!(html, "<li>{}</li>", xml(&sentence));
         }
-        html.push_str("</table></details>\n</section>\n");
+        html.push_str("</ul>\n</section>\n");
         self.sections.push(html);
         self
     }
@@ -74,7 +82,6 @@ impl Page {
         let mut html = String::from("<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
         html.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
         let _ = writeln!(html, "<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>");
-        let _ = writeln!(html, "<p>{LEGEND}</p>");
         for section in &self.sections {
             html.push_str(section);
         }
@@ -88,6 +95,28 @@ impl Page {
     }
 }
 
+fn open_section(html: &mut String, title: &str, heading: &str, legend: &str) {
+    let _ = writeln!(html, "<section>\n<h2>{}</h2>\n<p>{}</p>\n<p>{legend}</p>", xml(title), xml(heading));
+}
+
+fn charts(html: &mut String, panels: impl IntoIterator<Item = Panel>) {
+    html.push_str("<div class=\"charts\">\n");
+    for panel in panels {
+        let chart = Chart::new("").width(620.0).panel_height(340.0).panel(panel);
+        let _ = writeln!(html, "<figure>{}</figure>", chart.to_svg());
+    }
+    html.push_str("</div>\n");
+}
+
+/// Rows of text, the names of the columns first.
+fn table(html: &mut String, rows: &[Vec<String>]) {
+    html.push_str("<table>\n");
+    for (i, row) in rows.iter().enumerate() {
+        table_row(html, row, if i == 0 { "th" } else { "td" });
+    }
+    html.push_str("</table>\n");
+}
+
 fn table_row(html: &mut String, row: &[String], cell: &str) {
     html.push_str("<tr>");
     for text in row {
@@ -96,9 +125,12 @@ fn table_row(html: &mut String, row: &[String], cell: &str) {
     html.push_str("</tr>\n");
 }
 
-const LEGEND: &str = "Further to the left is faster, further down is more accurate. Solid curves are this library's, dashed ones were measured \
+const STUDY_LEGEND: &str = "Further to the left is faster, further down is more accurate. Solid curves are this library's, dashed ones were measured \
                       with other solvers. The grey line is what the reference itself may be wrong by; hollow signs lie below it and say no more \
                       than that.";
+
+const COMPARISON_LEGEND: &str = "Differences are those from the fullest model; it stands at its own numerical error. Hollow signs lie below the numerical \
+                                 errors of the runs: there the models agree as far as can be told.";
 
 const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;margin:1.5rem auto;\
 max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(560px,100%),1fr));gap:.5rem}\

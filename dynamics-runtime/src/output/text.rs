@@ -122,7 +122,7 @@ pub(super) fn pixel(x: f64) -> String {
 }
 
 /// `name in unit`, or the name alone.
-pub(super) fn with_unit(name: &str, unit: &str) -> String {
+pub(crate) fn with_unit(name: &str, unit: &str) -> String {
     if unit.is_empty() { String::from(name) } else { format!("{name} in {unit}") }
 }
 

@@ -54,6 +54,7 @@ impl Emission<'_> {
         let (f6, energy) = self.method(&programs.energy_function, "energy_function", &f64, |r| r[0].clone());
         let (f7, conserved) = self.writing(&programs.conserved, "conserved");
         let (parameter, derivatives, series) = (self.parameter(), self.derivatives(), self.series());
+        let operations = self.operations();
         quote! {
             use #private::{Model, Result, Result::{Ok, Err}};
             #f1 #f2 #f3 #f4 #f5 #f6 #f7
@@ -61,9 +62,20 @@ impl Emission<'_> {
                 type Constants = [#f64; #count];
                 #quantities
                 const CONSERVED: &'static [#private::Quantity] = #names;
+                #operations
                 #parameter #constants #accelerations #derivatives #mass #force #momenta #energy #conserved #series
             }
         }
+    }
+
+    /// `const OPERATIONS`, where the accelerations have a program.
+    fn operations(&self) -> TokenStream {
+        let (program, private) = (&self.compiled.programs.accelerations, &self.private);
+        if program.results.is_empty() {
+            return TokenStream::new();
+        }
+        let count = program.cost.total();
+        quote!(const OPERATIONS: #private::Option<#private::usize> = #private::Option::Some(#count);)
     }
 
     /// `fn parameter`: the scalars by index, for what names them.

@@ -9,9 +9,9 @@ use std::path::Path;
 
 use super::error::OutsideError;
 use super::json::{Value, object};
-use super::measure::median;
 use super::reference::End;
 use super::study::{Curve, Errors, Measured, Point, Study};
+use crate::analysis::runs::median;
 use crate::model::{ModelState, Vector};
 use crate::motion::Simulate;
 use crate::output::text::{exact, json, json_number};

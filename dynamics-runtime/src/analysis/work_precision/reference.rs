@@ -6,8 +6,8 @@ use alloc::vec::Vec;
 
 use super::WorkPrecision;
 use super::error::WorkPrecisionError;
-use super::measure::in_a_line;
 use super::study::Errors;
+use crate::analysis::runs::{in_a_line, reaches};
 use crate::constrain;
 use crate::methods::{Any, Dop853, DormandPrince5};
 use crate::model::{ModelState, Vector};
@@ -170,18 +170,6 @@ fn by_runs<M: Simulate>(
 /// The larger one; NaN wins, so that it is seen.
 fn larger(a: f64, b: f64) -> f64 {
     if a > b || a.is_nan() { a } else { b }
-}
-
-/// Whether a run went to the end of the motion; an event may have stopped it.
-pub(super) fn reaches<S: ModelState>(state: &S, end: f64) -> Result<(), String> {
-    let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
-    if state.t() != end {
-        return Err(format!("it stopped at t = {}, before the end", state.t()));
-    }
-    if !finite(state.q().as_slice()) || !finite(state.u().as_slice()) {
-        return Err("its end is not finite".into());
-    }
-    Ok(())
 }
 
 fn known<M: Simulate>(

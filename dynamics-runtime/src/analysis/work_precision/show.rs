@@ -8,6 +8,7 @@ use std::path::Path;
 
 use super::study::{Cost, Curve, ErrorOf, Measured, Study};
 use crate::analysis::Page;
+use crate::analysis::table::columns;
 use crate::motion::Simulate;
 use crate::output::file::{self, FileError};
 use crate::output::text::readable;
@@ -204,32 +205,4 @@ fn name_with_failures(curve: &Curve) -> String {
         0 => curve.name.clone(),
         count => format!("{} ({count} failed)", curve.name),
     }
-}
-
-/// Rows with their cells one below the other, the first column flush left, the others right; what follows the last column of the first row stands
-/// as it is.
-fn columns(rows: &[Vec<String>]) -> String {
-    let count = rows.first().map_or(0, Vec::len);
-    let wide = |text: &String| text.chars().count();
-    let of_column = |i: usize| {
-        // A row that ends here says something in words.
-        let cells = rows.iter().filter(|row| row.len() >= count).filter_map(|row| row.get(i));
-        cells.map(wide).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..count).map(of_column).collect();
-    let first = rows.iter().filter_map(|row| row.first()).map(wide).max().unwrap_or(0);
-    let mut out = String::new();
-    for row in rows {
-        let mut line = String::new();
-        for (i, cell) in row.iter().enumerate() {
-            let _ = match widths.get(i) {
-                _ if i == 0 => write!(line, "{cell:first$}"),
-                Some(width) if row.len() >= count || i < 2 => write!(line, "  {cell:>width$}"),
-                _ => write!(line, "  {cell}"),
-            };
-        }
-        out.push_str(line.trim_end());
-        out.push('\n');
-    }
-    out
 }

@@ -1,0 +1,136 @@
+//! What a ladder found.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::time::Duration;
+
+/// An output that is compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compared {
+    /// Its name.
+    pub name: String,
+    /// Its unit; empty where no rung declares it.
+    pub unit: String,
+    /// What parts of it are parts of: its largest value on the last rung, unless it was set.
+    pub scale: f64,
+}
+
+/// How far an output of a rung is from that of the last one, in its unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// The largest at any of the common times.
+    pub largest: f64,
+    /// When that was.
+    pub at: f64,
+    /// Root of the mean square over time.
+    pub rms: f64,
+    /// At the start: more than the models themselves make, and the starts do not correspond.
+    pub at_start: f64,
+    /// Numerical errors of the two rungs together; of the last one, its own.
+    pub uncertainty: f64,
+}
+
+impl Difference {
+    /// Whether it is more than the runs themselves may be wrong by.
+    #[must_use]
+    pub fn is_believed(&self) -> bool {
+        self.largest > self.uncertainty
+    }
+
+    /// What the models differ by at most, as far as the runs can tell.
+    #[must_use]
+    pub fn bound(&self) -> f64 {
+        self.largest + self.uncertainty
+    }
+}
+
+/// A rung with what it costs and what it shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RungReport {
+    /// Its name.
+    pub name: String,
+    /// Number of coordinates.
+    pub coordinates: usize,
+    /// Number of rows of constraints.
+    pub constraints: usize,
+    /// Operations of an evaluation of the accelerations, as the model's report counts them; `None` where no straight-line code was generated.
+    pub operations: Option<usize>,
+    /// Evaluations of the accelerations.
+    pub evaluations: u64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Median of the repeats.
+    pub time: Duration,
+    /// Outputs at [`Comparison::times`], in the order of [`Comparison::outputs`].
+    pub values: Vec<Vec<f64>>,
+    /// Differences from the last rung, in the order of [`Comparison::outputs`].
+    pub differences: Vec<Difference>,
+}
+
+impl RungReport {
+    /// Operations of all evaluations: a cost that does not depend on the machine.
+    #[must_use]
+    pub fn work(&self) -> Option<f64> {
+        self.operations.map(|count| count as f64 * self.evaluations as f64)
+    }
+}
+
+/// Models of one scene beside each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    pub(super) scene: String,
+    pub(super) interval: (f64, f64),
+    pub(super) tolerance: f64,
+    pub(super) times: Vec<f64>,
+    pub(super) outputs: Vec<Compared>,
+    pub(super) rungs: Vec<RungReport>,
+}
+
+impl Comparison {
+    /// What the scene is called.
+    #[must_use]
+    pub fn scene(&self) -> &str {
+        &self.scene
+    }
+
+    /// Start and end of the motions.
+    #[must_use]
+    pub fn interval(&self) -> (f64, f64) {
+        self.interval
+    }
+
+    /// The common times, in the order of the motion.
+    #[must_use]
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// What is compared.
+    #[must_use]
+    pub fn outputs(&self) -> &[Compared] {
+        &self.outputs
+    }
+
+    /// The rungs, from the plainest to the fullest.
+    #[must_use]
+    pub fn rungs(&self) -> &[RungReport] {
+        &self.rungs
+    }
+
+    /// The rung of this name.
+    #[must_use]
+    pub fn rung(&self, name: &str) -> Option<&RungReport> {
+        self.rungs.iter().find(|rung| rung.name == name)
+    }
+
+    /// How far an output of a rung is from that of the last one.
+    #[must_use]
+    pub fn difference(&self, rung: &str, output: &str) -> Option<&Difference> {
+        self.rung(rung)?.differences.get(self.outputs.iter().position(|known| known.name == output)?)
+    }
+
+    /// The last rung.
+    pub(super) fn full(&self) -> &RungReport {
+        self.rungs.last().expect("a ladder has rungs")
+    }
+}

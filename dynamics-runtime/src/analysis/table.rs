@@ -1,0 +1,33 @@
+//! Rows of text as a table.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Write;
+
+/// Rows with their cells one below the other, the first column flush left, the others right; what follows the last column of the first row stands
+/// as it is.
+pub(super) fn columns(rows: &[Vec<String>]) -> String {
+    let count = rows.first().map_or(0, Vec::len);
+    let wide = |text: &String| text.chars().count();
+    let of_column = |i: usize| {
+        // A row that ends here says something in words.
+        let cells = rows.iter().filter(|row| row.len() >= count).filter_map(|row| row.get(i));
+        cells.map(wide).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..count).map(of_column).collect();
+    let first = rows.iter().filter_map(|row| row.first()).map(wide).max().unwrap_or(0);
+    let mut out = String::new();
+    for row in rows {
+        let mut line = String::new();
+        for (i, cell) in row.iter().enumerate() {
+            let _ = match widths.get(i) {
+                _ if i == 0 => write!(line, "{cell:first$}"),
+                Some(width) if row.len() >= count || i < 2 => write!(line, "  {cell:>width$}"),
+                _ => write!(line, "  {cell}"),
+            };
+        }
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
+    out
+}
