@@ -357,6 +357,28 @@ fn a_hoop_on_a_shaken_plank_rolls_and_slips() {
         }
     }
 }
+/// Without friction the plank does nothing to the hoop. At the start the reaction of rolling is zero: the side to which it slips is that of the
+/// reaction a little later.
+#[test]
+fn a_hoop_without_friction_slides_on() {
+    let hoop = Hoop { m: 0.5, r: 0.3, g: 9.81, mu: 0.0 };
+    for formulation in [Formulation::Projected, Formulation::Augmented, Formulation::Embedded] {
+        for method in [methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
+            let start = hoop.state().y(0.3).x_rate(0.75).a_rate(2.5).build().unwrap();
+            let run = hoop.simulate(start).until(5.0).tolerance(1e-9).formulation(formulation).method(&method);
+            let motion = run.contact("floor", 0.0).stick_slip("roll", "grip").run();
+            let motion = motion.unwrap_or_else(|error| panic!("{formulation} {method}: {error}"));
+            let end = motion.end();
+            assert!(
+                (end.x() - 3.75).abs() < 1e-12 && (end.a() - 12.5).abs() < 1e-11,
+                "{formulation}: {} {}",
+                end.x(),
+                end.a()
+            );
+            assert!(!end.is_engaged("roll").unwrap() && motion.events()[0].time() == 0.0);
+        }
+    }
+}
 const HOOP: [(f64, f64); 4] = [(0.1, 0.377_464_981), (0.15, 0.246_872_547), (0.2, 0.180_303_691), (5.0, 0.162_571_960)];
 
 /// A ball on a floor that is shaken, y = A sin(ω t).

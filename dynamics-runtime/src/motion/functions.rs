@@ -111,6 +111,16 @@ impl<'m, M: Simulate> Functions<'m, M> {
         self.guards[index - self.first_guard()].holds(state)
     }
 
+    /// What sticks is about to break away at the start of a step: its reaction, which may be zero there, is that of a state a little later.
+    pub(super) fn look_ahead(&mut self, index: usize, state: &M::State) -> Result<(), Fault> {
+        let guard = index - self.first_guard();
+        if self.holds(index, state) && !self.guards[guard].is_contact() {
+            let reaction = self.reactions(state)?.multipliers[self.guards[guard].constraint.first];
+            self.guards[guard].look_ahead(reaction);
+        }
+        Ok(())
+    }
+
     /// Whether a function is that of a contact that holds.
     pub(super) fn is_closed(&self, index: usize, state: &M::State) -> bool {
         let guard = index.checked_sub(self.first_guard()).map(|guard| &self.guards[guard]);

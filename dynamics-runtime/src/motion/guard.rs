@@ -62,6 +62,8 @@ pub(crate) struct Guard {
     /// Its index among the switched constraints.
     switch: usize,
     law: Law,
+    /// What the reaction has become a little after the instant at which sticking breaks away, where it may be zero.
+    later: Option<f64>,
 }
 
 impl Guard {
@@ -92,7 +94,7 @@ impl Guard {
         match constraint.switched {
             Some(switch) if constraint.kind == kind && constraint.rows == 1 => {
                 let what = if matches!(law, Law::Contact(_)) { "contact" } else { "slip" };
-                Ok(Self { name: format!("{name} {what}"), constraint, switch, law })
+                Ok(Self { name: format!("{name} {what}"), constraint, switch, law, later: None })
             }
             _ => Err(OptionError::NotForGuard { option, constraint: constraint.name, kind, found: constraint.kind }),
         }
@@ -144,10 +146,15 @@ impl Guard {
         Some(Closing { constraint, law, hardest: 0.0 })
     }
 
+    /// Notes the reaction a little after the instant at which the guard is about to act.
+    pub(super) fn look_ahead(&mut self, reaction: f64) {
+        self.later = Some(reaction);
+    }
+
     /// Does what is due where the function has fallen to zero, unless an action at the same instant has dealt with it: contacts that close together
     /// are hit together, and whether one that was to lift off still does when velocities have jumped is for its new reaction to say.
-    pub(crate) fn act<M: Simulate>(&self, change: &mut Change<'_, M>) {
-        let name = self.constraint.name;
+    pub(crate) fn act<M: Simulate>(&mut self, change: &mut Change<'_, M>) {
+        let (name, later) = (self.constraint.name, self.later.take());
         let holds = self.holds(change.state());
         if holds != self.holds(change.instant()) {
             return;
@@ -155,6 +162,9 @@ impl Guard {
         let jumped = change.state().u() != change.instant().u();
         match self.law {
             Law::Contact(_) if holds && jumped => {}
+            Law::Stick { .. } if holds && !jumped && later.is_some_and(|reaction| reaction != 0.0) => {
+                change.release_to(name, -later.unwrap_or_default());
+            }
             Law::Contact(_) | Law::Stick { .. } if holds => change.release(name),
             Law::Stick { .. } if jumped => change.engage(name),
             Law::Stick { .. } => change.catch(name),

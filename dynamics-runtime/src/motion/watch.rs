@@ -285,6 +285,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
             Standing::JustFired(_) | Standing::ZeroAtStart | Standing::Zero
                 if index >= self.functions.first_guard() && direction == Direction::Falling =>
             {
+                self.functions.look_ahead(index, &state(theta))?;
                 self.found.push(Crossing { index, theta: 0.0, direction });
             }
             // With a slope it passes on, as a reset that only slows it may want. Without one it was brought to rest at the event.
