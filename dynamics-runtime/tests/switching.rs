@@ -93,6 +93,13 @@ fn a_ball_bounces_and_comes_to_rest() {
     assert!((summary.energy_lost - ball.m * ball.g * h).abs() < 1e-9, "{summary}");
     assert!(summary.energy_drift < 1e-8, "{summary}");
     assert!(summary.to_string().contains("impacts      21, "), "{summary}");
+    let slowest = speed * e.powi(20);
+    assert!(summary.upkept.rests == 1 && (summary.upkept.fastest_rest - slowest).abs() < 1e-8, "{summary}");
+    assert!(summary.to_string().contains(&format!("too slow to rebound at {slowest:.1e} or less")), "{summary}");
+    // Asked for, it is no news.
+    let contact = Contact { restitution: e, rest_speed: Some(0.01) };
+    let motion = ball.simulate(start).until(6.0).contact("floor", contact).run().unwrap();
+    assert!(motion.end().modes.all_hold() && !motion.summary().to_string().contains("too slow"));
 }
 
 #[test]

@@ -263,6 +263,14 @@ impl Summary {
         if self.impacts > 0 {
             write!(f, "\n  impacts      {}, {:.6e} of energy lost", Grouped(self.impacts as u64), self.energy_lost)?;
         }
+        let Upkept { rests, fastest_rest, .. } = self.upkept;
+        if rests > 0 {
+            let times = if rests == 1 { String::new() } else { alloc::format!(", {} times", Grouped(rests)) };
+            write!(
+                f,
+                "\n               too slow to rebound at {fastest_rest:.1e} or less{times}: no `rest_speed` is given"
+            )?;
+        }
         Ok(())
     }
 

@@ -35,11 +35,21 @@ pub struct Upkept {
     pub repartitions: u64,
     /// How often a dead point of theirs came in the way, within a step or at its end, and a projection took over.
     pub block_failures: u64,
+    /// How often a contact without a [`rest_speed`](super::Contact::rest_speed) was hit too slowly to rebound and counted as at rest.
+    pub rests: u64,
+    /// The largest speed, |Φ̇|, at which one did.
+    pub fastest_rest: f64,
     /// Worst conditioning of the constraints: met by the general solver, or of the block of dependent coordinates.
     pub conditioning: Option<Conditioning>,
 }
 
 impl Upkept {
+    /// A contact came to rest that approached, or moved away, with a speed.
+    fn rest(&mut self, speed: f64) {
+        self.rests += 1;
+        self.fastest_rest = self.fastest_rest.max(speed.abs());
+    }
+
     /// The end of a step was settled: by how much.
     #[inline]
     pub(super) fn note_move(&mut self, size: f64) {
@@ -456,7 +466,14 @@ impl<M: Constraints> Upkeep<M> {
         let approach = -rates[M::CONSTRAINTS[constraint].first];
         contact.hardest = contact.hardest.max(approach);
         let rest = contact.law.rest_speed.unwrap_or(1e-3 * contact.hardest);
-        if approach <= rest { 0.0 } else { contact.law.restitution }
+        let restitution = contact.law.restitution;
+        if approach > rest {
+            return restitution;
+        }
+        if restitution > 0.0 && contact.law.rest_speed.is_none() {
+            self.upkept.rest(approach);
+        }
+        0.0
     }
 
     /// Whether a contact moves no faster than what closes instead of rebounding.
@@ -465,8 +482,13 @@ impl<M: Constraints> Upkeep<M> {
     }
 
     /// Whether a contact that is back before it was seen to move away may rest. It is as slow as no law would ask for, where none was given.
-    pub(super) fn rests_unseen(&self, constraint: usize, rates: &M::Rows) -> bool {
-        self.is_below_rest(constraint, rates, 0.1)
+    pub(super) fn rests_unseen(&mut self, constraint: usize, rates: &M::Rows) -> bool {
+        let rests = self.is_below_rest(constraint, rates, 0.1);
+        let given = |contact: &Closing| contact.constraint == constraint && contact.law.rest_speed.is_some();
+        if rests && !self.contacts.iter().any(given) {
+            self.upkept.rest(rates[M::CONSTRAINTS[constraint].first]);
+        }
+        rests
     }
 
     fn is_below_rest(&self, constraint: usize, rates: &M::Rows, part: f64) -> bool {
