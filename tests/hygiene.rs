@@ -287,6 +287,52 @@ mod constrained {
     }
 }
 
+/// Blocks in one module for structs of one name: they are no two blocks for one struct.
+mod namesakes {
+    macro_rules! wheel {
+        ($module:ident) => {
+            mod $module {
+                use dynamics::prelude::*;
+
+                /// A wheel.
+                #[derive(Debug, Dynamics)]
+                #[coordinates(angle)]
+                pub(super) struct Wheel {
+                    pub(super) inertia: f64,
+                }
+            }
+        };
+    }
+    wheel!(front);
+    wheel!(rear);
+    use dynamics::prelude::*;
+
+    #[dynamics]
+    impl front::Wheel {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.inertia * q.angle.dt().powi(2)
+        }
+    }
+
+    #[dynamics]
+    impl rear::Wheel {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.inertia * q.angle.dt().powi(2)
+        }
+    }
+
+    #[test]
+    fn each_has_its_own_block() {
+        let (front, rear) = (front::Wheel { inertia: 1.0 }, rear::Wheel { inertia: 3.0 });
+        let front_state = front.state().angle_rate(2.0).build().expect("finite");
+        let rear_state = rear.state().angle_rate(2.0).build().expect("finite");
+        assert!((front.kinetic_energy(&front_state) - 2.0).abs() < 1e-15);
+        assert!((rear.kinetic_energy(&rear_state) - 6.0).abs() < 1e-15);
+    }
+}
+
 /// The façade under another name.
 mod renamed {
     pub(crate) use dynamics as mechanics;
