@@ -115,7 +115,7 @@ pub mod __private {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Point};
     pub use dynamics_runtime::reaction::{Reaction, Reactions, type_of};
-    pub use dynamics_runtime::series::expand;
+    pub use dynamics_runtime::series::{self, expand, expand_constrained};
     pub use dynamics_runtime::unconstrained;
     pub use dynamics_runtime::{Expr, SmoothFunction, math};
     pub use nalgebra::{ArrayStorage, SMatrix, SVector};

@@ -67,7 +67,13 @@ fn steps_of_unrolled_constraints_do_not_allocate() {
     for formulation in formulations {
         let recorded = model.simulate(start).until(10.0).tolerance(1e-8).formulation(formulation).run().unwrap();
         assert_eq!(recorded.summary().upkept.general, 0, "generated code alone is looked at: {}", recorded.summary());
-        for method in &[methods::Any::from(methods::Rk4), methods::DormandPrince5.into(), methods::Dop853.into()] {
+        let taylor = methods::Any::from(methods::Taylor { order: None });
+        for method in
+            &[methods::Any::from(methods::Rk4), methods::DormandPrince5.into(), methods::Dop853.into(), taylor]
+        {
+            if method.method() == Method::Taylor && !formulation.is_exact() && formulation != Formulation::Augmented {
+                continue;
+            }
             let observed = |end: f64| {
                 let mut states = 0_u64;
                 let simulation = model.simulate(start).until(end).formulation(formulation).method(method);

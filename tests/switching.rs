@@ -439,7 +439,12 @@ fn a_ball_on_a_shaken_floor_flies_as_often_as_it_should() {
         let start = model.state().y_rate(amplitude * frequency).build().unwrap();
         for formulation in formulations {
             for tolerance in [1e-6, 1e-9, 1e-12] {
-                for method in &[methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
+                let taylor = methods::Taylor { order: None };
+                for method in &[methods::Any::from(methods::DormandPrince5), methods::Dop853.into(), taylor.into()] {
+                    // Series have no part for what Baumgarte's formulation adds.
+                    if method.method() == Method::Taylor && formulation == Formulation::BaumgarteTied {
+                        continue;
+                    }
                     let run = model.simulate(start).until(3.0).tolerance(tolerance).formulation(formulation);
                     let case = format!("{amplitude} {frequency} {formulation:?} {tolerance:e}");
                     let motion = run.contact("floor", 0.0).method(method).run();

@@ -64,29 +64,6 @@ impl Driven {
     }
 }
 
-/// A pendulum in Cartesian coordinates.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(x, y)]
-struct Bob {
-    length: f64,
-}
-
-#[dynamics]
-impl Bob {
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * vec2(q.x, q.y).dt().norm_squared()
-    }
-    #[potential]
-    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-        9.81 * q.y
-    }
-    #[holonomic]
-    fn rod(&self, q: &Coordinates<Self>) -> Expr {
-        vec2(q.x, q.y).norm() - self.length
-    }
-}
-
 /// A bead on a wire of which only a spline is known.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(s)]
@@ -251,10 +228,6 @@ fn inputs_that_an_event_changes_are_those_of_the_next_series() {
 
 #[test]
 fn models_without_series_say_why() {
-    let bob = Bob { length: 1.0 };
-    let start = bob.state().x(1.0).build().unwrap();
-    let refused = bob.simulate(start).until(1.0).method(TAYLOR).run().unwrap_err();
-    assert!(refused.to_string().contains("it has constraints"), "{refused}");
     let height = CubicSpline::natural(&[0.0, 1.0, 2.0, 3.0], &[1.0, 0.0, 0.5, 1.0]).unwrap();
     let bead = Bead { height };
     let start = bead.state().s(0.5).build().unwrap();

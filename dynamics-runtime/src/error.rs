@@ -97,6 +97,11 @@ pub enum SolveError {
         /// The constraint that does not hold.
         constraint: &'static str,
     },
+    /// Constraints depend on each other here, so that λ and its coefficients are not unique.
+    NotExpandable {
+        /// The rows that do, the most involved first.
+        rows: Involved,
+    },
     /// A constraint, its Jacobian or γ is infinite or not a number.
     ConstraintNotFinite {
         /// The row.
@@ -162,6 +167,11 @@ impl fmt::Display for SolveError {
             Self::Released { constraint } => write!(
                 f,
                 "constraint `{constraint}` is released, and derivatives are generated for all constraints; linearise a model without it"
+            ),
+            Self::NotExpandable { rows } => write!(
+                f,
+                "the motion has no Taylor series here: {rows} depend on each other, and what each of them carries is not decided; choose \
+                 another method"
             ),
             Self::ConstraintNotFinite { row } => write!(f, "constraint `{row}` is not finite here"),
         }

@@ -133,10 +133,18 @@ pub trait System<V: Vector> {
     #[inline(always)]
     fn accepted(&mut self) {}
     /// Taylor coefficients of the motion through y at t, with q̈ = `a` there: x(t + s·scale) = Σ xₖ sᵏ. The first rows of `q` and `u` are those of y; the
-    /// others are written, as many as there are. False, and nothing written, where there is no series.
+    /// others are written, as many as there are. False, and nothing written, where the system has no series.
     #[inline(always)]
-    fn series(&mut self, _t: f64, _y: &Phase<V>, _a: &V, _scale: f64, _q: &mut [V], _u: &mut [V]) -> bool {
-        false
+    fn series(
+        &mut self,
+        _t: f64,
+        _y: &Phase<V>,
+        _a: &V,
+        _scale: f64,
+        _q: &mut [V],
+        _u: &mut [V],
+    ) -> Result<bool, Self::Error> {
+        Ok(false)
     }
     /// Whether the accelerations choose between expressions: a series is then that of the branch at its start.
     #[inline(always)]

@@ -265,15 +265,17 @@ pub trait Dynamics: Model {
     const SERIES: Expansion = Expansion::None { reason: "its equations were written by hand" };
     /// Taylor coefficients of the motion through a state with these accelerations, inputs and modes held: x(t + s·scale) = Σ xₖ sᵏ. Row k of `q` and
     /// `u` gets the coefficients k; as many orders as there are rows, at most [`crate::series::MOST_ORDER`]. Called only where
-    /// [`Dynamics::SERIES`] says that it is there.
+    /// [`Dynamics::SERIES`] says that it is there. False where there is none at this state: constraints depend on each other.
     fn series(
         &self,
+        _constants: &Self::Constants,
         _state: &Self::State,
         _accelerations: &Self::Vector,
         _scale: f64,
         _q: &mut [Self::Vector],
         _u: &mut [Self::Vector],
-    ) {
+    ) -> bool {
+        false
     }
 }
 

@@ -4,9 +4,15 @@
 //! underflow, whatever the units of a model. Generated code says how coefficients of order k follow from lower ones; the Cauchy sums that
 //! it needs, Σ aⱼ bₖ₋ⱼ over j = 1 … k−1, are formed here, for all products of a model side by side.
 
+mod constrained;
+mod equations;
+
 use nalgebra::SVector;
 
 use crate::math::add_product;
+
+pub use constrained::{Factors, Recurrences, expand_constrained};
+pub use equations::{Equations, multipliers};
 
 /// Highest order of a series.
 pub const MOST_ORDER: usize = 30;
@@ -26,11 +32,11 @@ impl<const B: usize> Row<B> {
 /// Coefficients of one order k: q̈, then left and right factors of all lanes.
 pub type Coefficients<const N: usize, const B: usize> = ([f64; N], [[f64; WIDTH]; B], [[f64; WIDTH]; B]);
 
-/// Reciprocals of the orders.
-const RECIPROCAL: [f64; MOST_ORDER + 1] = {
-    let mut table = [0.0; MOST_ORDER + 1];
+/// Reciprocals of the orders, and of the one after them.
+const RECIPROCAL: [f64; MOST_ORDER + 2] = {
+    let mut table = [0.0; MOST_ORDER + 2];
     let mut k = 1;
-    while k <= MOST_ORDER {
+    while k < table.len() {
         table[k] = 1.0 / k as f64;
         k += 1;
     }
@@ -87,6 +93,58 @@ pub fn expand<const N: usize, const B: usize>(
         last = (Row(new_left), Row(new_right));
         (left[k], right[k]) = last;
         advance(q, u, k, &a);
+    }
+}
+
+/// Factors of all lanes, order by order.
+///
+/// Rows that have just been stored piece by piece cannot be loaded whole for a while. So the terms of order k + 1 are summed while order k is
+/// computed: those of rows before the last from memory, those of the last row (k − 1) from `last`; what contains row k is added when it is there.
+struct Lanes<const B: usize> {
+    left: [Row<B>; MOST_ORDER + 1],
+    right: [Row<B>; MOST_ORDER + 1],
+    known: Row<B>,
+    last: (Row<B>, Row<B>),
+}
+
+impl<const B: usize> Lanes<B> {
+    const EMPTY: Self = Self {
+        left: [Row::ZERO; MOST_ORDER + 1],
+        right: [Row::ZERO; MOST_ORDER + 1],
+        known: Row::ZERO,
+        last: (Row::ZERO, Row::ZERO),
+    };
+
+    /// Sums of order k, and what is known of those of order k + 1. Called for every order k ≥ 1, before its factors are stored.
+    #[inline(always)]
+    fn sums(&mut self, k: usize) -> Row<B> {
+        let Self { left, right, known, last } = self;
+        let mut sums = *known;
+        match k {
+            1 => {}
+            2 => add(&mut sums, &last.0, &last.1),
+            _ => {
+                add(&mut sums, &left[1], &last.1);
+                add(&mut sums, &last.0, &right[1]);
+            }
+        }
+        *known = if k > 4 { cauchy(&left[3..k - 1], &right[3..k - 1]) } else { Row::ZERO };
+        match k {
+            1 | 2 => {}
+            3 => add(known, &last.0, &last.1),
+            _ => {
+                add(known, &left[2], &last.1);
+                add(known, &last.0, &right[2]);
+            }
+        }
+        sums
+    }
+
+    /// Stores the factors of order k.
+    #[inline(always)]
+    fn store(&mut self, k: usize, left: [[f64; WIDTH]; B], right: [[f64; WIDTH]; B]) {
+        self.last = (Row(left), Row(right));
+        (self.left[k], self.right[k]) = self.last;
     }
 }
 

@@ -17,5 +17,6 @@ mod unrolled;
 pub(crate) use ldl::Elsewhere;
 pub use ldl::Factors;
 pub use levers::{Definition, Levers, Stationary};
+pub(crate) use minimum_degree::MinimumDegree;
 pub use solver::{Constrained, Solver, Stuck, unroll};
 pub use unrolled::{Elimination, Guard, Guarded, Unrolled};

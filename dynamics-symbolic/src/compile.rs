@@ -270,7 +270,7 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         events: inline("events", &checked(e.events_use_accelerations && !constrained, &e.events)),
         constraints: e.constraints.as_ref().map(|c| constraints(model, e, c)),
         // Expanded last: it adds nodes of its own.
-        series: Err(Unexpandable::Constrained),
+        series: Err(Unexpandable::TooLarge(0)),
     }
 }
 

@@ -13,6 +13,7 @@ mod solution;
 mod velocity_form;
 
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
+pub(crate) use constraints::reaction;
 pub use derive::{Underivable, derive, derive_on};
 pub use equations::{
     ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Released,

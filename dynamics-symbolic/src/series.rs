@@ -12,17 +12,22 @@
 //! of order k. Each is a *lane* with a left and a right factor; whoever runs the programs keeps the coefficients of all factors as rows, one
 //! column per lane, and forms all sums of an order side by side. What is left is straight-line code ([`Series::next`]), linear in what is new.
 //!
+//! With constraints λ has coefficients too, and coefficient k of M q̈ = Q + Φ_qᵀλ is solved together with coefficient k + 2 of Φ = 0
+//! (`constrained.rs`).
+//!
 //! Source: Moore, *Interval Analysis* (1966); Jorba, Zou, Experimental Mathematics 14 (2005) 99. The solution order by order with one
 //! factorisation is that of Pryce, BIT 41 (2001) 364, and Nedialkov, Pryce, BIT 45 (2005) 561, for differential–algebraic equations.
 
+mod constrained;
 mod recurrence;
 
 use crate::algebra::Factors;
 use crate::graph::{FunctionId, Graph, NodeId, Symbol};
-use crate::mechanics::Equations;
+use crate::mechanics::{Equations, General, Solution};
 use crate::schedule::{Program, Staging, schedule};
 
-use recurrence::Expansion;
+pub use constrained::{Constrained, Solve};
+use recurrence::{Expansion, Lane};
 
 /// Programs for the Taylor coefficients of the coordinates, N of them.
 #[derive(Clone, Debug)]
@@ -38,12 +43,14 @@ pub struct Series {
     /// | `Multiplier(i)` | Σ over j = 1 … k−1 of left factor j times right factor k−j of lane i |
     /// | `Input(0)`, `Input(1)` | k, 1/k |
     pub graph: Graph,
-    /// Coefficients k ≥ 1: q̈ (N), left factors, then right factors of the lanes.
+    /// Coefficients k ≥ 1: q̈ (N; none where there are constraints), left factors, then right factors of the lanes.
     pub next: Program,
     /// Number of lanes.
     pub lanes: usize,
     /// Whether some value is a choice (`if`, min, max, abs, signum): the series is that of the branch taken at its start.
     pub chooses: bool,
+    /// What constraints add.
+    pub constrained: Option<Constrained>,
 }
 
 /// Why there is no series.
@@ -53,13 +60,15 @@ pub enum Unexpandable {
     Smooth(FunctionId),
     /// A pivot of M is identically zero: the coordinate's index.
     Singular(usize),
-    /// The model has constraints.
-    Constrained,
+    /// Constraints repeat each other: λ is not unique.
+    Redundant,
+    /// Applied forces depend on the reactions.
+    Friction,
     /// So many operations per coefficient.
     TooLarge(usize),
 }
 
-/// Most operations of [`Series::start`] and of [`Series::next`], which are one function.
+/// Most operations of [`Series::start`] and of what gives one order, which are one function.
 pub const LIMIT: usize = 3_000;
 
 /// The series of a model's motions.
@@ -67,9 +76,21 @@ pub const LIMIT: usize = 3_000;
 /// # Errors
 /// Why they cannot be expanded.
 pub fn expand(graph: &mut Graph, equations: &Equations) -> Result<Series, Unexpandable> {
-    match equations.constraints {
-        Some(_) => Err(Unexpandable::Constrained),
+    // What takes so many by itself takes more order by order: large models are not expanded in vain.
+    let terms = [&equations.mass_matrix.concat()[..], &equations.generalized_force].concat();
+    let operations = graph.operations(&terms);
+    if operations > LIMIT {
+        return Err(Unexpandable::TooLarge(operations));
+    }
+    match &equations.constraints {
         None => expand_free(graph, &equations.mass_matrix, &equations.generalized_force),
+        Some(c) => match c.solution {
+            Solution::General(General::Redundant) => Err(Unexpandable::Redundant),
+            Solution::General(General::Friction) => Err(Unexpandable::Friction),
+            Solution::Unrolled(_) | Solution::General(General::NoPivots | General::TooLarge(_)) => {
+                constrained::expand(graph, &equations.mass_matrix, &equations.generalized_force, c)
+            }
+        },
     }
 }
 
@@ -110,14 +131,9 @@ fn right_side(e: &mut Expansion<'_>, row: &[NodeId], force: NodeId) -> Result<No
 
 /// The factors of all lanes, and everything as programs.
 fn finish(mut e: Expansion<'_>, accelerations: Vec<NodeId>) -> Result<Series, Unexpandable> {
-    // Factors may bring further lanes with them.
-    let (mut left, mut right) = (Vec::new(), Vec::new());
-    while let Some(lane) = e.lanes().get(left.len()).copied() {
-        left.push(if lane.weighted { e.weighted(lane.left)? } else { e.coefficient(lane.left)? });
-        right.push(e.coefficient(lane.right)?);
-    }
-    let lanes = left.len();
-    let results = [accelerations, left, right].concat();
+    let factors = factors(&mut e)?;
+    let lanes = e.lanes().len();
+    let results = [accelerations, factors].concat();
     let Expansion { base, order: graph, kept, chooses, .. } = e;
     let next = schedule(&graph, "series_next", &results, Staging::Inline);
     let start = schedule(base, "series_start", &kept, Staging::Inline);
@@ -125,5 +141,17 @@ fn finish(mut e: Expansion<'_>, accelerations: Vec<NodeId>) -> Result<Series, Un
     if operations > LIMIT {
         return Err(Unexpandable::TooLarge(operations));
     }
-    Ok(Series { start, graph, next, lanes, chooses })
+    Ok(Series { start, graph, next, lanes, chooses, constrained: None })
+}
+
+/// Coefficients of the left factors of all lanes, then those of the right ones.
+fn factors(e: &mut Expansion<'_>) -> Result<Vec<NodeId>, Unexpandable> {
+    // Factors may bring further lanes with them.
+    let (mut left, mut right) = (Vec::new(), Vec::new());
+    while let Some(Lane { left: of_left, weighted, right: of_right }) = e.lanes().get(left.len()).copied() {
+        left.push(if weighted { e.weighted(of_left)? } else { e.coefficient(of_left)? });
+        right.push(e.coefficient(of_right)?);
+    }
+    left.append(&mut right);
+    Ok(left)
 }

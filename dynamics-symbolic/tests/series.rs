@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::taylor::{eliminate, polynomial};
 use common::{Values, arm, chain, double_pendulum, kepler, relative_chain, spherical_pendulum, zoo};
 use dynamics_symbolic::graph::{Binary, Bindings, Comparison, FunctionId, Graph, NodeId, Number, Symbol, Unary};
 use dynamics_symbolic::mechanics::{Model, derive};
@@ -65,17 +66,6 @@ fn coefficients(series: &Series, base: &Graph, at: &Values, scale: f64, order: u
     q
 }
 
-/// Sum and first two derivatives of a polynomial in s.
-fn polynomial(c: &[Vec<f64>], i: usize, s: f64) -> [f64; 3] {
-    let (mut value, mut slope, mut bend) = (0.0, 0.0, 0.0);
-    for row in c.iter().rev() {
-        bend = bend * s + 2.0 * slope;
-        slope = slope * s + value;
-        value = value * s + row[i];
-    }
-    [value, slope, bend]
-}
-
 /// Largest |M q̈ − Q| of the polynomial at time s·scale after the start, and the size of what it is a difference of.
 fn remainder(
     g: &Graph,
@@ -114,27 +104,6 @@ fn accelerations(g: &Graph, mass: &[Vec<NodeId>], force: &[NodeId], at: &Values)
     let values = g.evaluate(&roots, at);
     let matrix = mass.iter().map(|row| row.iter().map(|entry| values[entry.index()]).collect()).collect();
     eliminate(matrix, force.iter().map(|f| values[f.index()]).collect())
-}
-
-/// Gauss elimination with pivots by rows.
-fn eliminate(mut m: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
-    let n = b.len();
-    for k in 0..n {
-        let p = (k..n).max_by(|i, j| m[*i][k].abs().total_cmp(&m[*j][k].abs())).expect("not empty");
-        m.swap(k, p);
-        b.swap(k, p);
-        for i in k + 1..n {
-            let (above, below) = m.split_at_mut(i);
-            let factor = below[0][k] / above[k][k];
-            below[0].iter_mut().zip(&above[k]).for_each(|(x, y)| *x -= factor * y);
-            b[i] -= factor * b[k];
-        }
-    }
-    for k in (0..n).rev() {
-        let known: f64 = (k + 1..n).map(|j| m[k][j] * b[j]).sum();
-        b[k] = (b[k] - known) / m[k][k];
-    }
-    b
 }
 
 /// Asserts that the series of order 14 has a remainder that falls with the 13th power of time, down to rounding.

@@ -204,6 +204,22 @@ fn implicit_end_values() {
     keeps_with(methods::Radau5, &PUBLISHED, start(&PUBLISHED), &references, &promises);
 }
 
+#[test]
+fn end_values_by_series() {
+    use Formulation::*;
+    let references = [Reference { t: 0.03, q: &Q_END, u: &U_END, multipliers: &LAMBDA_END }];
+    // Multipliers have eight digits at 1e-8; at 1e-12 what is left is the rounding of the crank's angle, to which they are that sensitive.
+    let promises = [
+        promise(Projected, 1e-6, [1e-6, 1e-5, 1e-5], [1e-15, 1e-13]),
+        promise(Projected, 1e-8, [1e-8; 3], [1e-15, 1e-13]),
+        promise(Embedded, 1e-8, [2e-8; 3], [1e-15, 1e-13]),
+        promise(Projected, 1e-9, [1e-8; 3], [1e-15, 1e-13]),
+        promise(Projected, 1e-12, [1e-12, 1e-12, 1e-10], [1e-15, 1e-13]),
+        promise(Augmented, 1e-12, [1e-11, 1e-11, 1e-10], [1e-13, 1e-11]),
+    ];
+    keeps_with(methods::Taylor { order: None }, &PUBLISHED, start(&PUBLISHED), &references, &promises);
+}
+
 /// The crank alone leads: β from the integrator, the other angles and all velocities from the closure, β̈ from the equations by hand.
 struct Led {
     model: Andrews,

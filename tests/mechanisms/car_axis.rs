@@ -95,6 +95,21 @@ fn implicit_end_values() {
     keeps_with(methods::Radau5, &model, start(&model), &references, &promises);
 }
 
+#[test]
+fn end_values_by_series() {
+    use Formulation::*;
+    let model = model();
+    let references = [REFERENCE];
+    let promises = [
+        promise(Projected, 1e-6, [1e-6, 1e-5, 1e-5], [1e-14; 2]),
+        promise(Projected, 1e-8, [1e-8, 1e-7, 1e-7], [1e-14; 2]),
+        promise(Embedded, 1e-8, [1e-8, 1e-7, 1e-7], [1e-14; 2]),
+        promise(Projected, 1e-12, [1e-12, 1e-11, 1e-12], [1e-14; 2]),
+        promise(Augmented, 1e-12, [1e-11, 1e-10, 1e-10], [1e-11; 2]),
+    ];
+    keeps_with(methods::Taylor { order: None }, &model, start(&model), &references, &promises);
+}
+
 /// The road works on the bar: dE/dt is the power of the moving constraint, −λ Φ_t, and of the moving right spring, −∂L/∂t.
 #[test]
 fn the_work_of_the_road_is_accounted_for() {

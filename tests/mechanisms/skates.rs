@@ -125,6 +125,13 @@ fn the_sleigh_in_every_formulation() {
         ],
     );
     embeds_as_it_projects(&model, start, &references, 3.0);
+    let promises = [
+        promise(Projected, 1e-6, [1e-5; 3], [0.0, 1e-12]),
+        promise(Projected, 1e-9, [1e-8; 3], [0.0, 1e-12]),
+        promise(Projected, 1e-12, [1e-11; 3], [0.0, 1e-12]),
+        promise(Augmented, 1e-12, [1e-11; 3], [0.0, 1e-10]),
+    ];
+    keeps_with(methods::Taylor { order: None }, &model, start, &references, &promises);
 }
 
 /// Energy is kept although phase volume is not: the sleigh ends on a straight line, at the speed that the energy gives.

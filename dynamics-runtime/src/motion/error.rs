@@ -260,8 +260,15 @@ pub enum OptionError {
     NoSeries {
         /// The method that needs one.
         method: super::Method,
-        /// Why there is none, in words: `it has constraints`.
+        /// Why there is none, in words: `its forces depend on reactions`.
         reason: &'static str,
+    },
+    /// The method expands motions into Taylor series, and this formulation adds what is no part of them.
+    SeriesExcludes {
+        /// The method.
+        method: super::Method,
+        /// The formulation.
+        formulation: super::Formulation,
     },
     /// `.fixed_step(..)` leaves nothing for another step option to say.
     FixedStepExcludes {
@@ -347,6 +354,11 @@ impl fmt::Display for OptionError {
             Self::NoSeries { method, reason } => {
                 write!(f, "{method} is not possible for this model: {reason}; choose another method")
             }
+            Self::SeriesExcludes { method, formulation } => write!(
+                f,
+                "{method} satisfy the constraints in every coefficient, and what the formulation `{formulation}` adds is no part of them; \
+                 drop `.formulation(..)`, or choose another method"
+            ),
             Self::FixedStepExcludes { option } => {
                 write!(f, "`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")
             }

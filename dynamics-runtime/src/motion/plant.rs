@@ -4,6 +4,7 @@ use alloc::boxed::Box;
 
 use super::upkeep::Upkeep;
 use crate::constrain::memory::max_abs;
+use crate::constrain::weakness::weakness;
 use crate::error::SolveError;
 use crate::integrate::{Dense, Knot, Phase, Settled, Step, System, Tolerances, by_state, increment, zip};
 use crate::model::{Constraints, Expansion, Model, ModelState, Modes, Vector};
@@ -81,6 +82,11 @@ impl<M: Constraints> Plant<'_, '_, M> {
             state = with_inputs::<M>(self.law, state);
         }
         state
+    }
+
+    #[cold]
+    fn not_expandable(&self, state: &M::State) -> EvaluationError {
+        EvaluationError::Solve(SolveError::NotExpandable { rows: weakness(self.model, state).rows })
     }
 
     /// q̈ at a stage.
@@ -260,15 +266,18 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         scale: f64,
         q: &mut [M::Vector],
         u: &mut [M::Vector],
-    ) -> bool {
+    ) -> Result<bool, EvaluationError> {
         // Inputs that follow a law have no series.
         if self.law.is_some() || !matches!(M::SERIES, Expansion::Generated { .. }) {
-            return false;
+            return Ok(false);
         }
         let state = self.state(t, &y.q, &y.u);
         (q[0], u[0]) = (y.q, y.u);
-        self.model.series(&state, a, scale, q, u);
-        true
+        if self.model.series(self.constants, &state, a, scale, q, u) {
+            Ok(true)
+        } else {
+            Err(self.not_expandable(&state))
+        }
     }
 
     #[inline(always)]

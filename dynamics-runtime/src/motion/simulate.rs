@@ -420,9 +420,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         number("until", end, end.is_finite(), "a finite time")?;
         let options = self.check_steps()?;
         let method = self.choose_method(&options.tolerances)?;
-        self.check_series(&method.0)?;
         let output_times = self.output_list()?;
         let formulation = Formulation::choose::<M>(self.formulation)?;
+        self.check_series(&method.0, formulation.as_ref().map(|(formulation, _)| *formulation))?;
         let tightest = options.tolerances.absolute.min(options.tolerances.relative);
         let hands_over = self.method.is_none() && self.fixed.is_none() && tightest >= TIGHT && M::Vector::LEN <= LARGE;
         number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
@@ -498,9 +498,13 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         })
     }
 
-    fn check_series(&self, method: &AnyDriver<M>) -> Result<(), OptionError> {
+    fn check_series(&self, method: &AnyDriver<M>, formulation: Option<Formulation>) -> Result<(), OptionError> {
         if !method.needs_series() {
             return Ok(());
+        }
+        let adds = |of: &Formulation| matches!(of, Formulation::Baumgarte { .. } | Formulation::BaumgarteTied);
+        if let Some(formulation) = formulation.filter(adds) {
+            return Err(OptionError::SeriesExcludes { method: method.method(), formulation });
         }
         let reason = match M::SERIES {
             Expansion::None { reason } => reason,

@@ -9,7 +9,7 @@
 
 use crate::graph::{Graph, NodeId};
 
-use super::ldl::{Factors, Rest};
+use super::ldl::{Elsewhere, Factors, Rest};
 use super::unrolled::{Guard, Guarded};
 
 /// Below this share of the diagonal a pivot of the inertia is rounding.
@@ -19,15 +19,15 @@ const ROW: f64 = 1e-8;
 
 /// The factored system.
 #[derive(Clone, Debug)]
-pub(super) struct MinimumDegree {
+pub(crate) struct MinimumDegree {
     factors: Factors,
     coordinates: usize,
-    pub(super) guards: Vec<Guard>,
+    pub(crate) guards: Vec<Guard>,
 }
 
 impl MinimumDegree {
     /// Factors the system of M (N×N) and Φ_q (R×N); `None` where only pivots that are zero in every state are left.
-    pub(super) fn new(g: &mut Graph, mass: &[Vec<NodeId>], jacobian: &[Vec<NodeId>]) -> Option<Self> {
+    pub(crate) fn new(g: &mut Graph, mass: &[Vec<NodeId>], jacobian: &[Vec<NodeId>]) -> Option<Self> {
         let (n, r) = (mass.len(), jacobian.len());
         let mut rest = Rest::new(n + r);
         for (i, row) in mass.iter().enumerate() {
@@ -74,5 +74,12 @@ impl MinimumDegree {
         let mut x = self.factors.solve(g, &right);
         let opposite = x.split_off(self.coordinates);
         (x, opposite.into_iter().map(|y| g.neg(y)).collect())
+    }
+
+    /// q̈ and λ, joined, where right-hand sides (Q and γ, joined) and solution are nodes of another graph.
+    pub(crate) fn solve_elsewhere(&self, other: &mut impl Elsewhere, right: &[NodeId]) -> Vec<NodeId> {
+        let mut x = self.factors.solve_elsewhere(other, right);
+        x[self.coordinates..].iter_mut().for_each(|y| *y = other.graph().neg(*y));
+        x
     }
 }

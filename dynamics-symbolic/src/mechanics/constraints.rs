@@ -102,12 +102,12 @@ fn jacobian(g: &mut Graph, places: &[NodeId], velocities: &[NodeId], n: usize) -
     rows
 }
 
-/// Φ_qᵀλ with symbols for λ: two reverse sweeps.
-pub(super) fn reaction(g: &mut Graph, rows: &Rows, n: usize) -> Vec<NodeId> {
-    let seeded = rows.named.iter().enumerate();
+/// Φ_qᵀλ of rows, the first `holonomic` of them Φ, the others A q̇ + b, with symbols for λ: two reverse sweeps.
+pub(crate) fn reaction(g: &mut Graph, rows: &[Named], holonomic: usize, n: usize) -> Vec<NodeId> {
+    let seeded = rows.iter().enumerate();
     let seeded: Vec<(NodeId, NodeId)> =
         seeded.map(|(r, row)| (row.node, g.symbol(Symbol::Multiplier(r as u32)))).collect();
-    let (places, velocities) = seeded.split_at(rows.holonomic);
+    let (places, velocities) = seeded.split_at(holonomic);
     let holonomic = gradient(g, places, &symbols(n, Symbol::Coordinate));
     let nonholonomic = gradient(g, velocities, &symbols(n, Symbol::Rate));
     holonomic.into_iter().zip(nonholonomic).map(|(a, b)| g.add(a, b)).collect()
@@ -116,7 +116,7 @@ pub(super) fn reaction(g: &mut Graph, rows: &Rows, n: usize) -> Vec<NodeId> {
 /// ∂(Φ_qᵀλ)/∂q, ∂γ/∂q, ∂γ/∂q̇, a forward sweep per symbol; or how many nodes they had taken when they were given up.
 pub(super) fn derivatives(g: &mut Graph, rows: &Rows, n: usize) -> Result<ConstraintDerivatives, usize> {
     let start = g.len();
-    let reaction = reaction(g, rows, n);
+    let reaction = reaction(g, &rows.named, rows.holonomic, n);
     let mut swept = |roots: &[NodeId], by: fn(u32) -> Symbol| {
         let zero = g.zero();
         let mut rows = vec![vec![zero; n]; roots.len()];

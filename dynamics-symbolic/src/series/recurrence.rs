@@ -11,7 +11,7 @@
 //! | c′ b = a′ | (aₖ − ⟨c′, b⟩ / k) / b₀ |
 //! | aᵖ | (p (aₖ c₀ + ⟨a′, c⟩ / k) − ⟨c′, a⟩ / k) / a₀ |
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::algebra::Elsewhere;
 use crate::graph::{Binary, Comparison, Dependence, Graph, Node, NodeId, Number, Symbol, Unary};
@@ -39,10 +39,25 @@ pub(super) struct Expansion<'a> {
     pub(super) kept: Vec<NodeId>,
     /// Whether some value is a choice.
     pub(super) chooses: bool,
-    kept_as: BTreeMap<NodeId, NodeId>,
+    kept_as: BTreeMap<NodeId, u32>,
     coefficients: BTreeMap<NodeId, NodeId>,
     lanes: Vec<Lane>,
     lanes_as: BTreeMap<Lane, NodeId>,
+    /// Nodes of `base` whose coefficients of order k another expansion has computed before.
+    early: BTreeSet<NodeId>,
+    /// Those of them that this one reads: coefficient k of the i-th is the symbol `Mode(i)`.
+    pub(super) read: Vec<NodeId>,
+}
+
+/// What one expansion leaves to another of the same graph that computes lower orders at the same time.
+pub(super) struct Early {
+    /// Coefficients.
+    pub(super) order: Graph,
+    /// Values at order 0, of which the other one keeps more.
+    pub(super) kept: Vec<NodeId>,
+    kept_as: BTreeMap<NodeId, u32>,
+    pub(super) coefficients: BTreeMap<NodeId, NodeId>,
+    pub(super) chooses: bool,
 }
 
 impl Elsewhere for Expansion<'_> {
@@ -65,7 +80,24 @@ impl<'a> Expansion<'a> {
             coefficients: BTreeMap::new(),
             lanes: Vec::new(),
             lanes_as: BTreeMap::new(),
+            early: BTreeSet::new(),
+            read: Vec::new(),
         }
+    }
+
+    /// An expansion that reads what another one has computed.
+    pub(super) fn after(base: &'a mut Graph, other: &Early) -> Self {
+        let early = other.coefficients.keys().copied();
+        // What is given, and what does not change, is at hand.
+        let early = early.filter(|id| !matches!(base.node(*id), Node::Symbol(_)) && !held(base, *id)).collect();
+        let (kept, kept_as) = (other.kept.clone(), other.kept_as.clone());
+        Self { kept, kept_as, early, chooses: other.chooses, ..Self::new(base) }
+    }
+
+    /// What is left for others.
+    pub(super) fn leave(self) -> Early {
+        let Self { order, kept, kept_as, coefficients, chooses, .. } = self;
+        Early { order, kept, kept_as, coefficients, chooses }
     }
 
     /// The lanes so far.
@@ -75,8 +107,7 @@ impl<'a> Expansion<'a> {
 
     /// Whether a value does not change along a motion.
     pub(super) fn is_constant(&self, id: NodeId) -> bool {
-        let held = Dependence::PARAMETERS.with(Dependence::INPUTS).with(Dependence::MODES);
-        self.base.dependence(id).within(held)
+        held(self.base, id)
     }
 
     /// The value at order 0.
@@ -84,13 +115,12 @@ impl<'a> Expansion<'a> {
         if let Some(number) = self.base.as_number(id) {
             return self.order.number(number);
         }
-        if let Some(known) = self.kept_as.get(&id) {
-            return *known;
+        let next = self.kept.len() as u32;
+        let place = *self.kept_as.entry(id).or_insert(next);
+        if place == next {
+            self.kept.push(id);
         }
-        let symbol = self.order.symbol(Symbol::Parameter(self.kept.len() as u32));
-        self.kept.push(id);
-        self.kept_as.insert(id, symbol);
-        symbol
+        self.order.symbol(Symbol::Parameter(place))
     }
 
     /// 1/x at order 0.
@@ -142,9 +172,15 @@ impl<'a> Expansion<'a> {
         if let Some(known) = self.coefficients.get(&root) {
             return Ok(*known);
         }
+        if self.early.contains(&root) {
+            let symbol = self.order.symbol(Symbol::Mode(self.read.len() as u32));
+            self.read.push(root);
+            self.coefficients.insert(root, symbol);
+            return Ok(symbol);
+        }
         // Children come first, so that what an operation needs of its arguments is there and nothing recurs deeply.
         for id in self.base.cone(&[root]) {
-            if !self.coefficients.contains_key(&id) {
+            if !self.coefficients.contains_key(&id) && !self.early.contains(&id) {
                 let coefficient = if self.is_constant(id) { self.order.zero() } else { self.recurrence(id)? };
                 self.coefficients.insert(id, coefficient);
             }
@@ -339,4 +375,9 @@ impl<'a> Expansion<'a> {
         let (then, otherwise) = (self.coefficient(branches[0])?, self.coefficient(branches[1])?);
         Ok(self.order.select(by, left, right, then, otherwise))
     }
+}
+
+/// Whether a value does not change along a motion.
+fn held(g: &Graph, id: NodeId) -> bool {
+    g.dependence(id).within(Dependence::PARAMETERS.with(Dependence::INPUTS).with(Dependence::MODES))
 }

@@ -4,6 +4,7 @@
 pub mod constrained;
 pub mod mechanisms;
 pub mod reader;
+pub mod taylor;
 
 use dynamics_symbolic::calculus::total_derivative;
 use dynamics_symbolic::graph::{

@@ -1,11 +1,12 @@
 //! Taylor coefficients of motions: part of `impl Dynamics`.
 
-use dynamics_symbolic::series::{Series, Unexpandable};
+use dynamics_symbolic::schedule::Program;
+use dynamics_symbolic::series::{Constrained, Series, Unexpandable};
 use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::super::local;
-use super::super::program::{Access, Body, WIDTH};
+use super::super::program::{Access, Body, Printed, WIDTH};
 use super::Emission;
 
 impl Emission<'_> {
@@ -13,7 +14,10 @@ impl Emission<'_> {
     pub(super) fn series(&self) -> TokenStream {
         let private = &self.private;
         match &self.compiled.programs.series {
-            Ok(series) => self.expanding(series),
+            Ok(series) => match &series.constrained {
+                None => self.expanding(series),
+                Some(constrained) => self.expanding_constrained(series, constrained),
+            },
             Err(reason) => {
                 let reason = self.no_series(*reason);
                 quote! {
@@ -25,7 +29,8 @@ impl Emission<'_> {
 
     fn no_series(&self, reason: Unexpandable) -> String {
         match reason {
-            Unexpandable::Constrained => "it has constraints".to_owned(),
+            Unexpandable::Redundant => "its constraints repeat each other, so that λ is not unique".to_owned(),
+            Unexpandable::Friction => "its forces depend on reactions".to_owned(),
             Unexpandable::Singular(_) => "its mass matrix is singular".to_owned(),
             Unexpandable::TooLarge(operations) => format!("each coefficient takes {operations} operations"),
             Unexpandable::Smooth(function) => {
@@ -37,14 +42,12 @@ impl Emission<'_> {
     }
 
     fn expanding(&self, series: &Series) -> TokenStream {
-        let (private, f64, state) = (&self.private, self.float(), local("state"));
+        let (private, f64) = (&self.private, self.float());
         let (chooses, n, lanes) = (series.chooses, self.degrees(), series.lanes);
         let start = self.body(&[]).whole(&series.start);
         let (kept, count) = (&start.results, start.results.len());
         let access = Access::of_coefficients(self.private.clone(), &series.graph, count);
-        // The signature of parts never matters: the program is one function.
-        let next =
-            Body { access: &access, surface: self.surface, constants: &[], constraints: None }.whole(&series.next);
+        let next = self.coefficients(&access, &series.next);
         let (coefficients, factors) = next.results.split_at(n);
         let (left, right) = factors.split_at(lanes);
         let blocks = lanes.div_ceil(WIDTH);
@@ -52,31 +55,182 @@ impl Emission<'_> {
         let (t, q, u, w, a, z) = (local("t"), local("q"), local("u"), local("w"), local("a"), local("z"));
         let (lambda, scale) = (local("lambda"), local("scale"));
         let (rows_q, rows_u) = (local("rows_of_q"), local("rows_of_u"));
+        let (head, given) = (self.series_head(), local("accelerations"));
         let (before, of_start, after, of_next) =
             (&start.functions, &start.statements, &next.functions, &next.statements);
         let prologue = self.prologue();
         quote! {
             const SERIES: #private::Expansion = #private::Expansion::Generated { chooses: #chooses };
-            #[inline]
-            fn series(
-                &self,
-                #state: &<Self as Model>::State,
-                #a: &<Self as Model>::Vector,
-                #scale: #f64,
-                #rows_q: &mut [<Self as Model>::Vector],
-                #rows_u: &mut [<Self as Model>::Vector],
-            ) {
+            #head {
                 #before #after
                 #prologue
-                let #a = &#a.data.0[0];
+                let #a = &#given.data.0[0];
                 #of_start
                 let #z: [#f64; #count] = [#(#kept),*];
                 #private::expand::<#n, #blocks>(#a, #scale, #rows_q, #rows_u, |#t, #q, #u, #w, #lambda| {
                     #of_next
                     ([#(#coefficients),*], #left, #right)
-                })
+                });
+                true
             }
         }
+    }
+
+    /// `fn series(&self, ..) -> bool`.
+    fn series_head(&self) -> TokenStream {
+        let (private, f64, k, state) = (&self.private, self.float(), local("k"), local("state"));
+        let (given, scale) = (local("accelerations"), local("scale"));
+        let (rows_q, rows_u) = (local("rows_of_q"), local("rows_of_u"));
+        quote! {
+            #[inline]
+            fn series(
+                &self,
+                #k: &Self::Constants,
+                #state: &<Self as Model>::State,
+                #given: &<Self as Model>::Vector,
+                #scale: #f64,
+                #rows_q: &mut [<Self as Model>::Vector],
+                #rows_u: &mut [<Self as Model>::Vector],
+            ) -> #private::bool
+        }
+    }
+
+    /// A program of one order. The signature of parts never matters: it is one function.
+    fn coefficients(&self, access: &Access<'_>, program: &Program) -> Printed {
+        Body { access, surface: self.surface, constants: &[], constraints: None }.whole(program)
+    }
+
+    fn expanding_constrained(&self, series: &Series, constrained: &Constrained) -> TokenStream {
+        let (private, chooses, head, prologue) = (&self.private, series.chooses, self.series_head(), self.prologue());
+        let (n, rows, lanes) = (self.degrees(), self.rows(), series.lanes);
+        let Printed { statements: of_start, results, .. } = self.body(&[]).whole(&series.start);
+        let guards = constrained.solve.as_ref().map_or(&[][..], |solve| &solve.guards);
+        let (kept, guarded) = results.split_at(results.len() - 2 * guards.len());
+        let count = kept.len();
+        let unguarded = self.unguarded(guards, guarded);
+        let of_motion = Access::of_coefficients(private.clone(), &series.graph, count);
+        let of_places = Access::of_coefficients(private.clone(), &constrained.graph, count);
+        let closures = Closures { emission: self, n, rows, shared: constrained.shared };
+        let residue = closures.residue(&self.coefficients(&of_places, &constrained.residue));
+        let right = closures.right(&self.coefficients(&of_motion, &constrained.right));
+        let solve = constrained.solve.as_ref().map(|solve| self.coefficients(&of_motion, &solve.program));
+        let solve = closures.solve(solve.as_ref());
+        let next = closures.next(&self.coefficients(&of_motion, &series.next), lanes);
+        let ahead = closures.ahead(&self.coefficients(&of_places, &constrained.ahead), constrained.lanes);
+        let (k, state, a, z, scale) = (local("k"), local("state"), local("a"), local("z"), local("scale"));
+        let (lambda, general, solved) = (local("lambda"), local("general"), local("solved"));
+        let given = local("accelerations");
+        let (rows_q, rows_u, f64, all) = (local("rows_of_q"), local("rows_of_u"), self.float(), n + rows);
+        let (some, none) = (self.some(), self.none());
+        let released = (self.switched() > 0).then(|| quote!(|| !#state.modes.all_hold()));
+        let applies_not = match (&constrained.solve, unguarded) {
+            (None, _) => quote!(true),
+            (Some(_), Some(unguarded)) => quote!((#unguarded) #released),
+            (Some(_), None) => quote!(false #released),
+        };
+        quote! {
+            const SERIES: #private::Expansion = #private::Expansion::Generated { chooses: #chooses };
+            #head {
+                #prologue
+                let #some(#solved) = #private::series::multipliers(self, #k, #state) else { return false };
+                let (#a, #lambda) = (&#given.data.0[0], &#solved.data.0[0]);
+                #of_start
+                let #z: [#f64; #count] = [#(#kept),*];
+                let #general = if #applies_not {
+                    match #private::series::Equations::<#all>::new::<Self, #n, #rows>(self, #state) {
+                        #none => return false,
+                        #general => #general,
+                    }
+                } else {
+                    #none
+                };
+                let #general = &#general;
+                let recurrences = #private::series::Recurrences {
+                    residue: #residue,
+                    right: #right,
+                    solve: #solve,
+                    next: #next,
+                    ahead: #ahead,
+                };
+                #private::expand_constrained(#a, #scale, #rows_q, #rows_u, recurrences);
+                true
+            }
+        }
+    }
+}
+
+/// What [`Recurrences`](dynamics_symbolic::series::Constrained) are called with.
+struct Closures<'a> {
+    emission: &'a Emission<'a>,
+    n: usize,
+    rows: usize,
+    shared: usize,
+}
+
+impl Closures<'_> {
+    /// A closure with the names by which programs read what they get: `(name, type)`.
+    fn closure(&self, arguments: &[(&str, TokenStream)], printed: &Printed, value: &TokenStream) -> TokenStream {
+        let names = arguments.iter().map(|(name, _)| local(name));
+        let types = arguments.iter().map(|(_, of)| of);
+        let statements = &printed.statements;
+        quote!(|#(#names: #types),*| { #statements #value })
+    }
+
+    fn array(&self, length: usize) -> TokenStream {
+        let f64 = self.emission.float();
+        quote!(&[#f64; #length])
+    }
+
+    fn blocks(&self) -> TokenStream {
+        let f64 = self.emission.float();
+        quote!(&[[#f64; #WIDTH]; _])
+    }
+
+    fn residue(&self, printed: &Printed) -> TokenStream {
+        let results = &printed.results;
+        self.closure(&[("w", self.array(2)), ("lambda", self.blocks())], printed, &quote!([#(#results),*]))
+    }
+
+    fn right(&self, printed: &Printed) -> TokenStream {
+        let (motion, slip) = printed.results.split_at(self.n);
+        let value = quote!(([#(#motion),*], [#(#slip),*]));
+        self.closure(&self.of_order(&[("modes", self.array(self.shared))]), printed, &value)
+    }
+
+    fn solve(&self, printed: Option<&Printed>) -> TokenStream {
+        let (a, general, some, all) = (local("a"), local("general"), self.emission.some(), self.n + self.rows);
+        let of_right = self.array(all);
+        let otherwise = match printed {
+            Some(Printed { statements, results, .. }) => quote!(_ => { #statements [#(#results),*] }),
+            None => {
+                let nan = quote!(::core::primitive::f64::NAN);
+                quote!(_ => [#nan; #all])
+            }
+        };
+        quote!(|#a: #of_right| match #general { #some(#general) => #general.solve(#a), #otherwise })
+    }
+
+    fn next(&self, printed: &Printed, lanes: usize) -> TokenStream {
+        let (left, right) = printed.results.split_at(lanes);
+        let [left, right] = [left, right].map(|factors| in_blocks(factors, &quote!(0.0)));
+        let given = [("a", self.array(self.n + self.rows)), ("modes", self.array(self.shared))];
+        self.closure(&self.of_order(&given), printed, &quote!((#left, #right)))
+    }
+
+    fn ahead(&self, printed: &Printed, lanes: usize) -> TokenStream {
+        let (factors, shared) = printed.results.split_at(2 * lanes);
+        let (left, right) = factors.split_at(lanes);
+        let [left, right] = [left, right].map(|factors| in_blocks(factors, &quote!(0.0)));
+        let f64 = self.emission.float();
+        let given = [("t", f64), ("q", self.array(self.n)), ("w", self.array(2)), ("lambda", self.blocks())];
+        self.closure(&given, printed, &quote!(((#left, #right), [#(#shared),*])))
+    }
+
+    /// t, q, u, k and 1/k, what else is given, sums.
+    fn of_order<'s>(&self, more: &[(&'s str, TokenStream)]) -> Vec<(&'s str, TokenStream)> {
+        let first =
+            [("t", self.emission.float()), ("q", self.array(self.n)), ("u", self.array(self.n)), ("w", self.array(2))];
+        first.into_iter().chain(more.iter().cloned()).chain([("lambda", self.blocks())]).collect()
     }
 }
 

@@ -141,7 +141,7 @@ impl Emission<'_> {
     }
 
     /// Whether some guard's pivot is too small against its scale, or not a number.
-    fn unguarded(&self, guards: &[Guard], values: &[TokenStream]) -> Option<TokenStream> {
+    pub(super) fn unguarded(&self, guards: &[Guard], values: &[TokenStream]) -> Option<TokenStream> {
         let tests: Vec<TokenStream> = guards
             .iter()
             .zip(values.chunks(2))
