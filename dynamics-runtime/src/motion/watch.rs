@@ -94,6 +94,8 @@ pub(crate) struct Watch<'m, M: Simulate> {
     values: Vec<f64>,
     /// Values of all functions at the samples of the step, one sample after the other.
     samples: Vec<f64>,
+    /// Where in the step the samples are.
+    places: Vec<f64>,
     /// Samples (θ, g) of one function.
     column: Vec<(f64, f64)>,
     start_values: Vec<f64>,
@@ -124,6 +126,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
             zeno: vec![Zeno::default(); count],
             values: vec![0.0; count],
             samples: Vec::new(),
+            places: Vec::new(),
             column: Vec::new(),
             start_values: vec![0.0; count],
             sizes: vec![0.0; count],
@@ -189,7 +192,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
             let (start, sign) = self.departure(index, &step.start, &state)?;
             let noise = NOISE * 4.0 * self.sizes[index] + rounding;
             let mut scan = Scan::new(sign, resolution, noise).up_to(self.first_end(horizon) + SIMULTANEOUS);
-            let followed = self.follow(index, parts, start, &mut scan, &state);
+            let followed = self.follow(index, start, &mut scan, &state);
             self.signs[index] = scan.sign();
             horizon = self.first_end(horizon);
             if let Err(error) = followed {
@@ -208,9 +211,12 @@ impl<'m, M: Simulate> Watch<'m, M> {
     fn sample(&mut self, parts: usize, state: &impl Fn(f64) -> M::State) -> Result<f64, Fault> {
         self.sizes.fill(0.0);
         self.samples.clear();
+        if self.places.len() != parts + 1 {
+            self.places = (0..=parts).map(|part| place(part, parts)).collect();
+        }
         let mut size = 0.0f64;
         for part in 0..=parts {
-            let state = state(place(part, parts));
+            let state = state(self.places[part]);
             self.evaluate(&state)?;
             self.samples.extend_from_slice(&self.values);
             for (size, value) in self.sizes.iter_mut().zip(&self.values) {
@@ -231,15 +237,14 @@ impl<'m, M: Simulate> Watch<'m, M> {
     fn follow(
         &mut self,
         index: usize,
-        parts: usize,
         start: Option<(f64, f64)>,
         scan: &mut Scan,
         state: &impl Fn(f64) -> M::State,
     ) -> Result<(), Fault> {
-        let Self { functions, values, samples, column, found, rules, standing, .. } = self;
+        let Self { functions, values, samples, places, column, found, rules, standing, .. } = self;
         column.clear();
-        let own = samples.iter().skip(index).step_by(standing.len());
-        column.extend(own.enumerate().map(|(part, value)| (place(part, parts), *value)));
+        let own = samples.chunks_exact(standing.len()).map(|row| row[index]);
+        column.extend(places.iter().copied().zip(own));
         let mut function = |theta: f64| functions.value(index, &state(theta), values);
         let mut take = |theta, direction| {
             found.push(Crossing { index, theta, direction });
