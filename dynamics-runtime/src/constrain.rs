@@ -127,6 +127,9 @@ pub type OutcomeOf<M> = Outcome<<M as crate::model::Model>::Vector, <M as Constr
 
 /// q̈ and λ: by the generated code where it applies, else by the general solver.
 ///
+/// In a change point, where constraints that are independent elsewhere have a lower rank, accelerations are those of least norm, which need not be
+/// those of a branch: the diagnosis tells, as for multipliers that are not unique. Runs take the limit along the branch of their velocities.
+///
 /// # Errors
 /// No mass matrix on the motions that the constraints leave, contradictory constraints, constraints that are not finite.
 pub fn solve<M: Constraints>(

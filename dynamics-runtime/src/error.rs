@@ -52,6 +52,13 @@ pub enum SolveError {
         /// Rank of the constraint Jacobian there.
         rank: usize,
     },
+    /// The constraints lose rank here, branches cross, and accelerations beside this position do not tell on which one the motion is.
+    BranchUndetermined {
+        /// Rank of the constraint Jacobian here.
+        rank: usize,
+        /// Number of rows that hold.
+        active: usize,
+    },
     /// Reaction-dependent forces leave no solution, or several (Painlevé's paradox).
     Friction {
         /// The reaction that decides, `floor`.
@@ -127,6 +134,11 @@ impl fmt::Display for SolveError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::SingularMassMatrix(error) => error.fmt(f),
+            Self::BranchUndetermined { rank, active } => write!(
+                f,
+                "branches of the constraints cross here, where {active} rows have rank {rank}, and accelerations beside this position do not tell on \
+                 which the motion goes on; start with velocities along one of them, or pass it at another time"
+            ),
             Self::Contradiction { row, residual, rank } => {
                 write!(f, "the constraints contradict each other: no acceleration satisfies `{row}` ")?;
                 // Where velocities grow without bound, what is missed does too: its digits are the last step's.

@@ -5,6 +5,7 @@ use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
 
 mod between_steps;
+mod change_points;
 mod hit_to_rounding;
 mod lock_ups;
 mod passing;

@@ -218,11 +218,11 @@ fn check_velocities<M: Constraints>(model: &M, state: &M::State, gradients: &Gra
 }
 
 /// How far away a state [`beside`] another is, against 1 + |q|: a gradient that vanishes linearly has 10⁻³ of its value there at 10⁻⁶ from its zero.
-pub(super) const NEARBY: f64 = 1e-3;
+pub(crate) const NEARBY: f64 = 1e-3;
 
 /// A state a little off, and a little later, where a drive has moved on: every coordinate by a different amount, so that no symmetry of the model
 /// hides the change.
-pub(super) fn beside<M: Constraints>(state: &M::State) -> M::State {
+pub(crate) fn beside<M: Constraints>(state: &M::State) -> M::State {
     let n = M::COORDINATES.len();
     let mut beside = at_time(state, state.t() + NEARBY * (1.0 + state.t().abs()));
     for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {

@@ -1,7 +1,7 @@
 //! One accepted step after another.
 
 use super::first_step::first_step;
-use super::{Controller, Knot, Method, Phase, Scheme, Settled, System, Tolerances};
+use super::{Controller, Knot, Method, Phase, Scheme, Settled, System, Tolerances, zip};
 use crate::math;
 use crate::model::Vector;
 
@@ -59,6 +59,14 @@ pub enum StepError<E> {
         /// Size of the last attempt.
         h: f64,
     },
+    /// What settles the end of a fixed step would have moved it by a part of the way that the step had come: it would decide the motion, and not
+    /// the method.
+    Displaced {
+        /// Index of the coordinate that would have been moved most.
+        coordinate: usize,
+        /// Size of the step.
+        h: f64,
+    },
     /// The equations of an implicit method could not be solved, however short the step; with a fixed step, at that step.
     NotSolved {
         /// Index of the coordinate whose last correction was the largest.
@@ -84,6 +92,9 @@ const DETOUR: f64 = 0.8;
 const AMPLIFIED: f64 = 2.0;
 /// See [`AMPLIFIED`].
 const FAR: f64 = 1.0;
+/// The part of the way of a fixed step, in positions or in velocities, by which settling may move its end. No tolerance judges it, and a stage that lies
+/// beside a singular position throws it anywhere.
+const MOST_PART: f64 = 0.02;
 /// An error this large is no matter of a step that is a little too long.
 const SURPRISE: f64 = 30.0;
 /// See [`Stepper::fruitless`].
@@ -383,6 +394,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             }
             let tolerances = &self.options.tolerances;
             let acceptable = error <= 1.0 || self.is_fixed();
+            let unsettled = y;
             let moved =
                 if acceptable { system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)? } else { None };
             if let Some(Settled { by, violation, .. }) = moved {
@@ -391,6 +403,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                     continue;
                 }
                 kept.between |= by > FAR;
+                if by > FAR
+                    && self.is_fixed()
+                    && let Some(coordinate) = self.displaced(&unsettled, &y, h)
+                {
+                    return Err(Failure::Displaced(coordinate));
+                }
             }
             // Stages of the step lie where it ended before it was settled.
             let end_is_awkward = moved.as_ref().is_some_and(|moved| moved.noise > 1.0);
@@ -407,6 +425,18 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 None => Ok(Trial { end: Knot { t: end_t, y, a }, error, end_is_awkward, kept }),
             };
         }
+    }
+
+    /// The coordinate that settling moved most, if that was by more than [`MOST_PART`] of a step from here.
+    #[cold]
+    fn displaced(&self, from: &Phase<V>, to: &Phase<V>, h: f64) -> Option<usize> {
+        let size = |v: &V| v.as_slice().iter().fold(0.0f64, |most, x| math::max(most, x.abs()));
+        let moved = zip(to, from, |to, from| to - from);
+        let speed = 0.5 * (size(&self.now.y.u) + size(&to.u));
+        let far = |moved: &V, way: f64| size(moved) > MOST_PART * way;
+        let by = if far(&moved.q, speed * h.abs()) { moved.q } else { moved.u };
+        let most = || (0..V::LEN).max_by(|&i, &j| by[i].abs().total_cmp(&by[j].abs())).unwrap_or(0);
+        (far(&moved.q, speed * h.abs()) || far(&moved.u, speed)).then(most)
     }
 
     /// Settles stages, if the method has stages that are states of the solution.
@@ -506,6 +536,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             Failure::NotFinite(coordinate) => StepError::NotFinite { coordinate, h },
             Failure::Error => StepError::StepTooSmall { coordinate: self.worst(), h },
             Failure::NotSolved => StepError::NotSolved { coordinate: self.worst(), h },
+            Failure::Displaced(coordinate) => StepError::Displaced { coordinate, h },
         }
     }
 }
@@ -533,6 +564,7 @@ enum Failure<E> {
     Evaluation(E),
     NotFinite(usize),
     NotSolved,
+    Displaced(usize),
 }
 
 fn start_accelerations<V: Vector, Y: System<V>>(

@@ -59,6 +59,12 @@ pub enum SimulationErrorKind {
         /// The coordinate that is corrected most.
         coordinate: &'static str,
     },
+    /// The constraints would have moved the end of a fixed step by more than a fiftieth of the way that the step had come: they would decide the
+    /// motion.
+    StepDisplaced {
+        /// The coordinate that would have been moved most.
+        coordinate: &'static str,
+    },
     /// More steps, rejected ones included, than `.max_steps(..)` permits.
     TooManySteps {
         /// The limit.

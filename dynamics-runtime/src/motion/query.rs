@@ -267,6 +267,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let run = (self.start_time(), self.end_time());
         let mut upkeep = Upkeep::new(self.formulation(), f64::INFINITY, self.constants, run);
         upkeep.usual = self.trajectory.usual;
+        upkeep.under_way = true;
         upkeep
     }
 

@@ -85,6 +85,7 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
         }
     };
     let begun = if plan.resumes.is_some() { Ok(()) } else { begin_singular(plan, &mut stepper) };
+    plan.plant.upkeep.under_way = true;
     let result = match begun {
         Ok(()) => Flight { plan, stepper: &mut stepper }.fly(sink),
         Err(kind) => Err(Halt { kind, h: 0.0 }),
@@ -451,6 +452,9 @@ fn halt<M: Dynamics>(error: StepError<EvaluationError>) -> Halt {
         }
         StepError::StepTooSmall { coordinate, h } => {
             Halt { kind: Kind::StepSizeTooSmall { coordinate: name(coordinate) }, h }
+        }
+        StepError::Displaced { coordinate, h } => {
+            Halt { kind: Kind::StepDisplaced { coordinate: name(coordinate) }, h }
         }
         StepError::NotSolved { coordinate, h } => {
             Halt { kind: Kind::StepNotSolved { coordinate: name(coordinate) }, h }

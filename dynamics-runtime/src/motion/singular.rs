@@ -11,10 +11,11 @@ use alloc::boxed::Box;
 
 use super::error::SimulationErrorKind as Kind;
 use crate::constrain;
-use crate::constrain::assemble::{at_time, weigh};
+use crate::constrain::Gradients;
+use crate::constrain::assemble::{NEARBY, at_time, beside, weigh};
 use crate::constrain::gradients::mass;
 use crate::constrain::held::active_rows;
-use crate::constrain::memory::max_abs;
+use crate::constrain::memory::{max_abs, norm};
 use crate::constrain::weakness::{Weakness, weakness};
 use crate::error::SolveError;
 use crate::math;
@@ -25,6 +26,9 @@ const DECIDED: f64 = 0.02;
 /// Displacement by which second derivatives are measured, against the size of the coordinates.
 const PROBE: f64 = 1e-4;
 
+/// Up to here the size of a coordinate counts: angles count revolutions.
+const TURNS: f64 = 10.0;
+
 /// Whether drift decides where a motion goes from a state: it is nearer to a singular position than its drift permits.
 pub(super) fn drift_decides<M: Constraints>(
     model: &M,
@@ -32,11 +36,8 @@ pub(super) fn drift_decides<M: Constraints>(
     state: &M::State,
     workspace: &mut [f64],
 ) -> Result<bool, SolveError> {
-    let residual = model.residual(state);
-    if residual.as_slice().iter().all(|x| *x == 0.0) {
-        return Ok(false);
-    }
     let mut probe = Probe::new(model, constants, state, workspace);
+    let residual = probe.drift();
     let delta = probe.back(&residual, -1.0)?;
     let (length, speed) = (probe.length(&delta), probe.length(state.u()));
     if length == 0.0 {
@@ -45,7 +46,7 @@ pub(super) fn drift_decides<M: Constraints>(
     // Φ_qq δ² by a displacement along δ; Φ_qq δ q̇ by two along the sum and the difference of both at the same length.
     let scale = PROBE * probe.size() / length;
     let straight = scaled(&delta, scale);
-    let curved = probe.curvature(&straight, -scale, &residual);
+    let curved = combined(&probe.second(&straight), 1.0, &model.residual(state), -2.0);
     let newton = probe.back(&curved, 0.5 / (scale * scale))?;
     if probe.length(&newton) > DECIDED * length {
         return Ok(true);
@@ -68,25 +69,36 @@ const WORSE: f64 = 10.0;
 /// See [`WORSE`].
 const USUAL: f64 = 1e3;
 
+/// Conditioning from which on steps without end are put down to it: where rounding errors count for more than the tolerance they come nearer and nearer.
+const CREEPS: f64 = 1e5;
+
 /// A failure that singular constraints cause, told as that: where they are much nearer to losing rank than they were at the start, or so near that
 /// nothing could be computed anywhere.
 pub(super) fn explain<M: Constraints>(model: &M, start: &M::State, state: &M::State, kind: Kind) -> Kind {
     let suspect = match &kind {
         Kind::StepSizeTooSmall { .. }
         | Kind::StepNotSolved { .. }
+        | Kind::StepDisplaced { .. }
         | Kind::AccelerationNotFinite { .. }
         | Kind::SingularMassMatrix(_)
         | Kind::Drift { .. } => true,
         Kind::Solve(error) => matches!(
             error,
-            SolveError::Contradiction { .. } | SolveError::OffConstraint { .. } | SolveError::VanishingGradient { .. }
+            SolveError::Contradiction { .. }
+                | SolveError::OffConstraint { .. }
+                | SolveError::VanishingGradient { .. }
+                | SolveError::BranchUndetermined { .. }
         ),
         _ => false,
     };
-    if M::ROWS.is_empty() || !suspect {
+    let creeps = matches!(kind, Kind::TooManySteps { .. });
+    if M::ROWS.is_empty() || !(suspect || creeps) {
         return kind;
     }
     let Weakness { condition, rows, coordinates } = weakness(model, state);
+    if creeps && condition < CREEPS {
+        return kind;
+    }
     let usual = weakness(model, start).condition.min(USUAL);
     match condition >= SINGULAR || condition >= WORSE * usual {
         true => Kind::SingularPosition { rows, coordinates, condition, cause: Box::new(kind) },
@@ -183,6 +195,22 @@ impl<'p, M: Constraints> Probe<'p, M> {
         Self { model, constants, state, workspace, weights }
     }
 
+    /// Φ, with what rounding leaves open of it: no drift is known to be less. Of rows whose gradient nearly vanishes, too.
+    fn drift(&mut self) -> M::Residual {
+        let mut here = M::Residual::zeros();
+        let gradients = Gradients::alone(self.model, self.state, self.workspace);
+        (0..M::Residual::LEN).for_each(|row| here[row] = norm(gradients.row(row)));
+        let nearby = beside::<M>(self.state);
+        let gradients = Gradients::alone(self.model, &nearby, self.workspace);
+        let rounding = f64::EPSILON * (1.0 + max_abs(self.state.q().as_slice()).min(TURNS));
+        let mut drift = self.model.residual(self.state);
+        for row in 0..M::Residual::LEN {
+            let usual = math::max(here[row], (norm(gradients.row(row)) - here[row]).abs() / NEARBY);
+            drift[row] += (rounding * usual).copysign(drift[row]);
+        }
+        drift
+    }
+
     /// factor · Φ_q⁺ of values of the holonomic rows.
     fn back(&mut self, values: &M::Residual, factor: f64) -> Result<M::Vector, SolveError> {
         let mut right = M::Rows::zeros();
@@ -196,10 +224,10 @@ impl<'p, M: Constraints> Probe<'p, M> {
         math::sqrt(x.as_slice().iter().zip(self.weights.as_slice()).map(|(x, w)| (x * w) * (x * w)).sum())
     }
 
-    /// ‖w (1 + |q|)‖; angles count revolutions, beyond a few radians their size says nothing.
+    /// ‖w (1 + |q|)‖, see [`TURNS`].
     fn size(&self) -> f64 {
         let terms = self.state.q().as_slice().iter().zip(self.weights.as_slice());
-        math::sqrt(terms.map(|(q, w)| math::powi(w * (1.0 + q.abs().min(10.0)), 2)).sum())
+        math::sqrt(terms.map(|(q, w)| math::powi(w * (1.0 + q.abs().min(TURNS)), 2)).sum())
     }
 
     /// Φ at a displaced position.
@@ -209,12 +237,7 @@ impl<'p, M: Constraints> Probe<'p, M> {
         self.model.residual(&state)
     }
 
-    /// Φ(q + x) − Φ(q) − Φ_q x for an x with Φ_q x = slope · Φ(q).
-    fn curvature(&self, x: &M::Vector, slope: f64, here: &M::Residual) -> M::Residual {
-        combined(&self.displaced(x), 1.0, here, -1.0 - slope)
-    }
-
-    /// Φ(q + x) − 2Φ(q) + Φ(q − x) = Φ_qq x², but for terms of the fourth order; Φ(q) drops out of differences.
+    /// Φ(q + x) + Φ(q − x) = 2Φ(q) + Φ_qq x², but for terms of the fourth order; Φ(q) drops out of differences.
     fn second(&self, x: &M::Vector) -> M::Residual {
         combined(&self.displaced(x), 1.0, &self.displaced(&scaled(x, -1.0)), 1.0)
     }

@@ -70,6 +70,8 @@ impl Upkept {
     }
 }
 
+/// Relative difference from accelerations of least norm from which on a limit along a branch is another value: at a distance x its rounding is ε/x³.
+const LIMIT: f64 = 1e-5;
 /// Weight of the last step in the mean sensitivity.
 const FADE: f64 = 0.1;
 
@@ -92,6 +94,8 @@ pub(crate) struct Upkeep<M: Constraints> {
     pub(super) moved: Option<f64>,
     /// The stages of steps are put onto the constraints too, as far as these tolerances ask for.
     held: Option<Tolerances>,
+    /// The start has been looked at.
+    pub(super) under_way: bool,
     workspace: Vec<f64>,
 }
 
@@ -123,6 +127,7 @@ impl<M: Constraints> Upkeep<M> {
             constants,
             moved: None,
             held: None,
+            under_way: false,
             workspace,
         }
     }
@@ -254,16 +259,47 @@ impl<M: Constraints> Upkeep<M> {
             (0.0, 0.0) => constrain::accelerate(model, constants, state, workspace)?,
             gains => constrain::solve_baumgarte(model, constants, state, gains, workspace)?,
         };
+        let mut accelerations = solved.accelerations;
         if let Some(diagnosis) = &solved.diagnosis {
             self.note(state.t(), diagnosis);
+            if self.loses_rank(diagnosis) {
+                accelerations = self.branch_limit(model, constants, state, &accelerations, diagnosis)?;
+            }
         }
-        let mut accelerations = solved.accelerations;
         if self.is_tied() {
             for (a, push) in accelerations.as_mut_slice().iter_mut().zip(self.push.as_slice()) {
                 *a += push;
             }
         }
         Ok(accelerations)
+    }
+
+    /// Whether constraints that are independent elsewhere depend on each other, once the motion is under way: what a start is taken for is decided
+    /// where it is.
+    fn loses_rank(&self, diagnosis: &Diagnosis) -> bool {
+        let repeat = M::CONSTRAINTS.iter().any(|constraint| constraint.redundant);
+        self.under_way && diagnosis.rank < diagnosis.active && diagnosis.active == M::ROWS.len() && !repeat
+    }
+
+    /// The accelerations in a singular position are those of the branch: least ones, as the general solver finds them, are on none.
+    #[cold]
+    fn branch_limit(
+        &mut self,
+        model: &M,
+        constants: &M::Constants,
+        state: &M::State,
+        found: &M::Vector,
+        diagnosis: &Diagnosis,
+    ) -> Result<M::Vector, SolveError> {
+        let undetermined = SolveError::BranchUndetermined { rank: diagnosis.rank, active: diagnosis.active };
+        let Some(limit) = self.singular_start(model, constants, state, found).map_err(|_| undetermined)? else {
+            return Ok(*found);
+        };
+        // The limit is known to fewer digits.
+        let apart = (0..M::Vector::LEN).fold(0.0, |most, i| math::max(most, (limit[i] - found[i]).abs()));
+        let speed = max_abs(state.u().as_slice());
+        let differs = apart > LIMIT * (max_abs(found.as_slice()) + speed * speed);
+        Ok(if differs { limit } else { *found })
     }
 
     #[cold]

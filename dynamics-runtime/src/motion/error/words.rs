@@ -25,6 +25,11 @@ impl fmt::Display for SimulationErrorKind {
                 "the equations of an implicit step do not converge, least of all for `{coordinate}`; make a fixed step shorter, smooth a force \
                  that jumps or make the jump an event"
             ),
+            Self::StepDisplaced { coordinate } => write!(
+                f,
+                "putting the end of this step back onto the constraints would move it, `{coordinate}` most, by a large part of the way that it had \
+                 come; make the fixed step shorter, or give a tolerance instead"
+            ),
             Self::TooManySteps { limit, stiff_at: None } => {
                 write!(f, "more than {limit} steps; raise `.max_steps(..)` or loosen the tolerance")
             }
