@@ -1,7 +1,8 @@
 //! One accepted step after another.
 
 use super::first_step::first_step;
-use super::{Controller, Knot, Method, Phase, Scheme, Settled, System, Tolerances, zip};
+use super::tableau::zip;
+use super::{Controller, Knot, Method, Phase, Scheme, Settled, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
