@@ -7,6 +7,8 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+#[cfg(feature = "alloc")]
+pub mod adapters;
 #[cfg(feature = "std")]
 pub mod analysis;
 pub mod constrain;

@@ -38,6 +38,7 @@ pub(crate) use error::suggest;
 pub use error::{MotionError, OptionError, SimulationError, SimulationErrorKind};
 pub use formulation::Formulation;
 pub use guard::Contact;
+pub(crate) use plant::{InputLaw, with_inputs};
 pub use query::{Motion, Sampler};
 pub use record::{Counts, EventRecord};
 pub use simulate::{Simulate, Simulation};

@@ -1,0 +1,268 @@
+//! Models on other solvers: a model as the first-order system y = (q, q̇), ẏ = (q̇, q̈).
+//!
+//! [`FirstOrder`] writes into slices, so that any solver can be given it by a closure. With the features `ode_solvers` and `diffsol` it also speaks the
+//! language of those crates: `adapters::ode_solvers`, `adapters::diffsol`.
+//!
+//! # What is lost
+//!
+//! Other solvers know nothing of events, resets and switched constraints: inputs are held or follow a law, and the modes are those of the start. Of models
+//! with constraints they get the accelerations that the constraints leave (the augmented formulation: Φ̈ = 0 in every evaluation). Nothing holds Φ and Φ̇
+//! themselves: errors of the solver let them *drift*, positions in proportion to t², however good each step is. [`FirstOrder::state`] gives states whose
+//! `residual` tells how far; what has to stay on its constraints is better run by [`crate::motion::Simulate::simulate`], which projects.
+//!
+//! # Where a model fails
+//!
+//! Solvers cannot be told that a model has no accelerations somewhere. They get NaN, on which good ones shorten the step or stop; some return it as
+//! a success. States read with [`FirstOrder::state`] are checked: what is not finite is an error with the model's own reason.
+
+#[cfg(feature = "diffsol")]
+pub mod diffsol;
+#[cfg(feature = "ode_solvers")]
+pub mod ode_solvers;
+
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::cell::{Cell, RefCell};
+use core::fmt;
+
+use crate::error::{SingularMassMatrix, SolveError};
+use crate::integrate::{Knot, Phase, by_state};
+use crate::model::{ModelState, Vector};
+use crate::motion::Simulate;
+use crate::motion::{InputLaw, with_inputs};
+
+/// A model as a first-order system of 2N equations, y = (q, q̇), for solvers of others.
+///
+/// ```
+/// # use dynamics_runtime::adapters::{AdapterError, FirstOrder};
+/// # use dynamics_runtime::motion::Simulate;
+/// fn euler<M: Simulate>(model: &M, start: M::State, steps: usize, h: f64) -> Result<M::State, AdapterError> {
+///     let system = FirstOrder::new(model, start)?;
+///     let (mut y, mut rate) = (system.initial(), system.initial());
+///     let mut t = system.start_time();
+///     for _ in 0..steps {
+///         system.rate(t, &y, &mut rate);
+///         y.iter_mut().zip(&rate).for_each(|(y, rate)| *y += h * rate);
+///         t += h;
+///     }
+///     system.state(t, &y)
+/// }
+/// ```
+pub struct FirstOrder<'m, M: Simulate> {
+    model: &'m M,
+    constants: M::Constants,
+    start: M::State,
+    law: Option<InputLaw<'m, M>>,
+    /// The last evaluation that failed.
+    failure: Cell<Option<(f64, SolveError)>>,
+    /// The Jacobian where it was last asked for: solvers want it one direction after the other.
+    linearised: RefCell<Linearised>,
+}
+
+/// ∂q̈/∂q and ∂q̈/∂q̇ at a time and a y.
+#[derive(Default)]
+struct Linearised {
+    at: Option<(f64, Vec<f64>)>,
+    by_q: Vec<f64>,
+    by_u: Vec<f64>,
+}
+
+impl<'m, M: Simulate> FirstOrder<'m, M> {
+    /// The system of a model from a start; inputs and modes are held as they are there.
+    ///
+    /// # Errors
+    /// [`AdapterError::Singular`] where the parameters alone make the mass matrix singular.
+    pub fn new(model: &'m M, start: M::State) -> Result<Self, AdapterError> {
+        let constants = model.constants().map_err(AdapterError::Singular)?;
+        Ok(Self { model, constants, start, law: None, failure: Cell::new(None), linearised: RefCell::default() })
+    }
+
+    /// Input values as a function of time and state, as of [`crate::motion::Simulation::inputs`].
+    #[must_use]
+    pub fn inputs<R: Into<M::Inputs>>(mut self, law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm) -> Self {
+        self.law = Some(Box::new(move |t, state| law(t, state).into()));
+        self
+    }
+
+    /// Time of the start.
+    #[must_use]
+    pub fn start_time(&self) -> f64 {
+        self.start.t()
+    }
+
+    /// Number of equations, 2N.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        2 * M::Vector::LEN
+    }
+
+    /// Whether there is nothing that could move.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// y at the start.
+    #[must_use]
+    pub fn initial(&self) -> Vec<f64> {
+        [self.start.q().as_slice(), self.start.u().as_slice()].concat()
+    }
+
+    /// Writes ẏ at (t, y); NaN where there are no accelerations, and where y or `rate` has not 2N elements. Why is kept: [`FirstOrder::failure`].
+    pub fn rate(&self, t: f64, y: &[f64], rate: &mut [f64]) {
+        rate.fill(f64::NAN);
+        let Some(at) = self.at(t, y).filter(|_| rate.len() == self.len()) else { return };
+        match self.model.accelerations_with(&self.constants, &at) {
+            Ok(accelerations) => {
+                let (velocities, rest) = rate.split_at_mut(M::Vector::LEN);
+                velocities.copy_from_slice(at.u().as_slice());
+                rest.copy_from_slice(accelerations.as_slice());
+            }
+            Err(error) => self.failure.set(Some((t, error))),
+        }
+    }
+
+    /// Writes (∂ẏ/∂y) v at (t, y), inputs held: exact where the model's derivatives are generated, from differences where they are not or where
+    /// inputs follow a law, which is then part of it. NaN as of [`FirstOrder::rate`].
+    pub fn rate_along(&self, t: f64, y: &[f64], v: &[f64], along: &mut [f64]) {
+        along.fill(f64::NAN);
+        let n = M::Vector::LEN;
+        if y.len() != 2 * n || v.len() != 2 * n || along.len() != 2 * n || !self.linearise(t, y) {
+            return;
+        }
+        let linearised = self.linearised.borrow();
+        let row = |matrix: &[f64], i: usize, v: &[f64]| -> f64 {
+            matrix[n * i..n * (i + 1)].iter().zip(v).map(|(a, v)| a * v).sum()
+        };
+        let (of_q, of_u) = v.split_at(n);
+        let (velocities, rest) = along.split_at_mut(n);
+        velocities.copy_from_slice(of_u);
+        for (i, along) in rest.iter_mut().enumerate() {
+            *along = row(&linearised.by_q, i, of_q) + row(&linearised.by_u, i, of_u);
+        }
+    }
+
+    /// The state at (t, y), inputs included.
+    ///
+    /// # Errors
+    /// [`AdapterError::Length`] where y has not 2N elements, [`AdapterError::NotFinite`] where one of them is not finite, with the model's reason.
+    pub fn state(&self, t: f64, y: &[f64]) -> Result<M::State, AdapterError> {
+        let state = self.at(t, y).ok_or(AdapterError::Length { given: y.len(), needed: self.len() })?;
+        match y.iter().position(|x| !x.is_finite()) {
+            None if t.is_finite() => Ok(state),
+            index => {
+                let i = index.unwrap_or(0);
+                let (name, rate) = (M::COORDINATES[i % M::Vector::LEN].name, i >= M::Vector::LEN);
+                Err(AdapterError::NotFinite { time: t, name, rate, failure: self.failure() })
+            }
+        }
+    }
+
+    /// When the model last had no accelerations, and why; a solver may have found its way round since.
+    #[must_use]
+    pub fn failure(&self) -> Option<(f64, SolveError)> {
+        self.failure.get()
+    }
+
+    fn at(&self, t: f64, y: &[f64]) -> Option<M::State> {
+        if y.len() != self.len() {
+            return None;
+        }
+        let (mut q, mut u) = (M::Vector::zeros(), M::Vector::zeros());
+        let (of_q, of_u) = y.split_at(M::Vector::LEN);
+        q.as_mut_slice().copy_from_slice(of_q);
+        u.as_mut_slice().copy_from_slice(of_u);
+        Some(self.complete(t, q, u))
+    }
+
+    fn complete(&self, t: f64, q: M::Vector, u: M::Vector) -> M::State {
+        let mut state = M::State::new(t, q, u, *self.start.inputs());
+        *state.modes_mut() = self.start.modes();
+        with_inputs::<M>(self.law.as_ref(), state)
+    }
+
+    /// Whether ∂q̈/∂q and ∂q̈/∂q̇ exist at (t, y); they are kept.
+    fn linearise(&self, t: f64, y: &[f64]) -> bool {
+        let mut kept = self.linearised.borrow_mut();
+        if kept.at.as_ref().is_some_and(|(time, place)| *time == t && place == y) {
+            return true;
+        }
+        let Some(at) = self.at(t, y) else { return false };
+        let squared = M::Vector::LEN * M::Vector::LEN;
+        let Linearised { at: place, by_q, by_u } = &mut *kept;
+        *place = None;
+        by_q.resize(squared, f64::NAN);
+        by_u.resize(squared, f64::NAN);
+        let exact = self.law.is_none() && self.model.acceleration_derivatives(&at, by_q, by_u);
+        if !exact {
+            let knot = Knot { t, y: Phase { q: *at.q(), u: *at.u() }, a: M::Vector::zeros() };
+            let accelerations =
+                |y: &Phase<M::Vector>| self.model.accelerations_with(&self.constants, &self.complete(t, y.q, y.u));
+            if let Err(error) = by_state(&knot, by_q, by_u, accelerations) {
+                self.failure.set(Some((t, error)));
+                return false;
+            }
+        }
+        *place = Some((t, y.to_vec()));
+        true
+    }
+}
+
+impl<M: Simulate> fmt::Debug for FirstOrder<'_, M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FirstOrder").field("model", &M::NAME).field("start", &self.start).finish_non_exhaustive()
+    }
+}
+
+/// Why a model cannot be given to another solver, or what came back is no state.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum AdapterError {
+    /// The parameters alone make the mass matrix singular.
+    Singular(SingularMassMatrix),
+    /// A vector of the solver has not as many elements as the system.
+    Length {
+        /// How many it has.
+        given: usize,
+        /// How many there are.
+        needed: usize,
+    },
+    /// The solver went on to where the motion is not finite.
+    NotFinite {
+        /// When.
+        time: f64,
+        /// The coordinate.
+        name: &'static str,
+        /// Whether it is its velocity.
+        rate: bool,
+        /// When the model last had no accelerations before, and why.
+        failure: Option<(f64, SolveError)>,
+    },
+}
+
+impl From<SingularMassMatrix> for AdapterError {
+    fn from(error: SingularMassMatrix) -> Self {
+        Self::Singular(error)
+    }
+}
+
+impl fmt::Display for AdapterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Singular(error) => error.fmt(f),
+            Self::Length { given, needed } => {
+                write!(f, "{given} elements are no state of {needed}; start the solver from `FirstOrder::initial`")
+            }
+            Self::NotFinite { time, name, rate, failure } => {
+                let of = if *rate { "the velocity of " } else { "" };
+                write!(f, "the solver returned a motion whose {of}`{name}` is not finite at t = {time}")?;
+                match failure {
+                    Some((when, error)) => write!(f, "; the model had no accelerations at t = {when}: {error}"),
+                    None => f.write_str("; ask it for shorter steps, or simulate the model to learn why"),
+                }
+            }
+        }
+    }
+}
+
+impl core::error::Error for AdapterError {}
