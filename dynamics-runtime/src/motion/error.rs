@@ -276,6 +276,8 @@ pub enum OptionError {
         /// The formulation.
         formulation: super::Formulation,
     },
+    /// `.estimate_error()` compares two motions, and `run_with` keeps none.
+    NothingToCompare,
     /// `.fixed_step(..)` leaves nothing for another step option to say.
     FixedStepExcludes {
         /// The other option.
@@ -365,6 +367,9 @@ impl fmt::Display for OptionError {
                 "{method} satisfy the constraints in every coefficient, and what the formulation `{formulation}` adds is no part of them; \
                  drop `.formulation(..)`, or choose another method"
             ),
+            Self::NothingToCompare => {
+                write!(f, "`.estimate_error()` compares two motions, and `run_with` keeps none; use `.run()`")
+            }
             Self::FixedStepExcludes { option } => {
                 write!(f, "`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")
             }

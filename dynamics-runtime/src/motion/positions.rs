@@ -50,6 +50,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             upkept: Upkept::default(),
             usual: None,
             consistent: true,
+            error: None,
         };
         Self::new(model, constants, None, trajectory)
     }

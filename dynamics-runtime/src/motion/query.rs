@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 
 use super::driver::Interpolant;
 use super::error::{MotionError, SimulationError, suggest};
+use super::estimate::GlobalError;
 use super::formulation::Formulation;
 use super::plant::{InputLaw, Plant, with_inputs};
 use super::record::{Counts, EventRecord, Record, Trajectory};
@@ -234,6 +235,12 @@ impl<'m, M: Simulate> Motion<'m, M> {
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.trajectory.counts
+    }
+
+    /// Its error by a second run; `None` where [`Simulation::estimate_error`](super::Simulation::estimate_error) did not ask for one.
+    #[must_use]
+    pub fn global_error(&self) -> Option<&GlobalError> {
+        self.trajectory.error.as_deref()
     }
 
     fn check_time(&self, time: f64) -> Result<(), MotionError> {

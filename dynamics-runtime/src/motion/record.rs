@@ -1,11 +1,13 @@
 //! What a run leaves behind: the accepted steps, the events and the counts.
 
 use alloc::string::String;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::time::Duration;
 
 use super::change::Impact;
 use super::driver::AnyDriver;
+use super::estimate::GlobalError;
 use super::formulation::Formulation;
 use super::upkeep::Upkept;
 use crate::integrate::{Direction, Kept, Knot, Phase, Step, Tolerances};
@@ -124,6 +126,8 @@ pub(crate) struct Trajectory<M: Model> {
     pub(crate) usual: Option<f64>,
     /// States between steps are put onto the constraints.
     pub(crate) consistent: bool,
+    /// Its error, where a second run estimated it.
+    pub(crate) error: Option<Arc<GlobalError>>,
 }
 
 impl<M: Model> Clone for Trajectory<M> {
@@ -136,6 +140,7 @@ impl<M: Model> Clone for Trajectory<M> {
             records: self.records.clone(),
             output_times: self.output_times.clone(),
             events: self.events.clone(),
+            error: self.error.clone(),
             ..*self
         }
     }

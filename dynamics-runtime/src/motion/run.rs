@@ -37,6 +37,16 @@ pub(crate) struct Plan<'r, 'm, M: Simulate> {
     pub(crate) resumes: Option<(M::State, u64)>,
 }
 
+impl<'r, 'm, M: Simulate> Plan<'r, 'm, M> {
+    /// Puts everything back to the start, for another run with other options that shows no progress.
+    pub(crate) fn restart(&mut self, plant: Plant<'r, 'm, M>, options: StepOptions, hands_over: bool) {
+        (self.plant, self.options, self.hands_over) = (plant, options, hands_over);
+        self.resumes = None;
+        self.watch.restart();
+        self.progress = super::progress::Progress::none();
+    }
+}
+
 /// How a run ended that did not break off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Ended<S> {
@@ -59,6 +69,10 @@ pub(crate) trait Sink<M: Model> {
     fn stand(&mut self, at: Record<M>);
     /// Events that happened in the step just taken.
     fn event(&mut self, event: EventRecord<M::State>);
+    /// The times of all records kept.
+    fn times(&self) -> Vec<f64> {
+        Vec::new()
+    }
 }
 
 /// Why and where a run broke off.
@@ -486,6 +500,10 @@ impl<M: Model> Sink<M> for Keep<M> {
 
     fn event(&mut self, event: EventRecord<M::State>) {
         self.events.push(event);
+    }
+
+    fn times(&self) -> Vec<f64> {
+        self.records.iter().map(|record| record.state.t()).collect()
     }
 }
 

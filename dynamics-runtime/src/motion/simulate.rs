@@ -11,6 +11,7 @@ use core::sync::atomic::AtomicBool;
 use super::change::Change;
 use super::driver::AnyDriver;
 use super::error::{OptionError, SimulationError, SimulationErrorKind, suggest};
+use super::estimate::compare;
 use super::formulation::Formulation;
 use super::functions::AdHoc;
 use super::guard::{Contact, Guard, Guards};
@@ -19,6 +20,7 @@ use super::progress::Progress;
 use super::query::Motion;
 use super::record::{Counts, Record, Trajectory};
 use super::run::{Ended, Halt, Keep, Plan, Show, Sink};
+use super::second::{Probe, Second, SecondRun};
 use super::upkeep::{PlaceError, Upkeep};
 use super::watch::{Action, Flow, Rule, Watch};
 use crate::integrate::{Direction, StepOptions, Tolerances};
@@ -73,6 +75,7 @@ pub struct Simulation<'m, M: Simulate> {
     formulation: Option<Formulation>,
     drift_limit: f64,
     consistent: bool,
+    estimates: bool,
     cancel: Option<&'m AtomicBool>,
     #[cfg(feature = "progress")]
     progress: bool,
@@ -105,6 +108,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             formulation: None,
             drift_limit: DEFAULT_DRIFT_LIMIT,
             consistent: false,
+            estimates: false,
             cancel: None,
             #[cfg(feature = "progress")]
             progress: false,
@@ -250,6 +254,14 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
+    /// Estimates the error of the motion, [`Motion::global_error`], by running it a second time, with 1/100 of the tolerance (half the fixed step): tolerances
+    /// bound what a step adds, and what the motion makes of it is seen only so. Takes 2 to 4 times the time of the run alone. Actions of
+    /// events are called in both runs, so they should depend on the state alone.
+    pub fn estimate_error(mut self) -> Self {
+        self.estimates = true;
+        self
+    }
+
     /// Ends the simulation at the first crossing of an event in the given direction.
     pub fn stop_at(mut self, name: &str, direction: Direction) -> Self {
         self.actions.push((name.into(), direction, Action::Stop));
@@ -275,7 +287,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self.place(&checked)?;
         let mut keep = Keep { records: Vec::new(), events: Vec::new() };
         let (run, result) = self.fly(checked, &mut keep)?;
-        let trajectory = Trajectory { records: keep.records, events: keep.events, ..run.trajectory };
+        let mut trajectory = Trajectory { records: keep.records, events: keep.events, ..run.trajectory };
+        if let (Some(second), Some(driver)) = (run.second, &trajectory.driver) {
+            let order = driver.method().order();
+            trajectory.error = Some(Arc::new(compare(&trajectory, second, order)));
+        }
         match result {
             Ok(()) => Ok(Motion::new(run.model, run.constants, run.law, trajectory)),
             Err(halt) => Err(broken_off(halt, trajectory)),
@@ -288,6 +304,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         mut self,
         mut observer: impl FnMut(&M::State) -> R,
     ) -> Result<M::State, SimulationError<M>> {
+        if self.estimates {
+            return Err(self.refused(OptionError::NothingToCompare.into()));
+        }
         let checked = self.check()?;
         self.place(&checked)?;
         let mut observer = |state: &M::State| observer(state).into();
@@ -317,22 +336,23 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let constants = self.constants()?;
         let law = self.law.take();
         let (driver, reason) = checked.method;
-        let contacts = checked.guards.iter().filter_map(Guard::closing::<M>).collect();
-        let mut plan = Plan {
-            plant: Plant {
+        let contacts: Vec<_> = checked.guards.iter().filter_map(Guard::closing::<M>).collect();
+        let plant = || {
+            let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
+            let mut upkeep = Upkeep::new(formulation, self.drift_limit, constants, (self.start.t(), checked.end));
+            upkeep.contacts.clone_from(&contacts);
+            Plant {
                 model: self.model,
                 constants: &constants,
                 law: law.as_ref(),
                 held: *self.start.inputs(),
                 modes: self.start.modes(),
                 evaluations: 0,
-                upkeep: Upkeep::new(
-                    checked.formulation.as_ref().map(|(formulation, _)| *formulation),
-                    self.drift_limit,
-                    constants,
-                    (self.start.t(), checked.end),
-                ),
-            },
+                upkeep,
+            }
+        };
+        let mut plan = Plan {
+            plant: plant(),
             start: self.start,
             end: checked.end,
             options: checked.options,
@@ -346,21 +366,17 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             hands_over: checked.hands_over,
             resumes: None,
         };
-        plan.plant.upkeep.contacts = contacts;
-        #[cfg(feature = "std")]
-        let begun = std::time::Instant::now();
-        #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
-        let (mut counts, mut result) = driver.run(&mut plan, sink);
-        let mut relay = None;
-        if let Ok(Ended::Stiff(state)) = &result {
-            let implicit: AnyDriver<M> = Arc::new(Radau5);
-            relay = Some((state.t(), Arc::clone(&implicit)));
-            (counts, result) = go_on(&implicit, &mut plan, *state, &counts, sink);
-        }
-        #[cfg(feature = "std")]
-        {
-            counts.wall_time = Some(begun.elapsed());
-        }
+        let (counts, relay, result) = sail(&driver, &mut plan, sink);
+        let (upkept, usual) = (plan.plant.upkeep.upkept, plan.plant.upkeep.usual);
+        let second = (self.estimates && result.is_ok()).then(|| {
+            let second = SecondRun::of(&checked.options, driver.method());
+            plan.restart(plant(), second.options(checked.options), checked.hands_over);
+            plan.most_steps = self.most_steps.saturating_mul(SecondRun::MORE_STEPS);
+            let mut probe = Probe::at(sink.times());
+            let (counts, _, result) = sail(&driver, &mut plan, &mut probe);
+            let broken_off = result.err().map(|halt| (probe.reached, halt.kind.to_string()));
+            Second { run: second, states: probe.states, events: probe.events, counts, broken_off }
+        });
         let trajectory = Trajectory {
             driver: Some(driver),
             relay,
@@ -372,11 +388,13 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             counts,
             has_law: law.is_some(),
             formulation: checked.formulation,
-            upkept: plan.plant.upkeep.upkept,
-            usual: plan.plant.upkeep.usual,
+            upkept,
+            usual,
             consistent: self.consistent,
+            error: None,
         };
-        Ok((Ran { model: self.model, constants, law, trajectory }, result.map(|_| ())))
+        drop(plan);
+        Ok((Ran { model: self.model, constants, law, trajectory, second }, result))
     }
 
     fn constants(&self) -> Result<M::Constants, SimulationError<M>> {
@@ -618,6 +636,28 @@ struct Checked<'m, M: Simulate> {
     rules: Vec<Rule<'m, M>>,
 }
 
+/// Counts, when which method took over, how it ended.
+type Sailed<M> = (Counts, Option<(f64, AnyDriver<M>)>, Result<(), Halt>);
+
+/// Runs a plan to its end; over to an implicit method where it is stiff. From when and with which is told.
+fn sail<M: Simulate>(driver: &AnyDriver<M>, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> Sailed<M> {
+    #[cfg(feature = "std")]
+    let begun = std::time::Instant::now();
+    #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
+    let (mut counts, mut result) = driver.run(plan, sink);
+    let mut relay = None;
+    if let Ok(Ended::Stiff(state)) = &result {
+        let implicit: AnyDriver<M> = Arc::new(Radau5);
+        relay = Some((state.t(), Arc::clone(&implicit)));
+        (counts, result) = go_on(&implicit, plan, *state, &counts, sink);
+    }
+    #[cfg(feature = "std")]
+    {
+        counts.wall_time = Some(begun.elapsed());
+    }
+    (counts, relay, result.map(|_| ()))
+}
+
 /// Goes on with another method from where one stopped; counts are those of both.
 fn go_on<M: Simulate>(
     driver: &AnyDriver<M>,
@@ -642,6 +682,8 @@ struct Ran<'m, M: Simulate> {
     constants: M::Constants,
     law: Option<InputLaw<'m, M>>,
     trajectory: Trajectory<M>,
+    /// The run that tells its error, where one was asked for.
+    second: Option<Second<M>>,
 }
 
 /// A run with how it ended.

@@ -8,6 +8,7 @@ use core::time::Duration;
 
 use super::conditioning::{Conditioning, Nearest};
 use super::drift::ConstraintDrift;
+use super::estimate::GlobalError;
 use super::formulation::Formulation;
 use super::query::Motion;
 use super::record::EventRecord;
@@ -84,6 +85,8 @@ pub struct Summary {
     pub stopped_by: Option<String>,
     /// When the problem was first found stiff for the method.
     pub stiff_at: Option<f64>,
+    /// The error by a second run, where [`Simulation::estimate_error`](super::Simulation::estimate_error) asked for it.
+    pub error: Option<GlobalError>,
 }
 
 impl<M: Simulate> Motion<'_, M> {
@@ -131,6 +134,7 @@ impl<M: Simulate> Motion<'_, M> {
             events,
             stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
             stiff_at: counts.stiff_at,
+            error: self.global_error().cloned(),
         }
     }
 
@@ -185,6 +189,9 @@ impl fmt::Display for Summary {
         )?;
         if let Some(time) = self.wall_time {
             writeln!(f, "  wall time    {time:.3?}")?;
+        }
+        if let Some(error) = &self.error {
+            writeln!(f, "{error}")?;
         }
         self.write_drift(f)?;
         self.write_constraints(f)?;
@@ -334,7 +341,7 @@ impl Summary {
 const MUCH: f64 = 10.0;
 
 /// A number with seven significant digits at most.
-struct Rounded(f64);
+pub(super) struct Rounded(pub(super) f64);
 
 impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -345,7 +352,7 @@ impl fmt::Display for Rounded {
 }
 
 /// A number with commas between thousands.
-struct Grouped(u64);
+pub(super) struct Grouped(pub(super) u64);
 
 impl fmt::Display for Grouped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

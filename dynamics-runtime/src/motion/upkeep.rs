@@ -574,6 +574,7 @@ fn noise_beside<S: ModelState>(state: &S, sensitivity: f64, usual: f64) -> f64 {
 }
 
 /// A contact of a run.
+#[derive(Clone)]
 pub(crate) struct Closing {
     /// Its constraint, by index.
     pub(super) constraint: usize,

@@ -160,6 +160,12 @@ impl<'m, M: Simulate> Watch<'m, M> {
             .map(|(index, _)| index))
     }
 
+    /// Forgets a run, for another one with the same functions and actions.
+    pub(crate) fn restart(&mut self) {
+        self.zeno.fill(Zeno::default());
+        self.found.clear();
+    }
+
     /// Signs at the start of the motion.
     pub(crate) fn begin(&mut self, start: &M::State) -> Result<(), Fault> {
         self.evaluate(start)?;
