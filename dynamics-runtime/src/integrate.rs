@@ -24,6 +24,7 @@ mod dop853_table;
 mod dormand_prince5;
 mod event;
 mod first_step;
+mod landing;
 mod linear;
 mod radau5;
 mod rk4;
@@ -129,6 +130,21 @@ pub trait System<V: Vector> {
     fn settle(&mut self, _t: f64, _y: &mut Phase<V>, _tolerances: &Tolerances) -> Result<Option<Settled>, Self::Error> {
         Ok(None)
     }
+    /// Where between two states of a step, made with branches held, the accelerations first stop being smooth, as a part of the step; `None` where
+    /// they do not. The step is then made to end there.
+    #[inline(always)]
+    fn kink(&mut self, _start: &Knot<V>, _end: &Knot<V>) -> Option<f64> {
+        None
+    }
+    /// Holds from here on the branches that the accelerations take just after the start of a step of size h, so that within it they are smooth, or
+    /// no longer; those of the start become what they are on these branches.
+    #[inline(always)]
+    fn hold_branches(&mut self, _start: &mut Knot<V>, _h: f64, _on: bool) -> Result<Hold, Self::Error> {
+        Ok(Hold::Off)
+    }
+    /// No branch is held any more, and the next accelerations are those of a start.
+    #[inline(always)]
+    fn free_branches(&mut self) {}
     /// Is told that the step which was tried last is made.
     #[inline(always)]
     fn accepted(&mut self) {}
@@ -159,6 +175,17 @@ impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> System<V> for F {
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, E> {
         self(t, q, u)
     }
+}
+
+/// Whether branches of the accelerations are held: see [`System::hold_branches`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hold {
+    /// They are.
+    On,
+    /// They are not, or there are none.
+    Off,
+    /// They are not, since the motion leaves neither side of a place where they change: it would have to slide along it.
+    Slides,
 }
 
 /// How the end of a step was settled, as the norm of the error is measured (1: as much as the tolerance permits).

@@ -15,6 +15,7 @@ mod estimate;
 mod formulation;
 mod functions;
 mod guard;
+mod kinks;
 mod leave;
 mod plant;
 mod positions;

@@ -6,7 +6,8 @@ use crate::expr::Expr;
 ///
 /// Three derivatives are what the equations need: positions contain f, velocities f′, the generalized forces f″, and their
 /// Jacobian f‴. Where f or a derivative does not exist, return NaN: a run stops there with an error instead of
-/// going on with a wrong number. A jump in f″ or f‴, as at the knots of a cubic spline, costs a step-size control a few small steps.
+/// going on with a wrong number. Where a function is made of pieces, like a spline, [`piece`](Self::piece) says so: methods promise their order
+/// within a piece only, and steps are made to end between two.
 ///
 /// ```
 /// use dynamics_runtime::{Expr, SmoothFunction};
@@ -39,6 +40,11 @@ pub trait SmoothFunction {
     /// They must belong to one function: check each against a difference quotient of the one before.
     fn derivatives(&self, x: f64) -> [f64; 4];
 
+    /// The interval around x in which all derivatives are continuous; −∞ to ∞, the default, where they are so everywhere.
+    fn piece(&self, _x: f64) -> [f64; 2] {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    }
+
     /// f at something that moves.
     fn at(&self, x: impl Into<Expr>) -> Expr
     where
@@ -57,6 +63,10 @@ macro_rules! through {
             #[inline]
             fn derivatives(&self, x: f64) -> [f64; 4] {
                 (**self).derivatives(x)
+            }
+            #[inline]
+            fn piece(&self, x: f64) -> [f64; 2] {
+                (**self).piece(x)
             }
         }
     )*};

@@ -243,6 +243,28 @@ impl SmoothFunction for CubicSpline {
             }
         }
     }
+
+    /// Between two knots; beyond the first and the last knot, where a spline goes on as a line, up to there.
+    fn piece(&self, x: f64) -> [f64; 2] {
+        let [first, last] = self.domain();
+        let (mut wrapped, mut shift) = (x, 0.0);
+        if self.outside == Outside::Periodic {
+            let period = last - first;
+            shift = ((x - first) / period).floor() * period;
+            wrapped = (x - shift).clamp(first, last);
+        }
+        if wrapped < first {
+            return [f64::NEG_INFINITY, first];
+        }
+        if wrapped > last {
+            return [last, f64::INFINITY];
+        }
+        if wrapped.is_nan() {
+            return [f64::NEG_INFINITY, f64::INFINITY];
+        }
+        let i = self.cells.interval(&self.knots, wrapped);
+        [self.knots[i] + shift, self.knots[i + 1] + shift]
+    }
 }
 
 fn check(knots: &[f64], values: &[f64], needed: usize) -> Result<(), SplineError> {

@@ -1,11 +1,12 @@
 //! The engine's driver: one line per pass.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::algebra::{Guard, Unrolled};
 use crate::check::constraints::LookedAt;
+use crate::check::hazards::{Branch, Hazards};
 use crate::check::{self, Finding};
-use crate::graph::{Bindings, Graph, Node, NodeId};
+use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
 use crate::mechanics::{
     ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld, derive_on,
 };
@@ -44,6 +45,19 @@ pub struct Programs {
     pub constraints: Option<ConstraintPrograms>,
     /// Taylor coefficients of motions, or why there are none.
     pub series: Result<Series, Unexpandable>,
+    /// Where the accelerations are not smooth.
+    pub kinks: Kinks,
+}
+
+/// Values at whose change of sign, or of piece, the accelerations are not smooth: steps are made to end there.
+#[derive(Clone, Debug)]
+pub struct Kinks {
+    /// The values.
+    pub program: Program,
+    /// For each the function whose argument it is; `None` for what matters where it changes its sign.
+    pub functions: Vec<Option<FunctionId>>,
+    /// The operations that they decide.
+    pub branches: BTreeMap<NodeId, Branch>,
 }
 
 /// Programs of a model with constraints; N coordinates, R rows, H of them holonomic. Where there are some, `Programs::accelerations` gives
@@ -168,6 +182,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !excesses.is_empty() {
         return Err(excesses);
     }
+    programs.kinks = kinks(&mut model, &equations);
     let driven = |p: &&Program| !model.inputs.is_empty() || p.name != "input_jacobian";
     let printed: Vec<&Program> = programs.all().filter(driven).collect();
     let withheld = programs.jacobians.as_ref().err().map(|reason| match reason {
@@ -269,8 +284,21 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         outputs: inline("outputs", &checked(e.outputs_use_accelerations && !constrained, &e.outputs)),
         events: inline("events", &checked(e.events_use_accelerations && !constrained, &e.events)),
         constraints: e.constraints.as_ref().map(|c| constraints(model, e, c)),
-        // Expanded last: it adds nodes of its own.
+        // Made last: they add nodes of their own.
         series: Err(Unexpandable::TooLarge(0)),
+        kinks: Kinks { program: inline("kinks", &[]), functions: Vec::new(), branches: BTreeMap::new() },
+    }
+}
+
+fn kinks(model: &mut Model, e: &Equations) -> Kinks {
+    let found = Hazards::of(model, e).kinks(&mut model.graph);
+    let values: Vec<NodeId> = found.iter().map(|kink| kink.value).collect();
+    let g = &model.graph;
+    let ids = if found.iter().all(|kink| kink.switch.is_none()) { 0 } else { g.len() };
+    Kinks {
+        branches: g.ids().take(ids).filter_map(|id| Some((id, Branch::of(g, id, &found)?))).collect(),
+        program: schedule(&model.graph, "kinks", &values, Staging::Inline),
+        functions: found.iter().map(|kink| kink.function).collect(),
     }
 }
 

@@ -8,8 +8,8 @@ use common::mechanisms::{andrews, cartesian_chain, slider_crank};
 use common::reader::{Names, evaluate};
 use common::{Builder, Values, arm, chain, double_pendulum, relative_chain, zoo};
 use dynamics_symbolic::compile::{Compiled, compile};
-use dynamics_symbolic::graph::{Bindings, NodeId, Origin, Symbol, Unary};
-use dynamics_symbolic::mechanics::{ConstraintEquations, EnergyRole, Event, Guarded, Model, Solution};
+use dynamics_symbolic::graph::{Bindings, NodeId, Symbol, Unary};
+use dynamics_symbolic::mechanics::{ConstraintEquations, EnergyRole, Guarded, Model, Solution};
 
 fn compiled(model: Model) -> Compiled {
     compile(model).unwrap_or_else(|found| panic!("{found:?}"))
@@ -348,7 +348,7 @@ fn values_cover_all_symbols() {
     assert!(v.symbol(Symbol::Input(0)).is_finite() && v.symbol(Symbol::Acceleration(3)).is_finite());
 }
 
-/// Friction switches where the velocity changes sign, attraction divides by the distance: the report says both, and an event silences the first.
+/// Friction switches where the velocity changes sign, attraction divides by the distance: the report says both.
 #[test]
 fn the_report_warns_of_switches_and_singularities() {
     let mut b = Builder::new("Comet");
@@ -362,13 +362,10 @@ fn the_report_warns_of_switches_and_singularities() {
     let lost = b.g().unary(Unary::Abs, u);
     let lost = b.mul(k, lost);
     b.energy("friction", EnergyRole::Dissipation, lost);
-    let report = compiled(b.model.clone()).report;
-    assert!(report.contains("not smooth where    x' = 0; an event there keeps the order of the method\n"), "{report}");
+    let report = compiled(b.model).report;
+    assert!(report.contains("not smooth where    x' = 0; steps end there\n"), "{report}");
     assert!(report.contains("divides by          x"), "{report}");
     assert!(!report.contains("roots and logs"), "{report}");
-    b.model.events.push(Event { name: "stops".into(), node: u, origin: Origin(9) });
-    let report = compiled(b.model).report;
-    assert!(!report.contains("not smooth"), "{report}");
 }
 
 /// Deep graphs do not exhaust the stack of a thread.

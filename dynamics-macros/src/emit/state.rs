@@ -39,6 +39,9 @@ pub(super) fn state(surface: &Surface) -> TokenStream {
             #vis inputs: #private::SVector<#private::f64, #m>,
             /// Which switched constraints hold.
             #vis modes: #private::Modes,
+            /// Which choices of the model are held by the step in progress: none, outside of one.
+            #[doc(hidden)]
+            #vis branches: #private::Branches,
         }
         #quiet
         impl #name {
@@ -138,6 +141,7 @@ fn model_state(surface: &Surface) -> TokenStream {
     let (n, m) = (surface.degrees(), surface.input_count());
     let (f64, vector) = (quote!(#private::f64), quote!(#private::SVector));
     let (t, q, u, inputs) = (local("t"), local("q"), local("u"), local("inputs"));
+    let branches = local("branches");
     quote! {
         #[automatically_derived]
         impl #private::ModelState for #name {
@@ -145,7 +149,7 @@ fn model_state(surface: &Surface) -> TokenStream {
             type Inputs = #vector<#f64, #m>;
             #[inline]
             fn new(#t: #f64, #q: Self::Vector, #u: Self::Vector, #inputs: Self::Inputs) -> Self {
-                Self { t: #t, q: #q, u: #u, inputs: #inputs, modes: #private::Modes::ALL_HOLD }
+                Self { t: #t, q: #q, u: #u, inputs: #inputs, modes: #private::Modes::ALL_HOLD, branches: #private::Branches::FREE }
             }
             #[inline]
             fn t(&self) -> #f64 { self.t }
@@ -165,6 +169,8 @@ fn model_state(surface: &Surface) -> TokenStream {
             fn modes(&self) -> #private::Modes { self.modes }
             #[inline]
             fn modes_mut(&mut self) -> &mut #private::Modes { &mut self.modes }
+            #[inline]
+            fn hold(&mut self, #branches: #private::Branches) { self.branches = #branches; }
         }
     }
 }

@@ -22,8 +22,7 @@ use super::{Surface, at_block, local, only_one, quiet};
 
 /// Everything that a compiled model implements.
 pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
-    let emission =
-        Emission { surface, compiled, access: Access::new(surface, &compiled.model.graph), private: surface.private() };
+    let emission = Emission { surface, compiled, access: Access::new(surface, compiled), private: surface.private() };
     let texts = identity::texts(surface, compiled);
     let (dynamics, energies) = (emission.dynamics(), emission.energies());
     let (linearize, powers) = (emission.linearize(), emission.powers());
@@ -91,10 +90,14 @@ impl Emission<'_> {
         let state = local("state");
         let modes = (0..self.switched()).map(|i| quote!(#state.modes.side(#i)));
         let unsolved = self.unsolved(modes.collect());
+        let branches = self.access.chooses().then(|| {
+            let branches = local("branches");
+            quote!(let #branches = #state.branches;)
+        });
         quote! {
             let #model = self;
             let (#t, #q, #u, #w) = (#state.t, &#state.q.data.0[0], &#state.u.data.0[0], &#state.inputs.data.0[0]);
-            #unsolved
+            #branches #unsolved
         }
     }
 

@@ -1,8 +1,9 @@
 //! One accepted step after another.
 
 use super::first_step::first_step;
+use super::landing::Landing;
 use super::tableau::zip;
-use super::{Controller, Knot, Method, Phase, Scheme, Settled, System, Tolerances};
+use super::{Controller, Hold, Knot, Method, Phase, Scheme, Settled, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -39,6 +40,8 @@ pub struct Kept {
     pub stages: bool,
     /// States between its ends have to be settled: it is as long as it is because what settling its end removes was no error.
     pub between: bool,
+    /// Branches of the accelerations were held in it: see [`System::hold_branches`].
+    pub branches: bool,
 }
 
 /// Why there is no next step. In every case the stepper stands at the last accepted state.
@@ -136,6 +139,7 @@ pub struct Stepper<V, S> {
     stiff_at: Option<f64>,
     /// For so many attempts stages are not settled because of a large error: it did not help.
     fruitless: u32,
+    landing: Landing,
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
@@ -172,6 +176,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             suspicion: (0, 0),
             stiff_at: None,
             fruitless: 0,
+            landing: Landing::default(),
         };
         stepper.h = match (options.fixed, options.first) {
             (Some(h), _) | (None, Some(h)) => h.abs(),
@@ -226,9 +231,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     pub fn step<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<Step<V>, StepError<Y::Error>> {
         let start = self.now;
         self.propose(system, limit);
-        let (mut detours, mut failures) = (0, 0);
+        let (mut detours, mut failures, mut landing) = (0, 0, None);
+        self.landing.begin();
         loop {
-            let (mut end_t, mut h) = self.next_time(limit);
+            let (mut end_t, mut h) = landing.take().unwrap_or_else(|| self.next_time(limit));
             if detours > 0 {
                 end_t = start.t + h * math::powi(DETOUR, detours as i32);
                 h = end_t - start.t;
@@ -237,7 +243,15 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 // Time does not resolve the step: at a large t, or where the first or fixed step is absurdly small.
                 return Err(StepError::StepTooSmall { coordinate: 0, h: self.h });
             }
-            let failure = match self.try_step(system, end_t, h) {
+            let trial = self.try_step(system, end_t, h);
+            if let Ok(trial) = &trial {
+                landing = self.landing(system, trial);
+                if landing.is_some() {
+                    self.rejected += 1;
+                    continue;
+                }
+            }
+            let failure = match trial {
                 Ok(trial) if detours < MOST_DETOURS && !self.is_fixed() && trial.is_awkward(system.settles()) => {
                     detours += 1;
                     self.rejected += 1;
@@ -245,8 +259,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 }
                 Ok(trial) => match self.judge(trial.error, h.abs()) {
                     true => {
+                        self.landing.made(h.abs(), self.h);
                         system.accepted();
-                        return Ok(self.commit(start, &trial, h));
+                        return Ok(self.commit(&trial, h));
                     }
                     false => Failure::Error,
                 },
@@ -278,9 +293,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.origin = (end_t, 0);
         let h = end_t - step.start.t;
         match self.try_step(system, end_t, h) {
-            Ok(Trial { end, kept, .. }) => {
+            Ok(Trial { start, end, kept, .. }) => {
                 self.now = end;
-                Ok(Step { end, h, kept, ..*step })
+                Ok(Step { start, end, h, kept })
             }
             Err(failure) => Err(self.give_up(failure, h)),
         }
@@ -320,6 +335,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     ) -> Result<S::Dense, Y::Error> {
         let mut start = step.start;
         system.hold_stages(step.kept.stages, tolerances);
+        system.hold_branches(&mut start, step.h, step.kept.branches)?;
         system.attempting(&mut start, step.h)?;
         scheme.attempt(system, &start, step.h, tolerances)?;
         scheme.dense(system, &start, &step.end, step.h)
@@ -337,6 +353,19 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             let first = self.options.first.filter(|_| self.accepted == 0).unwrap_or(f64::INFINITY);
             self.h = proposed.min(first.abs()).min(self.options.most);
         }
+    }
+
+    /// End and signed size of the step, if it is to be made again to end where the accelerations stop being smooth.
+    #[inline(always)]
+    fn landing<Y: System<V>>(&mut self, system: &mut Y, trial: &Trial<V>) -> Option<(f64, f64)> {
+        if !trial.kept.branches || !self.landing.is_worth_trying() {
+            return None;
+        }
+        let (start, end) = (&trial.start, &trial.end);
+        let part = system.kink(start, end)?;
+        let end_t = start.t + part * (end.t - start.t);
+        self.landing.attempt();
+        (end_t != start.t && end_t != end.t).then_some((end_t, end_t - start.t))
     }
 
     fn is_fixed(&self) -> bool {
@@ -364,11 +393,14 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     fn try_step<Y: System<V>>(&mut self, system: &mut Y, end_t: f64, h: f64) -> Result<Trial<V>, Failure<Y::Error>> {
         let (mut kept, mut plain) = (Kept::default(), 0.0);
         self.fruitless = self.fruitless.saturating_sub(1);
+        let mut start = self.now;
+        let branches = self.hold_branches(system, &mut start, h).map_err(Failure::Evaluation)?;
+        let begin = start;
         loop {
             // Before the start is looked at, which may depend on it.
             let tolerances = &self.options.tolerances;
             system.hold_stages(kept.stages, tolerances);
-            let mut start = self.now;
+            let mut start = begin;
             system.attempting(&mut start, h).map_err(Failure::Evaluation)?;
             let (mut y, mut error) = self.scheme.attempt(system, &start, h, tolerances).map_err(Failure::Evaluation)?;
             if !self.scheme.converged() {
@@ -400,7 +432,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 if acceptable { system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)? } else { None };
             if let Some(Settled { by, violation, .. }) = moved {
                 if by > FAR && by > AMPLIFIED * violation && !kept.stages && Self::hold(system, tolerances) {
-                    (plain, kept) = (f64::INFINITY, Kept { stages: true, between: false });
+                    (plain, kept) = (f64::INFINITY, Kept { stages: true, ..Kept::default() });
                     continue;
                 }
                 kept.between |= by > FAR;
@@ -423,7 +455,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             let a = a.map_err(Failure::Evaluation)?;
             return match a.as_slice().iter().position(|x| !x.is_finite()) {
                 Some(coordinate) => Err(Failure::NotFinite(coordinate)),
-                None => Ok(Trial { end: Knot { t: end_t, y, a }, error, end_is_awkward, kept }),
+                None => {
+                    kept.branches = branches;
+                    Ok(Trial { start: begin, end: Knot { t: end_t, y, a }, error, end_is_awkward, kept })
+                }
             };
         }
     }
@@ -438,6 +473,20 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let by = if far(&moved.q, speed * h.abs()) { moved.q } else { moved.u };
         let most = || (0..V::LEN).max_by(|&i, &j| by[i].abs().total_cmp(&by[j].abs())).unwrap_or(0);
         (far(&moved.q, speed * h.abs()) || far(&moved.u, speed)).then(most)
+    }
+
+    /// Whether branches are held from here on.
+    #[inline(always)]
+    fn hold_branches<Y: System<V>>(&mut self, system: &mut Y, start: &mut Knot<V>, h: f64) -> Result<bool, Y::Error> {
+        let on = !self.is_fixed() && self.landing.is_on();
+        match system.hold_branches(start, h, on)? {
+            Hold::On => Ok(true),
+            Hold::Off => Ok(false),
+            Hold::Slides => {
+                self.landing.slides();
+                Ok(false)
+            }
+        }
     }
 
     /// Settles stages, if the method has stages that are states of the solution.
@@ -484,8 +533,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     #[inline(always)]
-    fn commit(&mut self, start: Knot<V>, trial: &Trial<V>, h: f64) -> Step<V> {
-        let Trial { end, kept, .. } = *trial;
+    fn commit(&mut self, trial: &Trial<V>, h: f64) -> Step<V> {
+        let Trial { start, end, kept, .. } = *trial;
         self.now = end;
         self.accepted += 1;
         self.origin.1 += 1;
@@ -544,6 +593,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 
 /// A step that could be made.
 struct Trial<V> {
+    /// Where it starts, with the accelerations of its branches.
+    start: Knot<V>,
     end: Knot<V>,
     /// Its error, 1: as much as the tolerance permits.
     error: f64,
@@ -573,6 +624,7 @@ fn start_accelerations<V: Vector, Y: System<V>>(
     t: f64,
     y: &Phase<V>,
 ) -> Result<V, StepError<Y::Error>> {
+    system.free_branches();
     let a = system.accelerations(t, &y.q, &y.u).map_err(StepError::Evaluation)?;
     match a.as_slice().iter().position(|x| !x.is_finite()) {
         Some(coordinate) => Err(StepError::NotFinite { coordinate, h: 0.0 }),

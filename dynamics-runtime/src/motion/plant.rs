@@ -6,8 +6,8 @@ use super::upkeep::Upkeep;
 use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::weakness;
 use crate::error::SolveError;
-use crate::integrate::{Dense, Knot, Phase, Settled, Step, System, Tolerances, by_state, increment, zip};
-use crate::model::{Constraints, Expansion, Model, ModelState, Modes, Vector};
+use crate::integrate::{Dense, Hold, Knot, Phase, Settled, Step, System, Tolerances, by_state, increment, zip};
+use crate::model::{Branches, Constraints, Expansion, Model, ModelState, Modes, Vector};
 
 /// Input values as a function of time and state.
 pub(crate) type InputLaw<'m, M> = Box<dyn Fn(f64, &<M as Model>::State) -> <M as Model>::Inputs + Send + Sync + 'm>;
@@ -36,6 +36,10 @@ pub(crate) struct Plant<'r, 'm, M: Constraints> {
     pub(crate) modes: Modes,
     pub(crate) evaluations: u64,
     pub(crate) upkeep: Upkeep<M>,
+    /// Branches that are held.
+    pub(crate) branches: Branches,
+    /// Those by which the accelerations at the end of the last step were found.
+    pub(crate) known: Branches,
 }
 
 impl<M: Constraints> Plant<'_, '_, M> {
@@ -89,6 +93,16 @@ impl<M: Constraints> Plant<'_, '_, M> {
         EvaluationError::Solve(SolveError::NotExpandable { rows: weakness(self.model, state).rows })
     }
 
+    /// A state on the branches that are held.
+    #[inline(always)]
+    fn on_branches(&self, state: &M::State) -> M::State {
+        let mut state = *state;
+        if M::KINKS > 0 {
+            state.hold(self.branches);
+        }
+        state
+    }
+
     /// q̈ at a stage.
     #[inline(always)]
     pub(crate) fn accelerations_of(&mut self, state: &M::State) -> Result<M::Vector, EvaluationError> {
@@ -98,6 +112,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         {
             return Err(EvaluationError::Input(index));
         }
+        let state = &self.on_branches(state);
         let solved = if M::ROWS.is_empty() {
             self.model.accelerations_with(self.constants, state)
         } else {
@@ -128,7 +143,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
             return Ok(false);
         }
         let state = self.stage(at.t, &at.y)?;
-        if !self.model.acceleration_derivatives(&state, by_q, by_u) {
+        if !self.model.acceleration_derivatives(&self.on_branches(&state), by_q, by_u) {
             return Ok(false);
         }
         let law = self.law;
@@ -273,7 +288,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         }
         let state = self.state(t, &y.q, &y.u);
         (q[0], u[0]) = (y.q, y.u);
-        if self.model.series(self.constants, &state, a, scale, q, u) {
+        if self.model.series(self.constants, &self.on_branches(&state), a, scale, q, u) {
             Ok(true)
         } else {
             Err(self.not_expandable(&state))
@@ -286,7 +301,23 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     }
 
     #[inline(always)]
+    fn kink(&mut self, start: &Knot<M::Vector>, end: &Knot<M::Vector>) -> Option<f64> {
+        if M::KINKS == 0 { None } else { self.first_kink(start, end) }
+    }
+
+    #[inline(always)]
+    fn hold_branches(&mut self, start: &mut Knot<M::Vector>, h: f64, on: bool) -> Result<Hold, EvaluationError> {
+        if M::KINKS == 0 { Ok(Hold::Off) } else { self.follow_branches(start, h, on) }
+    }
+
+    #[inline(always)]
+    fn free_branches(&mut self) {
+        (self.branches, self.known) = (Branches::FREE, Branches::FREE);
+    }
+
+    #[inline(always)]
     fn accepted(&mut self) {
+        self.known = self.branches;
         if let Some(by) = self.upkeep.moved.take() {
             self.upkeep.upkept.note_move(by);
         }

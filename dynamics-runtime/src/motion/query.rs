@@ -15,7 +15,7 @@ use super::upkeep::Upkeep;
 use crate::constrain;
 use crate::integrate::System as _;
 use crate::integrate::{Hermite, Method, Step};
-use crate::model::{Model, ModelState, Vector};
+use crate::model::{Branches, Model, ModelState, Vector};
 
 /// The motion of a model, as a simulation computed it.
 ///
@@ -266,6 +266,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
             held: *state.inputs(),
             modes: state.modes(),
             evaluations: 0,
+            branches: Branches::FREE,
+            known: Branches::FREE,
             upkeep: self.upkeep(),
         }
     }

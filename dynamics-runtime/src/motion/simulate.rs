@@ -25,7 +25,7 @@ use super::upkeep::{PlaceError, Upkeep};
 use super::watch::{Action, Flow, Rule, Watch};
 use crate::integrate::{Direction, StepOptions, Tolerances};
 use crate::methods::{Any, Dop853, DormandPrince5, Radau5, Rk4};
-use crate::model::{Constraints, Events, Expansion, ModelState, Outputs, Powers, Vector};
+use crate::model::{Branches, Constraints, Events, Expansion, ModelState, Outputs, Powers, Vector};
 
 /// Above this tolerance Dormand–Prince 5(4) is chosen, below it DOP853. Measured by evaluations for the same error, they are level at
 /// errors of 1e-2 (oscillator) to 1e-5 (double pendulum, 5 s); at 1e-4 DOP853 needs half of the other's for the oscillator.
@@ -348,6 +348,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 held: *self.start.inputs(),
                 modes: self.start.modes(),
                 evaluations: 0,
+                branches: Branches::FREE,
+                known: Branches::FREE,
                 upkeep,
             }
         };

@@ -1,6 +1,6 @@
 //! Where a model is not smooth, and where it may be undefined: not mistakes, but what a user should know before a run meets it.
 
-use crate::graph::{Binary, Dependence, Graph, Node, NodeId, Unary};
+use crate::graph::{Binary, Comparison, Dependence, FunctionId, Graph, Node, NodeId, Unary};
 use crate::mechanics::{Equations, Model};
 
 /// A place where a branch changes: left = right.
@@ -12,11 +12,30 @@ pub struct Switch {
     pub right: Option<NodeId>,
 }
 
+/// A value, and where in it the accelerations are not smooth: at zero, or between the pieces of a function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kink {
+    /// What changes its sign, or the function's argument.
+    pub value: NodeId,
+    /// The change of branch.
+    pub switch: Option<Switch>,
+    /// The function.
+    pub function: Option<FunctionId>,
+}
+
+/// What is known only when the equations are solved.
+const SOLUTION: Dependence = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
+
+/// Most kinks that are followed: as many as `dynamics_runtime::model::MOST_KINKS`.
+pub const MOST_KINKS: usize = 64;
+
 /// What M, Q, and the constraints contain.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Hazards {
-    /// Changes of branch for which no event is declared.
+    /// Changes of branch.
     pub switches: Vec<Switch>,
+    /// Smooth functions with their arguments: they may be made of pieces.
+    pub functions: Vec<(FunctionId, NodeId)>,
     /// Expressions by which something is divided, except those that are positive in every state.
     pub denominators: Vec<NodeId>,
     /// Expressions under roots and logarithms that may be negative.
@@ -43,10 +62,39 @@ impl Hazards {
             found.look(g, g.node(id));
         }
         let positive = |id: NodeId| least(g, id, DEPTH) == Some(Sign::Positive);
-        found.switches.retain(|s| !(watched(model, *s) || s.right.is_none() && positive(s.left)));
+        found.switches.retain(|s| s.right.is_some() || !positive(s.left));
         found.denominators.retain(|d| !positive(*d));
         found.domains.retain(|d| least(g, *d, DEPTH).is_none());
         found
+    }
+
+    /// Where steps can be made to end: what has to change its sign, or leave its piece of a function, for the accelerations not to be
+    /// smooth. Nothing where there are more than [`MOST_KINKS`] of them. What depends on the solution itself is left out.
+    #[must_use]
+    pub fn kinks(&self, g: &mut Graph) -> Vec<Kink> {
+        if self.switches.len() + self.functions.len() > MOST_KINKS {
+            return Vec::new();
+        }
+        let switches = self.switches.iter().map(|s| match s.right {
+            None => Kink { value: s.left, switch: Some(*s), function: None },
+            Some(right) => Kink { value: g.sub(s.left, right), switch: Some(*s), function: None },
+        });
+        let mut kinks: Vec<Kink> = switches.collect();
+        kinks.extend(self.functions.iter().map(|(f, argument)| Kink {
+            value: *argument,
+            switch: None,
+            function: Some(*f),
+        }));
+        kinks.retain(|kink| !g.dependence(kink.value).on(SOLUTION));
+        kinks
+    }
+
+    /// Whether [`Hazards::kinks`] knows every change of branch.
+    #[must_use]
+    pub fn are_followed(&self, g: &Graph) -> bool {
+        let on_solution = |id: NodeId| g.dependence(id).on(SOLUTION);
+        let unknown = |s: &Switch| on_solution(s.left) || s.right.is_some_and(on_solution);
+        self.switches.len() + self.functions.len() <= MOST_KINKS && !self.switches.iter().any(unknown)
     }
 
     fn look(&mut self, g: &Graph, node: Node) {
@@ -54,6 +102,9 @@ impl Hazards {
             Node::Select { left, right, .. } => self.switch(g, left, Some(right)),
             Node::Binary(Binary::Min | Binary::Max, left, right) => self.switch(g, left, Some(right)),
             Node::Unary(Unary::Abs | Unary::Signum, a) => self.switch(g, a, None),
+            Node::Smooth { function, argument, .. } if !g.is_constant(argument) => {
+                push(&mut self.functions, (function, argument));
+            }
             Node::Div(_, b) if !g.is_constant(b) => push(&mut self.denominators, b),
             Node::Unary(Unary::Sqrt | Unary::Ln, a) | Node::Binary(Binary::Powf, a, _) if !g.is_constant(a) => {
                 push(&mut self.domains, a);
@@ -64,16 +115,57 @@ impl Hazards {
 
     fn switch(&mut self, g: &Graph, left: NodeId, right: Option<NodeId>) {
         let both = right.map_or(Dependence::NONE, |r| g.dependence(r)).with(g.dependence(left));
-        // Against zero the other side says it all.
-        let (left, right) = match right {
-            Some(r) if g.is_zero(r) => (left, None),
-            Some(r) if g.is_zero(left) => (r, None),
-            _ => (left, right),
-        };
-        let known = |s: &Switch| *s == Switch { left, right } || Some(s.left) == right && s.right == Some(left);
-        if !both.within(Dependence::PARAMETERS) && !self.switches.iter().any(known) {
-            self.switches.push(Switch { left, right });
+        let known = self.switches.iter().any(|s| s.order(g, left, right).is_some());
+        if !both.within(Dependence::PARAMETERS) && !known {
+            self.switches.push(Switch::new(g, left, right).0);
         }
+    }
+}
+
+impl Switch {
+    /// A change of branch where left = right, and whether the sides were exchanged.
+    fn new(g: &Graph, left: NodeId, right: Option<NodeId>) -> (Self, bool) {
+        // Against zero the other side says it all.
+        match right {
+            Some(r) if g.is_zero(r) => (Self { left, right: None }, false),
+            Some(r) if g.is_zero(left) => (Self { left: r, right: None }, true),
+            _ => (Self { left, right }, false),
+        }
+    }
+
+    /// Whether this is where left = right, and if so, whether its sides are exchanged.
+    fn order(&self, g: &Graph, left: NodeId, right: Option<NodeId>) -> Option<bool> {
+        let (other, exchanged) = Self::new(g, left, right);
+        if *self == other {
+            return Some(exchanged);
+        }
+        (Some(self.left) == other.right && self.right == Some(other.left)).then_some(!exchanged)
+    }
+}
+
+/// Which kink decides an operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Branch {
+    /// Index of the kink.
+    pub kink: usize,
+    /// Its value is right − left and not left − right.
+    pub exchanged: bool,
+}
+
+impl Branch {
+    /// The kink that decides an operation, if it is a choice and one of these does.
+    #[must_use]
+    pub fn of(g: &Graph, id: NodeId, kinks: &[Kink]) -> Option<Self> {
+        let (left, right) = match g.node(id) {
+            Node::Select { comparison: Comparison::Less | Comparison::LessEqual, left, right, .. } => {
+                (left, Some(right))
+            }
+            Node::Binary(Binary::Min | Binary::Max, left, right) => (left, Some(right)),
+            Node::Unary(Unary::Abs | Unary::Signum, a) => (a, None),
+            _ => return None,
+        };
+        let mut orders = kinks.iter().map(|kink| kink.switch?.order(g, left, right)).enumerate();
+        orders.find_map(|(kink, exchanged)| Some(Self { kink, exchanged: exchanged? }))
     }
 }
 
@@ -106,16 +198,8 @@ fn least(g: &Graph, id: NodeId, depth: usize) -> Option<Sign> {
     }
 }
 
-fn push(list: &mut Vec<NodeId>, id: NodeId) {
-    if !list.contains(&id) {
-        list.push(id);
+fn push<T: PartialEq>(list: &mut Vec<T>, new: T) {
+    if !list.contains(&new) {
+        list.push(new);
     }
-}
-
-/// Whether an event crosses zero where a branch changes.
-fn watched(model: &Model, s: Switch) -> bool {
-    let g = &model.graph;
-    let right = s.right.map_or(crate::graph::Fingerprint::ZERO, |r| g.fingerprint(r));
-    let difference = g.fingerprint(s.left).sub(right);
-    model.events.iter().map(|e| g.fingerprint(e.node)).any(|f| f == difference || f == difference.neg())
 }

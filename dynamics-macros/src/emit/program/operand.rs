@@ -1,5 +1,9 @@
 //! Where values come from, and how one operation is written.
 
+use std::collections::BTreeMap;
+
+use dynamics_symbolic::check::hazards::Branch;
+use dynamics_symbolic::compile::Compiled;
 use dynamics_symbolic::graph::{Binary, Comparison, FunctionId, Graph, Node, NodeId, Number, Symbol, Unary};
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -20,6 +24,8 @@ pub(in super::super) struct Access<'a> {
     parameters: Vec<String>,
     /// Expressions of the smooth functions, in order.
     functions: Vec<String>,
+    /// Which operations are choices that a state can hold.
+    pub(super) branches: Option<&'a BTreeMap<NodeId, Branch>>,
     /// Whether it is for Taylor coefficients: sums of lanes come in blocks, and a sum with a product is written as one operation, for targets
     /// that have it.
     pub(super) coefficients: bool,
@@ -27,9 +33,11 @@ pub(in super::super) struct Access<'a> {
 
 impl<'a> Access<'a> {
     /// Parameters and functions are fields of `model`.
-    pub(in super::super) fn new(surface: &Surface, graph: &'a Graph) -> Self {
+    pub(in super::super) fn new(surface: &Surface, compiled: &'a Compiled) -> Self {
+        let branches = &compiled.programs.kinks.branches;
         Self {
-            graph,
+            graph: &compiled.model.graph,
+            branches: (!branches.is_empty()).then_some(branches),
             private: surface.private(),
             parameters: surface.parameters.iter().map(|place| quote!(model #place).to_string()).collect(),
             functions: surface.functions.iter().map(|field| quote!(model.#field).to_string()).collect(),
@@ -40,13 +48,18 @@ impl<'a> Access<'a> {
     /// Programs of Taylor coefficients: what they need of order 0 stands in an array `z`.
     pub(in super::super) fn of_coefficients(private: TokenStream, graph: &'a Graph, kept: usize) -> Self {
         let parameters = (0..kept).map(|i| format!("z[{i}]")).collect();
-        Self { graph, private, parameters, functions: Vec::new(), coefficients: true }
+        Self { graph, private, parameters, functions: Vec::new(), branches: None, coefficients: true }
     }
 
     /// What statements refer to by short names.
     pub(super) fn imports(&self) -> TokenStream {
         let private = &self.private;
         quote!(use #private::{SmoothFunction as __Smooth, math as __math};)
+    }
+
+    /// Whether there are choices that a state can hold, named `branches`.
+    pub(in super::super) fn chooses(&self) -> bool {
+        self.branches.is_some()
     }
 
     pub(super) fn function(&self, id: FunctionId) -> &str {
@@ -115,6 +128,9 @@ impl Printer<'_> {
     /// The operation of a node.
     pub(super) fn operation(&self, id: NodeId) -> String {
         let v = |id| self.value(id);
+        if let Some(branch) = self.access.branches.and_then(|branches| branches.get(&id)) {
+            return self.choice(id, *branch);
+        }
         match self.access.graph.node(id) {
             Node::Number(_) | Node::Symbol(_) => self.access.leaf(id),
             Node::Add(a, b) => match (self.products.get(&a), self.products.get(&b)) {
@@ -144,6 +160,27 @@ impl Printer<'_> {
             Node::Smooth { function, order, argument } => {
                 format!("__Smooth::derivatives(&{},{})[{order}]", self.access.function(function), v(argument))
             }
+        }
+    }
+    /// A choice that the state can hold, whatever the values are.
+    fn choice(&self, id: NodeId, Branch { kink, exchanged }: Branch) -> String {
+        let v = |id| self.value(id);
+        // The kink's value is negative where left < right, unless they are exchanged.
+        let decide = |condition: String| match exchanged {
+            false => format!("branches.below({kink},{condition})"),
+            true => format!("!branches.below({kink},!({condition}))"),
+        };
+        match self.access.graph.node(id) {
+            Node::Select { comparison, left, right, then, otherwise } => {
+                let comparison = if comparison == Comparison::LessEqual { "<=" } else { "<" };
+                let condition = decide(format!("{} {comparison} {}", v(left), v(right)));
+                format!("if {condition} {{{}}} else {{{}}}", v(then), v(otherwise))
+            }
+            Node::Unary(Unary::Abs, a) => format!("branches.abs({kink},{})", v(a)),
+            Node::Unary(Unary::Signum, a) => format!("branches.signum({kink},{})", v(a)),
+            Node::Binary(Binary::Min, a, b) => format!("branches.min({kink},{exchanged},{},{})", v(a), v(b)),
+            Node::Binary(Binary::Max, a, b) => format!("branches.max({kink},{exchanged},{},{})", v(a), v(b)),
+            node => unreachable!("{node:?} is no choice"),
         }
     }
 }

@@ -21,8 +21,8 @@ pub(in super::super) struct Printed {
     pub(in super::super) results: Vec<TokenStream>,
 }
 
-/// What a function body can read, by these names: `model`, `t`, `q`, `u`, `w`, where the model has constraints `a`, `lambda` and `modes`, and,
-/// where `staged`, the constants `k`.
+/// What a function body can read, by these names: `model`, `t`, `q`, `u`, `w`, where the model has constraints `a`, `lambda` and `modes`, where
+/// it chooses `branches`, and, where `staged`, the constants `k`.
 pub(in super::super) struct Body<'a> {
     /// Where values come from.
     pub(in super::super) access: &'a Access<'a>,
@@ -112,7 +112,9 @@ impl Body<'_> {
             });
             let (a, lambda, modes) = (local("a"), local("lambda"), local("modes"));
             let solved = self.constraints.map(|_| quote!(#a, #lambda, #modes,));
-            statements.extend(quote!(let #x = &#name(#model, #t, #q, #u, #w, #solved #k, #x);));
+            let branches = local("branches");
+            let branches = self.access.chooses().then(|| quote!(#branches,));
+            statements.extend(quote!(let #x = &#name(#model, #t, #q, #u, #w, #branches #solved #k, #x);));
             available = live;
         }
         let mut printer = self.printer();
@@ -133,9 +135,11 @@ impl Body<'_> {
         let solved = self
             .constraints
             .map(|(rows, switched)| quote!(#a: &[#f64; #n], #lambda: &[#f64; #rows], #modes: &[#f64; #switched],));
+        let branches = local("branches");
+        let branches = self.access.chooses().then(|| quote!(#branches: #private::Branches,));
         quote! {
             (
-                #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m], #solved #k: &[#f64; #constants],
+                #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m], #branches #solved #k: &[#f64; #constants],
                 #x: &[#f64; #live],
             ) -> [#f64; #out]
         }

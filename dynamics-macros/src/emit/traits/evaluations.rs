@@ -1,5 +1,6 @@
 //! Evaluations without a solve: M, Q, energies, momenta, conserved quantities, powers.
 
+use dynamics_symbolic::compile::Kinks;
 use dynamics_symbolic::graph::Dependence;
 use dynamics_symbolic::mechanics::Named;
 use dynamics_symbolic::schedule::Program;
@@ -42,6 +43,36 @@ impl Emission<'_> {
             }
         };
         (functions, method)
+    }
+
+    /// `const KINKS` and `fn kinks`, where there are some, and the functions it calls.
+    pub(super) fn kinks(&self) -> (TokenStream, TokenStream) {
+        let Kinks { program, functions, .. } = &self.compiled.programs.kinks;
+        if functions.is_empty() {
+            return (TokenStream::new(), TokenStream::new());
+        }
+        let Printed { functions: parts, statements, results } = self.print(program);
+        let (private, at_state, prologue, values) = (&self.private, self.at_state(), self.prologue(), local("kinks"));
+        let kinks: Vec<TokenStream> = results
+            .iter()
+            .zip(functions)
+            .map(|(value, function)| match function {
+                None => quote!(#private::Kink::at_zero(#value)),
+                Some(function) => {
+                    let field = &self.surface.functions[function.0 as usize];
+                    quote!(#private::Kink::of(&self.#field, #value))
+                }
+            })
+            .collect();
+        let (count, usize) = (kinks.len(), quote!(#private::usize));
+        let method = quote! {
+            const KINKS: #usize = #count;
+            fn kinks(#at_state, #values: &mut [#private::Kink]) {
+                #prologue #statements
+                #values[..#count].copy_from_slice(&[#(#kinks),*]);
+            }
+        };
+        (parts, method)
     }
 
     pub(super) fn float(&self) -> TokenStream {

@@ -55,15 +55,16 @@ impl Emission<'_> {
         let (f7, conserved) = self.writing(&programs.conserved, "conserved");
         let (parameter, derivatives, series) = (self.parameter(), self.derivatives(), self.series());
         let operations = self.operations();
+        let (f8, kinks) = self.kinks();
         quote! {
             use #private::{Model, Result, Result::{Ok, Err}};
-            #f1 #f2 #f3 #f4 #f5 #f6 #f7
+            #f1 #f2 #f3 #f4 #f5 #f6 #f7 #f8
             impl #private::Dynamics for #model {
                 type Constants = [#f64; #count];
                 #quantities
                 const CONSERVED: &'static [#private::Quantity] = #names;
                 #operations
-                #parameter #constants #accelerations #derivatives #mass #force #momenta #energy #conserved #series
+                #parameter #constants #accelerations #derivatives #mass #force #momenta #energy #conserved #kinks #series
             }
         }
     }

@@ -1,0 +1,82 @@
+//! Steps that end where accelerations are not smooth.
+//!
+//! A method of order p promises it only where the accelerations have p derivatives. Where a branch changes within a step (`if`, `abs`, pieces of a
+//! spline) the error falls with the first or second power of its size, and its estimate, made for p derivatives, may miss it altogether. So a step
+//! that passed such a place is made again to end just behind it, and within it branches are held as they are at its start: stages, too, stand beyond
+//! the place, and what they would find there is no derivative of what lies before it. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.6.
+
+/// Attempts to end one step at such a place: the interpolant that finds it is more accurate the nearer the end of the step is.
+const MOST_ATTEMPTS: u32 = 5;
+/// A step this much shorter than was proposed gained nothing by its landing.
+const SHORT: f64 = 1e-3;
+/// So many in a row mean that the motion slides along such a place: there is no side of it to go on to.
+const MOST_SHORT: u32 = 3;
+/// For so many steps the control by the error has to do then.
+const PAUSE: u32 = 32;
+
+/// What is remembered from one landing to the next.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Landing {
+    attempts: u32,
+    short: u32,
+    pause: u32,
+}
+
+impl Landing {
+    /// A new step begins.
+    pub(super) fn begin(&mut self) {
+        self.attempts = 0;
+    }
+
+    /// Whether branches are to be held.
+    pub(super) fn is_on(&self) -> bool {
+        self.pause == 0
+    }
+
+    /// Whether another attempt is to be made.
+    pub(super) fn is_worth_trying(&self) -> bool {
+        self.is_on() && self.attempts < MOST_ATTEMPTS
+    }
+
+    /// The motion slides along such a place.
+    pub(super) fn slides(&mut self) {
+        (self.short, self.pause) = (0, PAUSE);
+    }
+
+    /// An attempt is made.
+    pub(super) fn attempt(&mut self) {
+        self.attempts += 1;
+    }
+
+    /// The step is made, of this size where that was proposed.
+    pub(super) fn made(&mut self, h: f64, proposed: f64) {
+        self.pause = self.pause.saturating_sub(1);
+        let short = self.attempts > 0 && h < SHORT * proposed;
+        self.short = if short { self.short + 1 } else { 0 };
+        if self.short == MOST_SHORT {
+            self.slides();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_steps_do_not_get_ahead_they_are_left_to_the_error() {
+        let mut landing = Landing::default();
+        for _ in 0..MOST_SHORT {
+            landing.begin();
+            assert!(landing.is_worth_trying());
+            landing.attempt();
+            landing.made(1e-9, 1.0);
+        }
+        for _ in 0..PAUSE {
+            landing.begin();
+            assert!(!landing.is_worth_trying());
+            landing.made(1e-2, 1e-2);
+        }
+        assert!(landing.is_worth_trying());
+    }
+}

@@ -1,0 +1,133 @@
+//! Where within a step the accelerations of a model stop being smooth, and the branches that they keep up to there.
+
+use super::plant::{EvaluationError, Plant};
+use crate::constrain::memory::max_abs;
+use crate::integrate::{Dense, Hermite, Hold, Knot, Scan, ScanError, System, place};
+use crate::model::{Branches, Constraints, Kink, MOST_KINKS, Vector};
+
+/// Where the branches of a step are looked up, as a part of it: its start may stand a rounding error before the place at which the last one was
+/// made to end.
+const NEAR: f64 = 1e-9;
+/// A step ends by this part of it behind the place, so that what follows is on the other side.
+const BEHIND: f64 = 1e-12;
+/// Nearer to the end the step ends there already.
+const AT_END: f64 = 1e-11;
+/// Parts in which kinks are sampled first.
+const PARTS: usize = 4;
+/// Rounding errors of a kink's value, in parts of four times its largest value in a step plus 1 + |q|.
+const NOISE: f64 = 4.0 * f64::EPSILON;
+/// A step in which a kink comes and goes faster than can be followed is made again this much shorter.
+const UNRESOLVED: f64 = 0.1;
+
+type Kinks = [Kink; MOST_KINKS];
+
+impl<M: Constraints> Plant<'_, '_, M> {
+    /// See [`System::hold_branches`].
+    #[cold]
+    pub(crate) fn follow_branches(
+        &mut self,
+        start: &mut Knot<M::Vector>,
+        h: f64,
+        on: bool,
+    ) -> Result<Hold, EvaluationError> {
+        let branches = if on { self.branches_after(start, h) } else { Branches::FREE };
+        self.branches = branches;
+        if branches != self.known {
+            start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
+            if on && branches != self.branches_after(start, h) {
+                // On neither side do the accelerations lead away from the other one.
+                self.branches = Branches::FREE;
+                start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
+                return Ok(Hold::Slides);
+            }
+        }
+        Ok(if on { Hold::On } else { Hold::Off })
+    }
+
+    /// The branches just after the start of a step.
+    fn branches_after(&self, start: &Knot<M::Vector>, h: f64) -> Branches {
+        let by = h * begin(start.t, h);
+        let (mut q, mut u) = (start.y.q, start.y.u);
+        for i in 0..M::Vector::LEN {
+            q[i] += by * start.y.u[i];
+            u[i] += by * start.a[i];
+        }
+        let mut kinks = [Kink::NONE; MOST_KINKS];
+        self.model.kinks(&self.state(start.t + by, &q, &u), &mut kinks);
+        let mut branches = Branches::FREE;
+        // A value that is zero, or not a number, decides when it is something else.
+        let decided =
+            kinks.iter().enumerate().filter(|(_, kink)| kink.decides && (kink.value > 0.0 || kink.value < 0.0));
+        decided.for_each(|(i, kink)| branches.hold(i, kink.value < 0.0));
+        branches
+    }
+
+    /// See [`System::kink`].
+    #[cold]
+    pub(crate) fn first_kink(&self, start: &Knot<M::Vector>, end: &Knot<M::Vector>) -> Option<f64> {
+        let h = end.t - start.t;
+        let path = Hermite::new(start.y, &start.a, &end.y, &end.a, h);
+        let at = |theta: f64| -> Kinks {
+            let (y, mut kinks) = (path.at(theta), [Kink::NONE; MOST_KINKS]);
+            self.model.kinks(&self.state(start.t + theta * h, &y.q, &y.u), &mut kinks);
+            kinks
+        };
+        let places: [f64; PARTS + 1] =
+            core::array::from_fn(|part| if part == 0 { begin(start.t, h) } else { place(part, PARTS) });
+        let samples = places.map(at);
+        let resolution = resolution(start.t, h);
+        let size = 1.0 + max_abs(end.y.q.as_slice());
+        let mut first = f64::INFINITY;
+        for i in 0..M::KINKS.min(MOST_KINKS) {
+            let from = samples[0][i];
+            let value = |kinks: &Kinks| if from.decides { kinks[i].value } else { within(kinks[i].value, from.smooth) };
+            let column: [(f64, f64); PARTS + 1] = core::array::from_fn(|k| (places[k], value(&samples[k])));
+            let most = column.iter().fold(0.0f64, |most, (_, g)| most.max(g.abs()));
+            let begins = match (from.decides, self.branches.holds(i)) {
+                (true, true) => {
+                    if self.branches.below(i, false) {
+                        -1.0
+                    } else {
+                        1.0
+                    }
+                }
+                (true, false) => 0.0,
+                (false, _) => 1.0,
+            };
+            let noise = NOISE * (4.0 * most.min(f64::MAX) + size);
+            let mut scan = Scan::new(begins, resolution, noise).up_to(first);
+            let follow = scan.follow(
+                &column,
+                |theta| Ok::<f64, ()>(value(&at(theta))),
+                |theta, _| {
+                    first = first.min(theta);
+                    false
+                },
+            );
+            if let Err(ScanError::Unresolved) = follow {
+                first = first.min(UNRESOLVED);
+            }
+        }
+        let theta = first + resolution.max(BEHIND);
+        (theta < 1.0 - resolution.max(AT_END)).then_some(theta)
+    }
+}
+
+/// Positive within an interval, zero at its ends, and smooth.
+fn within(value: f64, [least, most]: [f64; 2]) -> f64 {
+    match (least.is_finite(), most.is_finite()) {
+        (true, true) => (value - least) * ((most - value) / (most - least)),
+        (true, false) => value - least,
+        (false, true) => most - value,
+        (false, false) => 1.0,
+    }
+}
+
+/// The part of a step that time resolves.
+fn resolution(t: f64, h: f64) -> f64 {
+    4.0 * f64::EPSILON * (t / h).abs().max(1.0)
+}
+
+fn begin(t: f64, h: f64) -> f64 {
+    resolution(t, h).max(NEAR)
+}

@@ -1,0 +1,212 @@
+//! Where the accelerations of a derived model are not smooth: steps end there, and every method keeps the accuracy that its tolerance promises.
+
+use std::f64::consts::PI;
+
+use dynamics::prelude::*;
+
+/// A ball on a spring that only pushes.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(m: kg, k: N / m, g: m / s^2)]
+struct Trampoline {
+    m: f64,
+    k: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Trampoline {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.x + 0.5 * self.k * q.x.min(0.0).powi(2)
+    }
+}
+
+/// A mass pushed to and fro by a force that jumps.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(m: kg, push: N, omega: rad / s)]
+struct Pushed {
+    m: f64,
+    push: f64,
+    omega: f64,
+}
+
+#[dynamics]
+impl Pushed {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn push(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, self.push * (self.omega * q.t).sin().signum())
+    }
+}
+
+/// A bead on a wire through surveyed points.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(m: kg, g: m / s^2)]
+struct Surveyed {
+    m: f64,
+    g: f64,
+    wire: CubicSpline,
+}
+
+#[dynamics]
+impl Surveyed {
+    fn bead(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, self.wire.at(q.x))
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.bead(q).dt().norm_squared()
+    }
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * self.bead(q).y
+    }
+}
+
+/// A block on a rough floor, pulled: friction in the words of a textbook that has never met a computer.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(m: kg, friction: N, pull: N)]
+struct Block {
+    m: f64,
+    friction: f64,
+    pull: f64,
+}
+
+#[dynamics]
+impl Block {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn forces(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, self.pull - self.friction * q.x.dt().signum())
+    }
+}
+
+const TOLERANCES: [f64; 4] = [1e-6, 1e-8, 1e-10, 1e-12];
+
+/// Runs at every tolerance with every method whose steps follow the error.
+macro_rules! with_all_methods {
+    ($model:expr, $start:expr, $until:expr, |$method:ident, $tolerance:ident, $motion:ident| $check:block) => {
+        for $tolerance in TOLERANCES {
+            let run = || $model.simulate($start).until($until).tolerance($tolerance);
+            for ($method, $motion) in [
+                ("Dormand-Prince 5", run().method(methods::DormandPrince5).run().unwrap()),
+                ("DOP853", run().method(methods::Dop853).run().unwrap()),
+                ("Radau IIA 5", run().method(methods::Radau5).run().unwrap()),
+            ] {
+                $check
+            }
+        }
+    };
+}
+
+#[test]
+fn a_ball_bounces_on_a_spring_that_only_pushes() {
+    let model = Trampoline { m: 1.0, k: 900.0, g: 9.81 };
+    let (height, w) = (0.7, 30.0);
+    let hit = f64::sqrt(2.0 * model.g * height);
+    // Down and up again, and half a swing about the place where the spring carries the weight, and a little more.
+    let period = 2.0 * hit / model.g + 2.0 / w * (PI - f64::atan(hit * w / model.g));
+    let start = model.state().x(height).build().unwrap();
+    let check = |name: &str, tolerance: f64, motion: &dynamics::motion::Motion<'_, Trampoline>| {
+        let (end, summary) = (motion.end(), motion.summary());
+        let error = (end.q()[0] - height).abs().max(end.u()[0].abs() / model.g);
+        println!("{name} {tolerance:e}: error {error:.1e}, {} + {} steps", summary.steps, summary.rejected);
+        assert!(error < 300.0 * tolerance + 1e-12, "{name} at {tolerance:e}: {error:e}");
+    };
+    with_all_methods!(model, start, 10.0 * period, |name, tolerance, motion| { check(name, tolerance, &motion) });
+    for tolerance in TOLERANCES {
+        let run = model
+            .simulate(start)
+            .until(10.0 * period)
+            .tolerance(tolerance)
+            .method(methods::Taylor::default())
+            .run()
+            .unwrap();
+        check("Taylor", tolerance, &run);
+    }
+}
+
+#[test]
+fn a_force_that_jumps_pushes_to_and_fro() {
+    let model = Pushed { m: 2.0, push: 3.0, omega: 7.0 };
+    let half = PI / model.omega;
+    // At rest again after every period, by as much further as two parabolas make.
+    let further = model.push / model.m * half * half;
+    let start = model.state().build().unwrap();
+    with_all_methods!(model, start, 12.5 * 2.0 * half, |name, tolerance, motion| {
+        let end = motion.end();
+        let (place, speed) = (12.5 * further, model.push / model.m * half);
+        let error = (end.q()[0] - place).abs().max((end.u()[0] - speed).abs());
+        println!(
+            "{name} {tolerance:e}: error {error:.1e}, {} + {} steps",
+            motion.summary().steps,
+            motion.summary().rejected
+        );
+        assert!(error < 1e-10, "{name} at {tolerance:e}: {error:e}");
+    });
+}
+
+#[test]
+fn knots_of_a_spline_cost_no_accuracy() {
+    let x: Vec<f64> = (0..=40).map(|i| -4.0 + 0.2 * f64::from(i)).collect();
+    // Rough on purpose: neighbouring pieces differ in their third derivatives.
+    let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| 0.25 * x * x + 0.02 * f64::from(i as u32 * 7 % 5)).collect();
+    let model = Surveyed { m: 1.0, g: 9.81, wire: CubicSpline::not_a_knot(&x, &y).unwrap() };
+    let start = model.state().x(-2.9).build().unwrap();
+    let exact = model.simulate(start).until(6.0).tolerance(1e-14).method(methods::Dop853).run().unwrap();
+    with_all_methods!(model, start, 6.0, |name, tolerance, motion| {
+        let (error, summary) = ((motion.end().q()[0] - exact.end().q()[0]).abs(), motion.summary());
+        let (steps, rejected) = (summary.steps, summary.rejected);
+        println!(
+            "{name} {tolerance:e}: error {error:.1e}, energy {:.1e}, {steps} + {rejected} steps",
+            summary.energy_drift
+        );
+        // Radau's steps are not those of a conservative method; all of them keep their tolerance.
+        assert!(error < 300.0 * tolerance + 1e-12, "{name} at {tolerance:e}: {error:e}");
+        assert!(summary.energy_drift < 30.0 * tolerance + 1e-13, "{name} at {tolerance:e}: {:e}", summary.energy_drift);
+    });
+}
+
+/// Where it comes to rest there is no side to go on to: friction by a sign alone has no solution there, only an average of many short steps.
+#[test]
+fn what_slides_along_a_jump_neither_hangs_nor_moves() {
+    let model = Block { m: 1.0, friction: 2.0, pull: 1.0 };
+    let start = model.state().x_rate(1.5).build().unwrap();
+    let (stops_at, stands_at) = (1.5, 0.5 * 1.5 * 1.5);
+    for tolerance in [1e-6, 1e-9] {
+        match model.simulate(start).until(3.0).tolerance(tolerance).method(methods::Dop853).run() {
+            Ok(motion) => {
+                let end = motion.end();
+                println!("{tolerance:e}: {} steps, {:e}", motion.summary().steps, end.q()[0] - stands_at);
+                assert!((end.q()[0] - stands_at).abs() < 1e3 * tolerance && end.u()[0].abs() < 1e3 * tolerance);
+            }
+            Err(error) => {
+                println!("{tolerance:e}: {error}");
+                assert!(
+                    (error.motion(&model).expect("the way up to there").end_time() - stops_at).abs() < 0.05,
+                    "{error}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_report_says_where_steps_end() {
+    let line = "not smooth where    x = 0; steps end there";
+    assert!(Trampoline::REPORT.lines().any(|l| l == line), "{}", Trampoline::REPORT);
+}
