@@ -198,7 +198,7 @@ fn step_limits_and_cancelling_leave_the_motion_in_hand() {
     let model = DoublePendulum::UNIT;
     let start = at_rest_or_not([2.0, 0.0], [0.0, 0.0]);
     let error = model.simulate(start).until(1e3).max_steps(100).run().unwrap_err();
-    assert!(matches!(error.kind, SimulationErrorKind::TooManySteps { limit: 100, stiff_at: None }));
+    assert!(matches!(error.kind, SimulationErrorKind::TooManySteps { limit: 100, stiff_at: None, slides_at: None }));
     let motion = error.motion(&model).unwrap();
     assert_eq!(motion.counts().steps + motion.counts().rejected, 100);
     let whole = model.simulate(start).until(error.time).run().unwrap();

@@ -137,6 +137,7 @@ pub struct Stepper<V, S> {
     rejected: u64,
     suspicion: (u32, u32),
     stiff_at: Option<f64>,
+    slides_at: Option<f64>,
     /// For so many attempts stages are not settled because of a large error: it did not help.
     fruitless: u32,
     landing: Landing,
@@ -175,6 +176,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             rejected: 0,
             suspicion: (0, 0),
             stiff_at: None,
+            slides_at: None,
             fruitless: 0,
             landing: Landing::default(),
         };
@@ -224,6 +226,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     #[must_use]
     pub fn stiff_at(&self) -> Option<f64> {
         self.stiff_at
+    }
+
+    /// When the motion was first found to slide along a place where accelerations jump, which they lead to from both sides.
+    #[must_use]
+    pub fn slides_at(&self) -> Option<f64> {
+        self.slides_at
     }
 
     /// Makes one step towards `limit`, which is met exactly and never passed.
@@ -483,6 +491,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             Hold::On => Ok(true),
             Hold::Off => Ok(false),
             Hold::Slides => {
+                self.slides_at.get_or_insert(start.t);
                 self.landing.slides();
                 Ok(false)
             }

@@ -71,6 +71,8 @@ pub enum SimulationErrorKind {
         limit: u64,
         /// When the problem was found stiff, if it was.
         stiff_at: Option<f64>,
+        /// When the motion was found to slide along a place where accelerations jump, if it was.
+        slides_at: Option<f64>,
     },
     /// The flag given to `.cancel(..)` was raised.
     Cancelled,

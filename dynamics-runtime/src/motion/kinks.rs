@@ -57,7 +57,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         let mut branches = Branches::FREE;
         // A value that is zero, or not a number, decides when it is something else.
         let decided =
-            kinks.iter().enumerate().filter(|(_, kink)| kink.decides && (kink.value > 0.0 || kink.value < 0.0));
+            kinks.iter().enumerate().filter(|(_, kink)| kink.decides && kink.value.abs() > 0.0);
         decided.for_each(|(i, kink)| branches.hold(i, kink.value < 0.0));
         branches
     }

@@ -103,6 +103,8 @@ pub struct Counts {
     pub wall_time: Option<Duration>,
     /// When the problem was first found stiff for the method.
     pub stiff_at: Option<f64>,
+    /// When the motion was first found to slide along a place where accelerations jump: they lead to it from both sides.
+    pub slides_at: Option<f64>,
 }
 
 /// A run without its model: everything that an error can carry.

@@ -111,6 +111,7 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
         evaluations: plan.plant.evaluations,
         wall_time: None,
         stiff_at: stepper.stiff_at(),
+        slides_at: stepper.slides_at(),
     };
     // The next record is made by the method that goes on.
     if !matches!(result, Ok(Ended::Stiff(_))) {
@@ -199,7 +200,11 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let limit = self.plan.most_steps;
         let before = self.plan.resumes.as_ref().map_or(0, |(_, steps)| *steps);
         if before + self.stepper.accepted() + self.stepper.rejected() >= limit {
-            return Err(Kind::TooManySteps { limit, stiff_at: self.stepper.stiff_at() });
+            return Err(Kind::TooManySteps {
+                limit,
+                stiff_at: self.stepper.stiff_at(),
+                slides_at: self.stepper.slides_at(),
+            });
         }
         match self.plan.cancel {
             Some(flag) if flag.load(Ordering::Relaxed) => Err(Kind::Cancelled),

@@ -675,7 +675,10 @@ fn go_on<M: Simulate>(
     let (after, result) = driver.run(plan, sink);
     // The plant has counted its evaluations all along.
     let (steps, rejected) = (before.steps + after.steps, before.rejected + after.rejected);
-    (Counts { steps, rejected, stiff_at: before.stiff_at, ..after }, result)
+    (
+        Counts { steps, rejected, stiff_at: before.stiff_at, slides_at: before.slides_at.or(after.slides_at), ..after },
+        result,
+    )
 }
 
 /// What is left of a simulation that has run; the trajectory's records are in the sink.

@@ -87,6 +87,8 @@ pub struct Summary {
     pub stiff_at: Option<f64>,
     /// The error by a second run, where [`Simulation::estimate_error`](super::Simulation::estimate_error) asked for it.
     pub error: Option<GlobalError>,
+    /// When the motion was first found to slide along a place where accelerations jump: they lead to it from both sides.
+    pub slides_at: Option<f64>,
 }
 
 impl<M: Simulate> Motion<'_, M> {
@@ -135,6 +137,7 @@ impl<M: Simulate> Motion<'_, M> {
             stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
             stiff_at: counts.stiff_at,
             error: self.global_error().cloned(),
+            slides_at: counts.slides_at,
         }
     }
 
@@ -241,6 +244,13 @@ impl Summary {
             write!(
                 f,
                 "\n  warning      stiff from t = {}: stability, not accuracy, bounds the step of this explicit method; use methods::Radau5",
+                Rounded(t)
+            )?;
+        }
+        if let Some(t) = self.slides_at {
+            write!(
+                f,
+                "\n  warning      slides from t = {} along a jump of the accelerations: short steps there, to and fro; let what sticks be a switched constraint",
                 Rounded(t)
             )?;
         }

@@ -30,10 +30,15 @@ impl fmt::Display for SimulationErrorKind {
                 "putting the end of this step back onto the constraints would move it, `{coordinate}` most, by a large part of the way that it had \
                  come; make the fixed step shorter, or give a tolerance instead"
             ),
-            Self::TooManySteps { limit, stiff_at: None } => {
+            Self::TooManySteps { limit, slides_at: Some(t), .. } => write!(
+                f,
+                "more than {limit} steps; from t = {t} on the motion slides along a jump of its accelerations, which lead to it from both sides: let \
+                 what sticks there be a switched constraint, or smooth the jump"
+            ),
+            Self::TooManySteps { limit, stiff_at: None, .. } => {
                 write!(f, "more than {limit} steps; raise `.max_steps(..)` or loosen the tolerance")
             }
-            Self::TooManySteps { limit, stiff_at: Some(t) } => write!(
+            Self::TooManySteps { limit, stiff_at: Some(t), .. } => write!(
                 f,
                 "more than {limit} steps; the problem is stiff from t = {t} on: stability, not accuracy, bounds the \
                  step of an explicit method"
