@@ -56,8 +56,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         self.model.kinks(&self.state(start.t + by, &q, &u), &mut kinks);
         let mut branches = Branches::FREE;
         // A value that is zero, or not a number, decides when it is something else.
-        let decided =
-            kinks.iter().enumerate().filter(|(_, kink)| kink.decides && kink.value.abs() > 0.0);
+        let decided = kinks.iter().enumerate().filter(|(_, kink)| kink.decides && kink.value.abs() > 0.0);
         decided.for_each(|(i, kink)| branches.hold(i, kink.value < 0.0));
         branches
     }
