@@ -250,8 +250,10 @@ impl SmoothFunction for CubicSpline {
         let (mut wrapped, mut shift) = (x, 0.0);
         if self.outside == Outside::Periodic {
             let period = last - first;
-            shift = ((x - first) / period).floor() * period;
-            wrapped = (x - shift).clamp(first, last);
+            // As `derivatives` wraps it.
+            let past = (x - first) % period;
+            wrapped = (if past < 0.0 { last + past } else { first + past }).clamp(first, last);
+            shift = x - wrapped;
         }
         if wrapped < first {
             return [f64::NEG_INFINITY, first];
