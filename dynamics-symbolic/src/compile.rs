@@ -189,10 +189,12 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
         NoJacobians::TooLarge(e) => (e.function.as_str(), Withheld::TooLarge(e.operations)),
         NoJacobians::General => ("state_jacobian", Withheld::General),
     });
-    let report = text::report(&model, &equations, &constraints, &printed, withheld);
-    let listing = text::listing(&model, &equations, &printed);
+    let mut report = text::report(&model, &equations, &constraints, &printed, withheld);
+    let mut listing = text::listing(&model, &equations, &printed);
     let (equations_text, latex) = text::equations(&mut model, &equations);
     programs.series = expand(&mut model.graph, &equations);
+    report.push_str(&text::series_entry(&model, &programs.series));
+    listing.push_str(&text::series_section(&model, &programs.series));
     Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
 }
 
