@@ -7,7 +7,8 @@
 
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
 use dynamics::integrate::{
-    Dop853, DormandPrince5, Phase, Radau5, Rk4, Scheme, Settled, StepOptions, Stepper, System, Taylor, Tolerances,
+    Composition4, Composition6, Composition8, Dop853, DormandPrince5, EnergyMidpoint, Gauss4, Gauss6, Phase, Radau5,
+    Rattle, Rk4, Scheme, SemiImplicitEuler, Settled, StepOptions, Stepper, StormerVerlet, System, Taylor, Tolerances,
     Tsit5, Verner9,
 };
 use dynamics::prelude::*;
@@ -126,6 +127,74 @@ fn swing_by<S: Scheme<Vector>>(model: &DoublePendulum, end: f64) -> Result<(), F
         let state = State::<DoublePendulum>::new(now.t, now.y.q, now.y.u, start.inputs);
         let drift = (model.energy_function(&state) - energy) / energy;
         if drift.is_nan() || drift.abs() > 1e-9 {
+            return Err(Failure::Energy(drift));
+        }
+    }
+    Ok(())
+}
+
+/// The pendulum with its canonical variables and its energy, as methods that preserve them ask for.
+struct Hamiltonian<'m> {
+    model: &'m DoublePendulum,
+    constants: <DoublePendulum as Dynamics>::Constants,
+    inputs: Inputs,
+}
+
+impl Hamiltonian<'_> {
+    fn state(&self, t: f64, q: &Vector, u: &Vector) -> State<DoublePendulum> {
+        State::<DoublePendulum>::new(t, *q, *u, self.inputs)
+    }
+}
+
+impl System<Vector> for Hamiltonian<'_> {
+    type Error = SolveError;
+    fn accelerations(&mut self, t: f64, q: &Vector, u: &Vector) -> Result<Vector, SolveError> {
+        self.model.accelerations_with(&self.constants, &self.state(t, q, u))
+    }
+    fn momenta(&mut self, t: f64, y: &Phase<Vector>, p: &mut Vector, rate: &mut Vector) -> Result<bool, SolveError> {
+        let state = self.state(t, &y.q, &y.u);
+        let Some(found) = self.model.momentum_rates(&state) else { return Ok(false) };
+        (*p, *rate) = (self.model.momenta(&state), found);
+        Ok(true)
+    }
+    fn mass_matrix(&mut self, t: f64, q: &Vector, mass: &mut [f64]) -> Result<(), SolveError> {
+        let found = self.model.mass_matrix(&self.state(t, q, &Vector::zeros()));
+        mass.iter_mut().enumerate().for_each(|(i, element)| *element = found[(i / 2, i % 2)]);
+        Ok(())
+    }
+    fn energy(&mut self, t: f64, y: &Phase<Vector>) -> Option<f64> {
+        Some(self.model.energy_function(&self.state(t, &y.q, &y.u)))
+    }
+}
+
+/// Swings for 5 s with fixed steps, by all that have one: the energy stays within what their order permits.
+pub fn swing_evenly(model: &DoublePendulum) -> Result<(), Failure> {
+    evenly::<SemiImplicitEuler<Vector>>(model, 1e-4, 2e-2)?;
+    evenly::<StormerVerlet<Vector>>(model, 1e-3, 1e-3)?;
+    evenly::<Rattle<Vector>>(model, 1e-3, 1e-3)?;
+    evenly::<Composition4<Vector>>(model, 5e-3, 1e-4)?;
+    evenly::<Composition6<Vector>>(model, 5e-3, 1e-4)?;
+    evenly::<Composition8<Vector>>(model, 5e-3, 1e-4)?;
+    evenly::<Gauss4<Vector>>(model, 5e-3, 1e-5)?;
+    evenly::<Gauss6<Vector>>(model, 5e-3, 1e-7)?;
+    evenly::<EnergyMidpoint<Vector>>(model, 5e-3, 1e-11)
+}
+
+fn evenly<S: Scheme<Vector>>(model: &DoublePendulum, h: f64, permitted: f64) -> Result<(), Failure> {
+    const END: f64 = 5.0;
+    let start = model.state().theta1(1.0).theta2_rate(1.0).torque(0.0).build().map_err(|_| Failure::Refused)?;
+    let constants = model.constants().map_err(|_| Failure::Refused)?;
+    let mut system = Hamiltonian { model, constants, inputs: start.inputs };
+    let options = StepOptions { tolerances: Tolerances::both(1e-9), fixed: Some(h), first: None, most: h };
+    let phase = Phase { q: start.q, u: start.u };
+    let mut stepper: Stepper<Vector, S> =
+        Stepper::new(&mut system, 0.0, phase, END, options).map_err(|_| Failure::Step)?;
+    let energy = model.energy_function(&start);
+    while stepper.now().t < END {
+        stepper.step(&mut system, END).map_err(|_| Failure::Step)?;
+        let now = stepper.now();
+        let drift = (model.energy_function(&system.state(now.t, &now.y.q, &now.y.u)) - energy) / energy;
+        if drift.is_nan() || drift.abs() > permitted {
             return Err(Failure::Energy(drift));
         }
     }
