@@ -11,7 +11,6 @@ mod listing;
 mod plain;
 mod program;
 mod report;
-mod series;
 mod target;
 
 pub use equations::equations;
@@ -21,5 +20,4 @@ pub use listing::listing;
 pub use plain::Plain;
 pub use program::{Line, Style, lines};
 pub use report::report;
-pub use series::{series_entry, series_section, unexpandable};
 pub use target::{Level, Target, Text};

@@ -1,83 +1,90 @@
 //! Error against cost beside `ode_solvers`, on the same derived right-hand sides and the same tolerances.
 //! `cargo run --release --manifest-path benches/peers/Cargo.toml`.
 //!
-//! Both keep the accepted steps. `ode_solvers` integrates the first-order system (q, u).
+//! `ode_solvers` integrates the first-order system (q, q̇) and keeps its accepted steps, as it cannot but do; this library keeps nothing.
 
-#[path = "../../integration/problems.rs"]
 mod problems;
-#[path = "../../integration/table.rs"]
-mod table;
 
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+use dynamics::adapters::FirstOrder;
+use dynamics::adapters::ode_solvers::solvers::{Dop853, Dopri5, OutputType, SVector};
+use dynamics::analysis::{Cost, ErrorOf, Page, Reference};
 use dynamics::model::Vector;
 use dynamics::prelude::*;
-use ode_solvers::dop_shared::{OutputType, Stats};
-use ode_solvers::{Dop853, Dopri5, System, Vector4};
 use problems::Problem;
-use table::{Curve, measure, methods, report, tolerances};
 
-/// A model as the first-order system (q, u)˙ = (u, q̈).
-struct FirstOrder<'m, M: Dynamics> {
-    model: &'m M,
-    constants: M::Constants,
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Runs of one setting; their median counts.
+const REPEATS: usize = 7;
+/// The published end values hold to all digits printed.
+const UNCERTAINTY: f64 = 1e-15;
+
+fn tolerances() -> impl Iterator<Item = f64> {
+    (3..=13).map(|k| 10f64.powi(-k))
 }
 
-impl<M: Dynamics> System<f64, Vector4<f64>> for FirstOrder<'_, M> {
-    fn system(&self, t: f64, y: &Vector4<f64>, slope: &mut Vector4<f64>) {
-        let (mut q, mut u) = (M::Vector::zeros(), M::Vector::zeros());
-        for i in 0..2 {
-            (q[i], u[i]) = (y[i], y[2 + i]);
+/// Lines of measurements of one of their methods, for `Study::add_outside`.
+macro_rules! measured {
+    ($solver:ident, $name:literal, $problem:expr, $lines:expr) => {
+        let system = FirstOrder::new(&$problem.model, $problem.start)?;
+        let y = SVector::<f64, 4>::from_column_slice(&system.initial());
+        for tolerance in tolerances() {
+            for _ in 0..REPEATS {
+                let clock = Instant::now();
+                let mut solver = $solver::new(&system, 0.0, $problem.end, $problem.end, y, tolerance, tolerance);
+                solver.set_output(OutputType::Sparse);
+                let stats = solver.integrate();
+                let time = clock.elapsed().as_secs_f64() * 1e6;
+                write!($lines, "{{\"problem\":\"{}\",\"solver\":\"{}\",", $problem.name, $name)?;
+                write!($lines, "\"tolerance\":{tolerance:e},")?;
+                match (stats, solver.y_out().last()) {
+                    (Ok(stats), Some(end)) => writeln!(
+                        $lines,
+                        "\"time_us\":{time:e},\"evaluations\":{},\"end\":[{:e},{:e},{:e},{:e}]}}",
+                        stats.num_eval, end[0], end[1], end[2], end[3]
+                    )?,
+                    (Err(error), _) => writeln!($lines, "\"failure\":\"{error}\"}}")?,
+                    (Ok(_), None) => writeln!($lines, "\"failure\":\"it returned nothing\"}}")?,
+                }
+            }
         }
-        let state = M::State::new(t, q, u, M::Inputs::zeros());
-        let a = self.model.accelerations_with(&self.constants, &state).expect("a regular problem");
-        *slope = Vector4::new(u[0], u[1], a[0], a[1]);
+    };
+}
+
+fn study<M: Simulate>(page: Page, problem: &Problem<M>) -> Result<Page> {
+    let [q1, q2, u1, u2] = problem.reference;
+    let mut end = problem.start;
+    end.q_mut().as_mut_slice().copy_from_slice(&[q1, q2]);
+    end.u_mut().as_mut_slice().copy_from_slice(&[u1, u2]);
+    let end = M::State::new(problem.end, *end.q(), *end.u(), *end.inputs());
+    let mut study = dynamics::analysis::Analyze::work_precision(&problem.model, problem.start)
+        .problem(problem.name)
+        .until(problem.end)
+        .reference(Reference::known(end, UNCERTAINTY))
+        .tolerances(tolerances())
+        .effort(Duration::from_millis(100))
+        .run()?;
+    let mut lines = String::new();
+    measured!(Dop853, "ode_solvers DOP853", problem, lines);
+    measured!(Dopri5, "ode_solvers DOPRI5", problem, lines);
+    study.add_outside(&lines)?;
+    println!("{study}\n");
+    for cost in [Cost::Time, Cost::Evaluations] {
+        println!("{}", study.comparison(ErrorOf::State, cost, &[1e-3, 1e-6, 1e-9, 1e-12]));
     }
+    Ok(page.study(&study))
 }
 
-fn peers<M: Simulate>(problem: &Problem<M>) -> Vec<Curve> {
-    let Problem { model, start, end, reference, .. } = problem;
-    let y = Vector4::new(start.q()[0], start.q()[1], start.u()[0], start.u()[1]);
-    let system = || FirstOrder { model, constants: model.constants().expect("a regular problem") };
-    let result = |stats: Stats, steps: &[Vector4<f64>]| {
-        let last = steps.last().expect("at least the start");
-        (u64::from(stats.num_eval), [last[0], last[1], last[2], last[3]])
-    };
-    let dopri5 = |tolerance: f64| {
-        measure(*reference, || {
-            let mut solver = Dopri5::new(system(), 0.0, *end, *end, y, tolerance, tolerance);
-            solver.set_output(OutputType::Sparse);
-            let stats = solver.integrate().expect("a regular problem");
-            result(stats, solver.y_out())
-        })
-    };
-    let dop853 = |tolerance: f64| {
-        measure(*reference, || {
-            let mut solver = Dop853::new(system(), 0.0, *end, *end, y, tolerance, tolerance);
-            solver.set_output(OutputType::Sparse);
-            let stats = solver.integrate().expect("a regular problem");
-            result(stats, solver.y_out())
-        })
-    };
-    vec![
-        Curve { solver: "ode_solvers Dopri5", runs: tolerances().map(dopri5).collect() },
-        Curve { solver: "ode_solvers Dop853", runs: tolerances().map(dop853).collect() },
-    ]
-}
-
-fn all<M: Simulate>(chart: Chart, problem: &Problem<M>) -> Chart
-where
-    M::Vector: Into<[f64; 2]>,
-{
-    let curves: Vec<Curve> = methods(problem).into_iter().chain(peers(problem)).collect();
-    report(chart, problem.name, &curves)
-}
-
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let chart = Chart::new("Error against cost beside other solvers").panel_height(280.0);
-    let chart = all(chart, &problems::double_pendulum());
-    let chart = all(chart, &problems::kepler());
-    let chart = all(chart, &problems::arenstorf());
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/benches-output/peers.svg");
-    chart.write_svg(&path)?;
-    println!("\ncurves: {}", path.display());
+fn main() -> Result<()> {
+    let page = Page::new("Beside ode_solvers");
+    let page = study(page, &problems::double_pendulum())?;
+    let page = study(page, &problems::kepler())?;
+    let page = study(page, &problems::arenstorf())?;
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("results/ode_solvers.html");
+    page.write_html(&path)?;
+    println!("curves: {}", path.display());
     Ok(())
 }

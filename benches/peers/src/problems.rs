@@ -2,11 +2,11 @@
 //!
 //! The end values were computed in multiple precision by two formulations and hold to all digits printed.
 
-#[path = "../../tests/models/arenstorf.rs"]
+#[path = "../../../tests/models/arenstorf.rs"]
 mod arenstorf;
-#[path = "../../tests/models/double_pendulum.rs"]
+#[path = "../../../tests/models/double_pendulum.rs"]
 mod double_pendulum;
-#[path = "../../tests/models/kepler.rs"]
+#[path = "../../../tests/models/kepler.rs"]
 mod kepler;
 
 use dynamics::prelude::*;
@@ -22,8 +22,6 @@ pub(crate) struct Problem<M: Simulate> {
     pub(crate) start: M::State,
     pub(crate) end: f64,
     pub(crate) reference: [f64; 4],
-    /// Fixed steps are from 1/2 to the first of these powers of the interval to 1/2 to the second.
-    pub(crate) halvings: (i32, i32),
 }
 
 /// Levien, Tan, Am. J. Phys. 61 (1993) 1038.
@@ -36,7 +34,6 @@ pub(crate) fn double_pendulum() -> Problem<DoublePendulum> {
         model,
         end: 5.0,
         reference: [-0.44021974536666475, 7.049578950150241, -3.52113897832026, -3.9088281777737452],
-        halvings: (6, 15),
     }
 }
 
@@ -48,7 +45,6 @@ pub(crate) fn kepler() -> Problem<Kepler> {
         model,
         end: 20.0,
         reference: [-1.2952662509875743, 0.4003938963792322, -0.6775390924707566, -0.12708381542786862],
-        halvings: (11, 18),
     }
 }
 
@@ -60,6 +56,5 @@ pub(crate) fn arenstorf() -> Problem<Arenstorf> {
         model,
         end: 17.065216560157964,
         reference: [0.994, 0.0, 0.0, -2.0015851063790825],
-        halvings: (13, 19),
     }
 }
