@@ -29,7 +29,7 @@ pub(crate) use gradients::{Gradients, distance};
 pub use impact::{Impact, impact};
 #[cfg(feature = "alloc")]
 pub use mechanism::{Mechanism, Reaction};
-pub use project::{Projection, project_positions, project_velocities};
+pub use project::{Projection, project_along, project_positions, project_velocities};
 
 use held::holds;
 use memory::{Memory, max_abs};

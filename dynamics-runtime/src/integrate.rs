@@ -11,24 +11,35 @@
 //! | [`Tsit5`] | 5 | 4 | 6 (+ 1 reused) | embedded 4th order |
 //! | [`Verner9`] | 9 | 8 | 16 (+ 4 for dense output) | embedded 8th order |
 //! | [`Radau5`] | 5 | 3 (u), 4 (q) | implicit: 3 per Newton iteration, 1 or 2 more | filtered, 3rd order |
+//! | [`SemiImplicitEuler`] | 1 | quintic Hermite, 1 | 1 | none: fixed step |
+//! | [`StormerVerlet`], [`Rattle`] | 2 | quintic Hermite, 2 | 1 | none: fixed step; symplectic |
+//! | [`Composition4`], [`Composition6`], [`Composition8`] | 4, 6, 8 | quintic Hermite, 4 | 5, 9, 17 | none: fixed step; symplectic |
+//! | [`Gauss4`], [`Gauss6`] | 4, 6 | quintic Hermite, 4 | implicit: 2, 3 per iteration, 1 more | none: fixed step; symplectic |
+//! | [`EnergyMidpoint`] | 2 | quintic Hermite, 2 | implicit: 1 per iteration, 1 more | none: fixed step; keeps energy |
 //! | [`Taylor`] | by tolerance, to 30 | the same | 1, and a series | last two terms |
 //!
 //! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the stage velocity, so
 //! only accelerations are evaluated.
 
+mod composition;
 mod controller;
 mod dense;
 mod differences;
 mod dop853;
 mod dop853_table;
 mod dormand_prince5;
+mod energy_midpoint;
 mod event;
 mod first_step;
+mod fixed_point;
+mod gauss;
 mod landing;
 mod linear;
 mod radau5;
 mod rk4;
+mod semi_implicit_euler;
 mod stepper;
+mod stormer_verlet;
 mod tableau;
 mod taylor;
 #[cfg(test)]
@@ -41,16 +52,21 @@ use core::fmt;
 
 use crate::model::Vector;
 
+pub use composition::{Composition, Composition4, Composition6, Composition8};
 pub use controller::{Controller, ControllerSettings};
 pub use dense::{Dense, Hermite, Nested};
 #[cfg(feature = "alloc")]
 pub(crate) use differences::{by_state, increment};
 pub use dop853::Dop853;
 pub use dormand_prince5::DormandPrince5;
+pub use energy_midpoint::EnergyMidpoint;
 pub use event::{Crossing, Direction, Scan, ScanError, place, root};
+pub use gauss::{Gauss, Gauss4, Gauss6};
 pub use radau5::{Collocation, Radau5};
 pub use rk4::Rk4;
+pub use semi_implicit_euler::SemiImplicitEuler;
 pub use stepper::{Kept, Step, StepError, StepOptions, Stepper};
+pub use stormer_verlet::{Rattle, StormerVerlet};
 #[cfg(feature = "alloc")]
 pub(crate) use tableau::zip;
 pub use tableau::{Row, Tolerances};
@@ -148,6 +164,31 @@ pub trait System<V: Vector> {
     /// Is told that the step which was tried last is made.
     #[inline(always)]
     fn accepted(&mut self) {}
+    /// Whether M q̈ contains velocities, as far as is known: Coriolis terms of a mass matrix that moves, dampers, gyroscopic forces.
+    #[inline(always)]
+    fn has_velocity_forces(&self) -> bool {
+        true
+    }
+    /// Moves the position at t + h along M⁻¹Φ_qᵀ of the start of the step onto the holonomic constraints.
+    #[inline(always)]
+    fn hold_end(&mut self, _start: &Knot<V>, _h: f64, _q: &mut V) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    /// p = ∂L/∂q̇ and ṗ = ∂L/∂q + forces. False, and nothing written, where they are not known.
+    #[inline(always)]
+    fn momenta(&mut self, _t: f64, _y: &Phase<V>, _p: &mut V, _rate: &mut V) -> Result<bool, Self::Error> {
+        Ok(false)
+    }
+    /// M = ∂p/∂q̇, N×N by rows. Asked only of systems that know their momenta.
+    #[inline(always)]
+    fn mass_matrix(&mut self, _t: f64, _q: &V, _mass: &mut [f64]) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    /// What the motion conserves. `None` where that is not known.
+    #[inline(always)]
+    fn energy(&mut self, _t: f64, _y: &Phase<V>) -> Option<f64> {
+        None
+    }
     /// Taylor coefficients of the motion through y at t, with q̈ = `a` there: x(t + s·scale) = Σ xₖ sᵏ. The first rows of `q` and `u` are those of y; the
     /// others are written, as many as there are. False, and nothing written, where the system has no series.
     #[inline(always)]
@@ -186,6 +227,38 @@ pub enum Hold {
     Off,
     /// They are not, since the motion leaves neither side of a place where they change: it would have to slide along it.
     Slides,
+}
+
+/// q̈ = a(t, q): forces without velocities and a constant mass matrix, as symplectic methods want them.
+///
+/// ```
+/// use dynamics_runtime::integrate::{OfPositions, Phase, StepOptions, Stepper, StormerVerlet, Tolerances};
+/// use nalgebra::SVector;
+/// type V = SVector<f64, 1>;
+///
+/// let mut oscillator = OfPositions(|_t: f64, q: &V| Ok::<V, core::convert::Infallible>(-q));
+/// let start = Phase { q: V::new(1.0), u: V::new(0.0) };
+/// let options = StepOptions { tolerances: Tolerances::both(1e-9), fixed: Some(0.1), first: None, most: f64::INFINITY };
+/// let mut stepper = Stepper::<V, StormerVerlet<V>>::new(&mut oscillator, 0.0, start, 1e4, options).unwrap();
+/// while stepper.now().t < 1e4 {
+///     stepper.step(&mut oscillator, 1e4).unwrap();
+/// }
+/// let now = stepper.now().y;
+/// assert!((now.q.norm_squared() + now.u.norm_squared() - 1.0).abs() < 0.003);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct OfPositions<F>(pub F);
+
+impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> System<V> for OfPositions<F> {
+    type Error = E;
+    #[inline(always)]
+    fn accelerations(&mut self, t: f64, q: &V, _: &V) -> Result<V, E> {
+        (self.0)(t, q)
+    }
+    #[inline(always)]
+    fn has_velocity_forces(&self) -> bool {
+        false
+    }
 }
 
 /// How the end of a step was settled, as the norm of the error is measured (1: as much as the tolerance permits).
@@ -316,6 +389,24 @@ pub enum Method {
     Radau5,
     /// Taylor series of adaptive order and step.
     Taylor,
+    /// The semi-implicit Euler method, fixed step.
+    SemiImplicitEuler,
+    /// Störmer's and Verlet's method, fixed step.
+    StormerVerlet,
+    /// The same with holonomic constraints, fixed step.
+    Rattle,
+    /// Five Verlet steps of order 4, fixed step.
+    Composition4,
+    /// Nine Verlet steps of order 6, fixed step.
+    Composition6,
+    /// Seventeen Verlet steps of order 8, fixed step.
+    Composition8,
+    /// Gauss's collocation of order 4, implicit, fixed step.
+    Gauss4,
+    /// Gauss's collocation of order 6, implicit, fixed step.
+    Gauss6,
+    /// The midpoint rule that keeps the energy, implicit, fixed step.
+    EnergyMidpoint,
     /// No integration: positions solved from constraints that leave no freedom ([`crate::kinematics`]).
     PositionAnalysis,
 }
@@ -326,9 +417,12 @@ impl Method {
     pub const fn order(self) -> u32 {
         match self {
             Self::PositionAnalysis => 5,
-            Self::Rk4 => 4,
+            Self::SemiImplicitEuler => 1,
+            Self::StormerVerlet | Self::Rattle | Self::EnergyMidpoint => 2,
+            Self::Rk4 | Self::Composition4 | Self::Gauss4 => 4,
+            Self::Composition6 | Self::Gauss6 => 6,
             Self::DormandPrince5 | Self::Tsit5 | Self::Radau5 => 5,
-            Self::Dop853 => 8,
+            Self::Dop853 | Self::Composition8 => 8,
             Self::Verner9 => 9,
             Self::Taylor => crate::series::MOST_ORDER as u32,
         }
@@ -346,6 +440,15 @@ impl fmt::Display for Method {
             Self::Verner9 => "Verner 9(8)",
             Self::Radau5 => "Radau IIA (order 5, implicit)",
             Self::Taylor => "Taylor series",
+            Self::SemiImplicitEuler => "semi-implicit Euler (order 1)",
+            Self::StormerVerlet => "Störmer–Verlet (order 2)",
+            Self::Rattle => "RATTLE (order 2)",
+            Self::Composition4 => "composition of order 4",
+            Self::Composition6 => "composition of order 6",
+            Self::Composition8 => "composition of order 8",
+            Self::Gauss4 => "Gauss (order 4, implicit)",
+            Self::Gauss6 => "Gauss (order 6, implicit)",
+            Self::EnergyMidpoint => "energy-conserving midpoint (order 2, implicit)",
         })
     }
 }

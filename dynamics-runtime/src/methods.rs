@@ -23,8 +23,26 @@ pub trait Choice: Copy + Send + Sync + 'static {
     type Scheme<V: Vector>: Scheme<V>;
     /// Whether it needs [`System::series`](integrate::System::series).
     const NEEDS_SERIES: bool = false;
+    /// What a model has to be for the method to keep its promises.
+    const SUITS: Suits = Suits::Any;
     /// The method with these options.
     fn scheme<V: Vector>(&self) -> Self::Scheme<V>;
+}
+
+/// What models a method is for: simulations refuse others, as it would run and not keep what it is chosen for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Suits {
+    /// All.
+    Any,
+    /// Those without constraints.
+    Unconstrained,
+    /// Those without constraints that conserve their energy.
+    Conservative,
+    /// Those without constraints whose M is constant and whose forces have no velocities.
+    Separable,
+    /// Those whose M is constant and whose forces have no velocities, with holonomic constraints or without.
+    SeparableHolonomic,
 }
 
 /// Some method for model M, where a list of several is run through: `for method in &[methods::Any::from(methods::Rk4), methods::Dop853.into()]`.
@@ -77,13 +95,14 @@ impl<M: Model> fmt::Debug for Any<M> {
 
 /// Methods without options.
 macro_rules! plain {
-    ($($(#[$meaning:meta])* $name:ident)*) => {$(
+    ($($(#[$meaning:meta])* $name:ident $(: $suits:ident)?)*) => {$(
         $(#[$meaning])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
         pub struct $name;
 
         impl Choice for $name {
             type Scheme<V: Vector> = integrate::$name<V>;
+            $(const SUITS: Suits = Suits::$suits;)?
             #[inline]
             fn scheme<V: Vector>(&self) -> Self::Scheme<V> {
                 Scheme::new()
@@ -103,6 +122,25 @@ plain! {
     Tsit5
     /// Verner's method of order 9(8): [`integrate::Verner9`].
     Verner9
+    /// The semi-implicit Euler method, with a fixed step, for real time: [`integrate::SemiImplicitEuler`].
+    SemiImplicitEuler
+    /// Störmer's and Verlet's method, symplectic, with a fixed step: [`integrate::StormerVerlet`]. For models without constraints whose mass matrix is constant
+    /// and whose forces have no velocities.
+    StormerVerlet: Separable
+    /// The same with holonomic constraints: [`integrate::Rattle`].
+    Rattle: SeparableHolonomic
+    /// Störmer–Verlet composed to order 4: [`integrate::Composition4`].
+    Composition4: Separable
+    /// Störmer–Verlet composed to order 6: [`integrate::Composition6`].
+    Composition6: Separable
+    /// Störmer–Verlet composed to order 8: [`integrate::Composition8`].
+    Composition8: Separable
+    /// Gauss's collocation of order 4, symplectic, implicit, with a fixed step: [`integrate::Gauss4`]. For models without constraints.
+    Gauss4: Unconstrained
+    /// Gauss's collocation of order 6: [`integrate::Gauss6`].
+    Gauss6: Unconstrained
+    /// The midpoint rule that keeps the energy, implicit, with a fixed step: [`integrate::EnergyMidpoint`]. For models without constraints that conserve it.
+    EnergyMidpoint: Conservative
     /// Radau IIA of order 5, for stiff problems: [`integrate::Radau5`].
     Radau5
 }

@@ -333,6 +333,13 @@ pub trait Dynamics: Model {
     fn generalized_force(&self, state: &Self::State) -> Self::Vector;
     /// Generalized momenta ∂L/∂q̇.
     fn momenta(&self, state: &Self::State) -> Self::Vector;
+    /// Whether Q contains velocities: Coriolis terms of a mass matrix that moves, dampers, gyroscopic forces. Models that do not tell are taken for such.
+    const VELOCITY_FORCES: bool = true;
+    /// Rates of the momenta, ṗ = ∂L/∂q + applied forces, without constraints. `None` where there is no code for them, as where M is constant.
+    #[inline]
+    fn momentum_rates(&self, _state: &Self::State) -> Option<Self::Vector> {
+        None
+    }
     /// Energy function E = q̇·∂L/∂q̇ − L; equals T + V where the coordinates do not contain time explicitly.
     fn energy_function(&self, state: &Self::State) -> f64;
     /// Values of the conserved quantities, written to `values` in the order of [`Dynamics::CONSERVED`].

@@ -14,6 +14,7 @@ pub use collect::{Collected, collect};
 pub use forward::directional;
 pub use reverse::gradient;
 pub use share::share;
+pub(crate) use substitute::rebuild;
 pub use substitute::{ZeroDenominator, substitute};
 pub use timeless::timeless;
 pub use total::{NotDifferentiable, total_derivative};

@@ -9,6 +9,7 @@ use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
 use crate::mechanics::{
     ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld, derive_on,
+    momentum_rates,
 };
 use crate::schedule::{Program, Staging, schedule};
 use crate::series::{Series, Unexpandable, expand};
@@ -47,6 +48,8 @@ pub struct Programs {
     pub series: Result<Series, Unexpandable>,
     /// Where the accelerations are not smooth.
     pub kinks: Kinks,
+    /// ṗ (N), where Q contains velocities and there are no constraints: elsewhere p says no more than q̇. Not listed.
+    pub momentum_rates: Option<Program>,
 }
 
 /// Values at whose change of sign, or of piece, the accelerations are not smooth: steps are made to end there.
@@ -182,6 +185,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !excesses.is_empty() {
         return Err(excesses);
     }
+    programs.momentum_rates = canonical(&mut model, &equations);
+    // Of all nodes that are printed.
     programs.kinks = kinks(&mut model, &equations);
     let driven = |p: &&Program| !model.inputs.is_empty() || p.name != "input_jacobian";
     let printed: Vec<&Program> = programs.all().filter(driven).collect();
@@ -189,10 +194,12 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
         NoJacobians::TooLarge(e) => (e.function.as_str(), Withheld::TooLarge(e.operations)),
         NoJacobians::General => ("state_jacobian", Withheld::General),
     });
-    let report = text::report(&model, &equations, &constraints, &printed, withheld);
-    let listing = text::listing(&model, &equations, &printed);
+    let mut report = text::report(&model, &equations, &constraints, &printed, withheld);
+    let mut listing = text::listing(&model, &equations, &printed);
     let (equations_text, latex) = text::equations(&mut model, &equations);
     programs.series = expand(&mut model.graph, &equations);
+    report.push_str(&text::series_entry(&model, &programs.series));
+    listing.push_str(&text::series_section(&model, &programs.series));
     Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
 }
 
@@ -231,6 +238,15 @@ fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
     let functions: BTreeSet<u32> = functions.collect();
     let declared = functions.iter().filter_map(|f| model.functions.get(*f as usize));
     declared.map(|f| Finding::TooManyDerivatives { name: f.name.clone(), origin: f.origin }).collect()
+}
+
+/// ṗ for methods in canonical variables, unless M is constant and the forces have no velocities.
+fn canonical(model: &mut Model, e: &Equations) -> Option<Program> {
+    if e.constraints.is_some() || !e.has_velocity_forces(&model.graph) {
+        return None;
+    }
+    let rates = momentum_rates(model);
+    Some(schedule(&model.graph, "momentum_rates", &rates, Staging::Inline)).filter(|program| excess(program).is_none())
 }
 
 /// All programs; a solution that is too large to be emitted is left to the general solver.
@@ -287,6 +303,7 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         // Made last: they add nodes of their own.
         series: Err(Unexpandable::TooLarge(0)),
         kinks: Kinks { program: inline("kinks", &[]), functions: Vec::new(), branches: BTreeMap::new() },
+        momentum_rates: None,
     }
 }
 

@@ -14,7 +14,7 @@ mod velocity_form;
 
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
-pub use derive::{Underivable, derive, derive_on};
+pub use derive::{Underivable, derive, derive_on, momentum_rates};
 pub use equations::{
     ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Released,
     Solution, Withheld,

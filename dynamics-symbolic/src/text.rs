@@ -11,6 +11,7 @@ mod listing;
 mod plain;
 mod program;
 mod report;
+mod series;
 mod target;
 
 pub use equations::equations;
@@ -20,4 +21,5 @@ pub use listing::listing;
 pub use plain::Plain;
 pub use program::{Line, Style, lines};
 pub use report::report;
+pub use series::{series_entry, series_section, unexpandable};
 pub use target::{Level, Target, Text};

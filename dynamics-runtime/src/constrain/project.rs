@@ -5,7 +5,7 @@
 //! it leaves what is not against the constraints alone, as an impact would. Lubich, Nowak, Pöhle & Engstler, MEXX (1992); Hairer & Wanner,
 //! Solving ODEs II, §VII.2. Converges quadratically from what a step leaves behind: one correction as a rule.
 
-use super::correct::correct_rows;
+use super::correct::{correct, correct_rows};
 use super::memory::{add, max_abs, norm};
 use super::{Gradients, holds, names};
 use crate::error::SolveError;
@@ -13,6 +13,8 @@ use crate::model::{Constraints, ModelState, Vector};
 
 /// Most Newton steps; from a drift of 1e-3 four are enough.
 const MOST: u32 = 25;
+/// Most simplified Newton steps.
+const MOST_ALONG: u32 = 100;
 /// Distance at which constraints still count as satisfied where they cannot all be: redundant ones, declared with numbers that were rounded.
 const ADMISSIBLE: f64 = 1e-9;
 
@@ -90,6 +92,36 @@ pub fn project_positions<M: Constraints>(
         admit(model, state, "positions", workspace)?
     }
     Ok(projection)
+}
+
+/// Moves the q of `end` to Φ(q, t) = 0 along M⁻¹Φ_qᵀ of another state, `from`: simplified Newton steps, which converge at a rate in proportion to
+/// the distance of the two, and end where rounding stops them. RATTLE asks for it: along gradients of the end the step would not be symplectic.
+///
+/// # Errors
+/// As [`project_positions`].
+pub fn project_along<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    from: &M::State,
+    end: &mut M::State,
+    workspace: &mut [f64],
+) -> Result<(), SolveError> {
+    let (mut before, mut least) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..MOST_ALONG {
+        let right = position_right(model, end)?;
+        let delta = correct(model, constants, from, &right, workspace)?;
+        let change = relative(delta.as_slice(), from.q().as_slice());
+        add(end.q_mut().as_mut_slice(), delta.as_slice());
+        if change == 0.0 || (change >= before && change <= 1e-10) {
+            return Ok(());
+        }
+        least = change.min(least);
+        if change.is_nan() || change > 2.0 * least {
+            break;
+        }
+        before = change;
+    }
+    Err(off(model, end, "positions", workspace))
 }
 
 /// Changes q̇ to satisfy Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0 at the state's positions.

@@ -5,6 +5,51 @@
 
 use crate::model::Vector;
 
+/// K matrices of as many rows and columns as a vector has elements.
+#[cfg(feature = "alloc")]
+#[derive(Clone, Debug)]
+pub(crate) struct Matrices<V, const K: usize> {
+    // On the heap, as the matrices of a large model do not fit the stack; allocated once.
+    all: alloc::boxed::Box<[f64]>,
+    of: core::marker::PhantomData<V>,
+}
+
+#[cfg(feature = "alloc")]
+impl<V: Vector, const K: usize> Matrices<V, K> {
+    pub(crate) fn new() -> Self {
+        Self { all: alloc::vec![0.0; K * V::LEN * V::LEN].into_boxed_slice(), of: core::marker::PhantomData }
+    }
+
+    #[inline(always)]
+    pub(crate) fn all(&mut self) -> &mut [f64] {
+        &mut self.all
+    }
+}
+
+#[cfg(not(feature = "alloc"))]
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Matrices<V: Vector, const K: usize>([V::Square; K]);
+
+#[cfg(not(feature = "alloc"))]
+impl<V: Vector, const K: usize> Matrices<V, K> {
+    pub(crate) fn new() -> Self {
+        Self([crate::model::Square::zeros(); K])
+    }
+
+    #[inline(always)]
+    pub(crate) fn all(&mut self) -> &mut [f64] {
+        crate::model::Square::flatten(&mut self.0)
+    }
+}
+
+impl<V: Vector, const K: usize> Matrices<V, K> {
+    /// One of them.
+    #[inline(always)]
+    pub(crate) fn one(&mut self, index: usize) -> &mut [f64] {
+        &mut self.all()[index * V::LEN * V::LEN..(index + 1) * V::LEN * V::LEN]
+    }
+}
+
 /// P A = L U in place. Returns with which row each one was exchanged, `None` where A is singular or not finite.
 #[inline]
 pub(crate) fn factor<V: Vector>(a: &mut [f64]) -> Option<V> {

@@ -14,7 +14,9 @@
 //! * **Cost**: 3 evaluations of q̈ per iteration, 2 to 5 iterations a step, and 1 at its end; 2N + 1 for a Jacobian by differences.
 //! * **Source**: Hairer & Wanner, *Solving ODE II*, 2nd ed., §IV.8; code `radau5.f`; Gustafsson, ACM TOMS 20 (1994) 496.
 
-use super::linear::{factor, factor_blocks, factor_complex, product, reciprocal, solve, solve_blocks, solve_complex};
+use super::linear::{
+    Matrices, factor, factor_blocks, factor_complex, product, reciprocal, solve, solve_blocks, solve_complex,
+};
 use super::tableau::zip;
 use super::{ControllerSettings, Dense, Knot, Method, Phase, Scheme, Step, System, Tolerances};
 use crate::math;
@@ -49,7 +51,7 @@ const SLOW: f64 = 0.1;
 /// Radau IIA of order 5.
 #[derive(Clone, Debug)]
 pub struct Radau5<V: Vector> {
-    matrices: Matrices<V>,
+    matrices: Matrices<V, SQUARES>,
     /// Where the Jacobian was computed.
     jacobian_at: Option<(f64, Phase<V>)>,
     /// Step for which the matrices are factored; 0: none.
@@ -88,49 +90,11 @@ struct Last<V> {
 }
 
 /// ∂a/∂q, ∂a/∂u and the factored matrices: real, complex in two parts, and that of all stages, which is three times as large each way.
-#[cfg(feature = "alloc")]
-#[derive(Clone, Debug)]
-struct Matrices<V> {
-    // On the heap, as the matrices of a large model do not fit the stack; allocated once.
-    all: alloc::boxed::Box<[f64]>,
-    of: core::marker::PhantomData<V>,
-}
-
-#[cfg(feature = "alloc")]
-impl<V: Vector> Matrices<V> {
-    fn new() -> Self {
-        Self { all: alloc::vec![0.0; SQUARES * V::LEN * V::LEN].into_boxed_slice(), of: core::marker::PhantomData }
-    }
-
-    #[inline(always)]
-    fn all(&mut self) -> &mut [f64] {
-        &mut self.all
-    }
-}
-
-#[cfg(not(feature = "alloc"))]
-#[derive(Clone, Copy, Debug)]
-struct Matrices<V: Vector>([V::Square; SQUARES]);
-
-#[cfg(not(feature = "alloc"))]
-impl<V: Vector> Matrices<V> {
-    fn new() -> Self {
-        Self([crate::model::Square::zeros(); SQUARES])
-    }
-
-    #[inline(always)]
-    fn all(&mut self) -> &mut [f64] {
-        crate::model::Square::flatten(&mut self.0)
-    }
-}
-
-impl<V: Vector> Matrices<V> {
-    #[inline(always)]
-    fn split(&mut self) -> [&mut [f64]; 6] {
-        let (small, large) = self.all().split_at_mut(5 * V::LEN * V::LEN);
-        let mut parts = small.chunks_exact_mut(V::LEN * V::LEN).chain([large]);
-        core::array::from_fn(|_| parts.next().expect("six matrices"))
-    }
+#[inline(always)]
+fn split<V: Vector>(matrices: &mut Matrices<V, SQUARES>) -> [&mut [f64]; 6] {
+    let (small, large) = matrices.all().split_at_mut(5 * V::LEN * V::LEN);
+    let mut parts = small.chunks_exact_mut(V::LEN * V::LEN).chain([large]);
+    core::array::from_fn(|_| parts.next().expect("six matrices"))
 }
 
 /// How the Newton iterations ended.
@@ -150,7 +114,7 @@ impl<V: Vector> Radau5<V> {
             return true;
         }
         let n = V::LEN;
-        let [by_q, by_u, real, re, im, _] = self.matrices.split();
+        let [by_q, by_u, real, re, im, _] = split(&mut self.matrices);
         let by_gamma = h / GAMMA;
         let (along, across) = reciprocal(ALPHA / h, BETA / h);
         for i in 0..n * n {
@@ -180,7 +144,7 @@ impl<V: Vector> Radau5<V> {
         for i in 0..3 {
             let y = self.stage(start, h, i);
             let Phase { u: a, .. } = self.k[i + 1];
-            let [_, _, _, by_q, by_u, large] = self.matrices.split();
+            let [_, _, _, by_q, by_u, large] = split(&mut self.matrices);
             system.jacobian(&Knot { t: start.t + C[i] * h, y, a }, by_q, by_u)?;
             for row in 0..n {
                 let large = &mut large[(i * n + row) * 3 * n..][..3 * n];
@@ -195,7 +159,7 @@ impl<V: Vector> Radau5<V> {
                 }
             }
         }
-        let [_, _, _, _, _, large] = self.matrices.split();
+        let [_, _, _, _, _, large] = split(&mut self.matrices);
         let exchanges = factor_blocks(large);
         self.stage_exchanges = exchanges.unwrap_or(self.stage_exchanges);
         Ok(exchanges.is_some())
@@ -204,7 +168,7 @@ impl<V: Vector> Radau5<V> {
     /// Factors the real matrix, which the error estimate needs, alone.
     fn factor_filter(&mut self, h: f64) -> bool {
         let n = V::LEN;
-        let [by_q, by_u, real, ..] = self.matrices.split();
+        let [by_q, by_u, real, ..] = split(&mut self.matrices);
         for i in 0..n * n {
             real[i] = -by_u[i] - h / GAMMA * by_q[i];
         }
@@ -215,7 +179,7 @@ impl<V: Vector> Radau5<V> {
     }
 
     fn differentiate<S: System<V>>(&mut self, system: &mut S, start: &Knot<V>) -> Result<(), S::Error> {
-        let [by_q, by_u, ..] = self.matrices.split();
+        let [by_q, by_u, ..] = split(&mut self.matrices);
         // Until it is complete there is none.
         (self.jacobian_at, self.factored_for) = (None, 0.0);
         system.jacobian(start, by_q, by_u)?;
@@ -315,7 +279,7 @@ impl<V: Vector> Radau5<V> {
             change[1][l] -= re;
             change[2][l] -= im;
         }
-        let [_, _, real, re, im, _] = self.matrices.split();
+        let [_, _, real, re, im, _] = split(&mut self.matrices);
         let [first, second, third] = &mut change;
         solve(real, &self.exchanges[0], first);
         solve_complex(re, im, &self.exchanges[1], second, third);
@@ -329,7 +293,7 @@ impl<V: Vector> Radau5<V> {
         for (change, k) in change.iter_mut().zip(&self.k[1..]) {
             (0..V::LEN).for_each(|l| change[l] = k.u[l] - change[l] / h);
         }
-        let [_, _, _, _, _, large] = self.matrices.split();
+        let [_, _, _, _, _, large] = split(&mut self.matrices);
         solve_blocks(large, &self.stage_exchanges, &mut change);
         combine(&T_INVERSE, &change)
     }
@@ -354,7 +318,7 @@ impl<V: Vector> Radau5<V> {
     #[inline(always)]
     fn filter(&mut self, v: &Phase<V>, h: f64) -> Phase<V> {
         let n = V::LEN;
-        let [by_q, _, real, ..] = self.matrices.split();
+        let [by_q, _, real, ..] = split(&mut self.matrices);
         let mut error = *v;
         for i in 0..n {
             let along: f64 = (0..n).map(|j| by_q[i * n + j] * v.q[j]).sum();

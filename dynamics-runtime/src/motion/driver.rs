@@ -9,7 +9,7 @@ use super::record::Counts;
 use super::run::{Ended, Halt, Plan, Sink, run};
 use super::simulate::Simulate;
 use crate::integrate::{Dense, Method, Scheme, Step, Stepper, Tolerances};
-use crate::methods::Choice;
+use crate::methods::{Choice, Suits};
 use crate::model::Model;
 
 /// The interpolant of one step, of whatever method.
@@ -21,6 +21,8 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
     fn is_adaptive(&self) -> bool;
     /// Whether it needs the motion's Taylor series.
     fn needs_series(&self) -> bool;
+    /// What models it is for.
+    fn suits(&self) -> Suits;
     /// Runs a plan. What was computed before a failure is in the sink.
     fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<Ended<M::State>, Halt>)
     where
@@ -53,6 +55,10 @@ impl<M: Model, C: Choice> Driver<M> for C {
 
     fn needs_series(&self) -> bool {
         C::NEEDS_SERIES
+    }
+
+    fn suits(&self) -> Suits {
+        C::SUITS
     }
 
     fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<Ended<M::State>, Halt>)

@@ -280,6 +280,15 @@ pub enum OptionError {
     },
     /// `.estimate_error()` compares two motions, and `run_with` keeps none.
     NothingToCompare,
+    /// The method would run with this model and not keep what it is chosen for.
+    Unsuited {
+        /// The method.
+        method: super::Method,
+        /// Why, in words: `it has constraints`.
+        reason: &'static str,
+        /// What to do instead.
+        remedy: &'static str,
+    },
     /// `.fixed_step(..)` leaves nothing for another step option to say.
     FixedStepExcludes {
         /// The other option.
@@ -371,6 +380,9 @@ impl fmt::Display for OptionError {
             ),
             Self::NothingToCompare => {
                 write!(f, "`.estimate_error()` compares two motions, and `run_with` keeps none; use `.run()`")
+            }
+            Self::Unsuited { method, reason, remedy } => {
+                write!(f, "{method} does not keep its promises for this model: {reason}; {remedy}")
             }
             Self::FixedStepExcludes { option } => {
                 write!(f, "`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")

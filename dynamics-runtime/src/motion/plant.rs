@@ -273,6 +273,54 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     }
 
     #[inline(always)]
+    fn has_velocity_forces(&self) -> bool {
+        // What a law reads is not known.
+        M::VELOCITY_FORCES || self.law.is_some()
+    }
+
+    fn hold_end(&mut self, start: &Knot<M::Vector>, h: f64, q: &mut M::Vector) -> Result<(), EvaluationError> {
+        if M::ROWS.is_empty() {
+            return Ok(());
+        }
+        let from = self.state(start.t, &start.y.q, &start.y.u);
+        let mut end = self.state(start.t + h, q, &start.y.u);
+        self.upkeep.move_along(self.model, &from, &mut end).map_err(EvaluationError::Solve)?;
+        *q = *end.q();
+        Ok(())
+    }
+
+    fn momenta(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+        p: &mut M::Vector,
+        rate: &mut M::Vector,
+    ) -> Result<bool, EvaluationError> {
+        if !M::ROWS.is_empty() {
+            return Ok(false);
+        }
+        let state = self.stage(t, y)?;
+        let Some(found) = self.model.momentum_rates(&state) else { return Ok(false) };
+        self.evaluations += 1;
+        if let Some(index) = state.inputs().as_slice().iter().position(|x| !x.is_finite()) {
+            return Err(EvaluationError::Input(index));
+        }
+        (*p, *rate) = (self.model.momenta(&state), found);
+        Ok(true)
+    }
+
+    fn mass_matrix(&mut self, t: f64, q: &M::Vector, mass: &mut [f64]) -> Result<(), EvaluationError> {
+        let found = self.model.mass_matrix(&self.state(t, q, &M::Vector::zeros()));
+        let n = M::Vector::LEN;
+        mass.iter_mut().enumerate().for_each(|(i, element)| *element = found[(i / n, i % n)]);
+        Ok(())
+    }
+
+    fn energy(&mut self, t: f64, y: &Phase<M::Vector>) -> Option<f64> {
+        Some(self.model.energy_function(&self.state(t, &y.q, &y.u)))
+    }
+
+    #[inline(always)]
     fn series(
         &mut self,
         t: f64,

@@ -347,6 +347,11 @@ impl<M: Constraints> Upkeep<M> {
         Ok(self.noise(state, sensitivity))
     }
 
+    /// Moves the positions of `end` along M⁻¹Φ_qᵀ of another state onto the holonomic constraints.
+    pub(crate) fn move_along(&mut self, model: &M, from: &M::State, end: &mut M::State) -> Result<(), SolveError> {
+        constrain::project_along(model, &self.constants, from, end, &mut self.workspace)
+    }
+
     /// Moves a state onto the constraints, weighted by masses. How much that amplified what was off.
     fn project(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
         let positions = constrain::project_positions(model, &self.constants, state, &mut self.workspace)?;

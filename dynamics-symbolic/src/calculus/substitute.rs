@@ -47,7 +47,7 @@ pub(super) fn replace(
 ///
 /// # Errors
 /// A denominator that becomes identically zero.
-pub(super) fn rebuild(g: &mut Graph, node: Node, at: &dyn Fn(NodeId) -> NodeId) -> Result<NodeId, ZeroDenominator> {
+pub(crate) fn rebuild(g: &mut Graph, node: Node, at: &dyn Fn(NodeId) -> NodeId) -> Result<NodeId, ZeroDenominator> {
     Ok(match node {
         Node::Number(n) => g.number(n),
         Node::Symbol(s) => g.symbol(s),

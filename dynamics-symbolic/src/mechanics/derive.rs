@@ -1,7 +1,7 @@
 //! The pass from a declared model to its equations of motion.
 
 use crate::algebra::Levers;
-use crate::calculus::{ZeroDenominator, directional, timeless};
+use crate::calculus::{ZeroDenominator, directional, gradient, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::constraints::{self, Rows};
@@ -93,6 +93,18 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         events_use_accelerations,
         constraints,
     })
+}
+
+/// ṗ = ∂L/∂q and the applied forces: with p, what Hamilton's equations say.
+pub fn momentum_rates(model: &mut Model) -> Vec<NodeId> {
+    let n = model.coordinates.len();
+    let g = &mut model.graph;
+    let (lagrangian, one) = (Energies::sum(g, &model.energies).lagrangian, g.one());
+    let coordinates: Vec<Symbol> = (0..n as u32).map(Symbol::Coordinate).collect();
+    let own = gradient(g, &[(lagrangian, one)], &coordinates);
+    let applied = applied(g, &model.forces, &model.energies, n);
+    let all = applied.iter().fold(own, |total, (_, part)| each(g, &total, part, Graph::add));
+    timeless(g, &all)
 }
 
 /// q̇·∂L/∂q̇ − L. T + V is there already, so it stands for the energy function wherever the two are equal.

@@ -1,7 +1,7 @@
 //! What is derived from a model. All nodes live in the model's graph.
 
 use crate::algebra::Unrolled;
-use crate::graph::NodeId;
+use crate::graph::{Dependence, Graph, NodeId};
 
 use super::model::Model;
 
@@ -97,6 +97,15 @@ pub struct Equations {
     /// What follows from the constraints; `None` without any. Where there are some, outputs, events and powers keep the symbols of
     /// accelerations and multipliers: the solution is put in at run time.
     pub constraints: Option<ConstraintEquations>,
+}
+
+impl Equations {
+    /// Whether Q contains velocities, by themselves or through reactions. If not, M is constant: one that moves brings Coriolis terms.
+    #[must_use]
+    pub fn has_velocity_forces(&self, g: &Graph) -> bool {
+        let moving = Dependence::RATES.with(Dependence::MULTIPLIERS).with(Dependence::ACCELERATIONS);
+        self.generalized_force.iter().any(|force| g.dependence(*force).on(moving))
+    }
 }
 
 /// What follows from the constraints; N coordinates, R rows, the first H of them holonomic. λ of a row is `Symbol::Multiplier`.

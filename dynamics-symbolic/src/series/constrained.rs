@@ -13,14 +13,16 @@
 //!
 //! Source: Pryce, BIT 41 (2001) 364; Nedialkov, Pryce, BIT 45 (2005) 561; BIT 47 (2007) 191.
 
+use std::collections::BTreeMap;
+
 use crate::algebra::{Guard, MinimumDegree};
-use crate::calculus::{collect, substitute};
+use crate::calculus::substitute;
 use crate::graph::{Graph, NodeId, Symbol};
 use crate::mechanics::{ConstraintEquations, reaction};
 use crate::schedule::{Program, Staging, schedule};
 
 use super::recurrence::{Early, Expansion};
-use super::{LIMIT, Series, Unexpandable, factors, right_side};
+use super::{Compact, LIMIT, Series, Unexpandable, complete, forget, renamed, right_side, short, symbols};
 
 /// Programs for N coordinates under R rows of constraints, the first H of them holonomic.
 ///
@@ -84,33 +86,51 @@ pub(super) fn expand(
         right.push(right_side(&mut e, row, *gamma)?);
     }
     let solved = solver.as_ref().map(|solver| solver.solve_elsewhere(&mut e, &unknowns));
-    let factors = factors(&mut e)?;
-    let (lanes, chooses) = (e.lanes().len(), e.chooses);
-    let Expansion { base, order, kept, read, .. } = e;
+    complete(&mut e)?;
+    let asked: [&[NodeId]; 2] = [&right, solved.as_deref().unwrap_or_default()];
+    let Compact { mut roots, factors } = Compact::new(&mut e, &asked)?;
+    roots.push(factors);
+    // What of the shared coefficients is still read.
+    let read = symbols(&e.order, &roots.concat(), shared_of);
+    let shared: Vec<NodeId> = read.iter().map(|place| e.read[*place as usize]).collect();
+    let places: BTreeMap<u32, u32> = read.into_iter().zip(0..).collect();
+    for nodes in &mut roots {
+        *nodes = renamed(&mut e.order, nodes, |symbol| shared_of(symbol).map(|old| Symbol::Mode(places[&old])));
+    }
+    let Expansion { base, mut order, kept, mut chooses, .. } = e;
+    let (mut of_places, mut asked_ahead) = ahead.compact(base, &shared)?;
+    chooses |= of_places.chooses;
+    let kept = forget(&kept, &mut [(&mut order, &mut roots), (&mut of_places.order, &mut asked_ahead)]);
+    let Expansion { base, order: graph, .. } = of_places;
     let guards = solver.map_or_else(Vec::new, |solver| solver.guards);
     let checked = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]);
     let start: Vec<NodeId> = kept.into_iter().chain(checked).collect();
     let inline = |graph: &Graph, name: &str, results: &[NodeId]| schedule(graph, name, results, Staging::Inline);
     let start = inline(base, "series_start", &start);
-    let next = inline(&order, "series_next", &factors);
-    let right = inline(&order, "series_right", &right);
-    let solve = solved.map(|x| Solve { program: inline(&order, "series_solve", &x), guards });
-    let constrained = ahead.programs(&read, right, solve);
-    let series = Series { start, graph: order, next, lanes, chooses, constrained: Some(constrained) };
+    let [residue, factors_ahead, shared_ahead] = &asked_ahead[..] else { unreachable!("three were asked for") };
+    let constrained = Constrained {
+        residue: inline(&graph, "series_residue", residue),
+        ahead: inline(&graph, "series_ahead", &[&factors_ahead[..], shared_ahead].concat()),
+        lanes: factors_ahead.len() / 2,
+        shared: shared_ahead.len(),
+        right: inline(&order, "series_right", &roots[0]),
+        solve: solved.map(|_| Solve { program: inline(&order, "series_solve", &roots[1]), guards }),
+        graph,
+    };
+    let (next, lanes) = (inline(&order, "series_next", &roots[2]), roots[2].len() / 2);
+    let constrained = Some(constrained);
+    let series = Series { start, graph: order, next, lanes, chooses, constrained };
     let operations = series.operations().max(series.start.cost.total());
     if operations > LIMIT { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
 }
 
-/// M and Q in shorter forms, in which squares of sine and cosine are put together: every product less is a lane less.
-fn short(graph: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> (Vec<Vec<NodeId>>, Vec<NodeId>) {
-    let n = mass.len();
-    let diagonal: Vec<NodeId> = (0..n).map(|i| mass[i][i]).collect();
-    let mut collected = collect(graph, &[&mass.concat(), force].concat(), &diagonal).nodes;
-    let force = collected.split_off(n * n);
-    (collected.chunks(n.max(1)).map(<[NodeId]>::to_vec).collect(), force)
-}
-
 impl Series {
+    /// Number of Cauchy sums of one order.
+    #[must_use]
+    pub fn all_lanes(&self) -> usize {
+        self.lanes + self.constrained.as_ref().map_or(0, |c| c.lanes)
+    }
+
     /// Operations of one order, without its Cauchy sums.
     #[must_use]
     pub fn operations(&self) -> usize {
@@ -122,11 +142,15 @@ impl Series {
     }
 }
 
+/// The place of a coefficient that the other expansion has computed.
+fn shared_of(symbol: Symbol) -> Option<u32> {
+    if let Symbol::Mode(place) = symbol { Some(place) } else { None }
+}
+
 /// What is expanded two orders ahead.
 struct Ahead {
     early: Early,
     residue: Vec<NodeId>,
-    factors: Vec<NodeId>,
 }
 
 impl Ahead {
@@ -137,17 +161,24 @@ impl Ahead {
             residue.push(e.coefficient(*row)?);
         }
         let residue = without(&mut e.order, &residue, |s| matches!(s, Symbol::Coordinate(_) | Symbol::Time));
-        let factors = factors(&mut e)?;
-        Ok(Self { early: e.leave(), residue, factors })
+        complete(&mut e)?;
+        Ok(Self { early: e.leave(), residue })
     }
 
-    fn programs(self, read: &[NodeId], right: Program, solve: Option<Solve>) -> Constrained {
-        let Self { early: Early { order: graph, coefficients, .. }, residue, factors } = self;
-        let shared = read.iter().map(|id| coefficients[id]);
-        let ahead: Vec<NodeId> = factors.iter().copied().chain(shared).collect();
-        let residue = schedule(&graph, "series_residue", &residue, Staging::Inline);
-        let ahead = schedule(&graph, "series_ahead", &ahead, Staging::Inline);
-        Constrained { graph, residue, ahead, lanes: factors.len() / 2, shared: read.len(), right, solve }
+    /// The residue, the factors of the lanes, and the coefficients that are shared.
+    fn compact<'g>(
+        self,
+        base: &'g mut Graph,
+        shared: &[NodeId],
+    ) -> Result<(Expansion<'g>, Vec<Vec<NodeId>>), Unexpandable> {
+        let mut e = self.early.resume(base);
+        let mut of_shared = Vec::with_capacity(shared.len());
+        for id in shared {
+            of_shared.push(e.coefficient(*id)?);
+        }
+        let Compact { roots, factors } = Compact::new(&mut e, &[&self.residue, &of_shared])?;
+        let [residue, shared] = <[_; 2]>::try_from(roots).expect("two were asked for");
+        Ok((e, vec![residue, factors, shared]))
     }
 }
 

@@ -39,6 +39,8 @@ pub(super) struct Expansion<'a> {
     pub(super) kept: Vec<NodeId>,
     /// Whether some value is a choice.
     pub(super) chooses: bool,
+    /// Whether sums of products of sines and cosines are written as those of one angle.
+    pub(super) one_angle: bool,
     kept_as: BTreeMap<NodeId, u32>,
     coefficients: BTreeMap<NodeId, NodeId>,
     lanes: Vec<Lane>,
@@ -49,15 +51,24 @@ pub(super) struct Expansion<'a> {
     pub(super) read: Vec<NodeId>,
 }
 
-/// What one expansion leaves to another of the same graph that computes lower orders at the same time.
+/// An expansion without the graph that it expands, while another one of that graph is made.
 pub(super) struct Early {
-    /// Coefficients.
-    pub(super) order: Graph,
+    order: Graph,
     /// Values at order 0, of which the other one keeps more.
-    pub(super) kept: Vec<NodeId>,
+    kept: Vec<NodeId>,
     kept_as: BTreeMap<NodeId, u32>,
-    pub(super) coefficients: BTreeMap<NodeId, NodeId>,
-    pub(super) chooses: bool,
+    coefficients: BTreeMap<NodeId, NodeId>,
+    lanes: Vec<Lane>,
+    lanes_as: BTreeMap<Lane, NodeId>,
+    chooses: bool,
+}
+
+impl Early {
+    /// The expansion again, which has to have computed all that it will be asked for.
+    pub(super) fn resume(self, base: &mut Graph) -> Expansion<'_> {
+        let Self { order, kept, kept_as, coefficients, lanes, lanes_as, chooses } = self;
+        Expansion { order, kept, kept_as, coefficients, lanes, lanes_as, chooses, ..Expansion::new(base) }
+    }
 }
 
 impl Elsewhere for Expansion<'_> {
@@ -76,6 +87,7 @@ impl<'a> Expansion<'a> {
             order: Graph::new(),
             kept: Vec::new(),
             chooses: false,
+            one_angle: true,
             kept_as: BTreeMap::new(),
             coefficients: BTreeMap::new(),
             lanes: Vec::new(),
@@ -96,8 +108,8 @@ impl<'a> Expansion<'a> {
 
     /// What is left for others.
     pub(super) fn leave(self) -> Early {
-        let Self { order, kept, kept_as, coefficients, chooses, .. } = self;
-        Early { order, kept, kept_as, coefficients, chooses }
+        let Self { order, kept, kept_as, coefficients, lanes, lanes_as, chooses, .. } = self;
+        Early { order, kept, kept_as, coefficients, lanes, lanes_as, chooses }
     }
 
     /// The lanes so far.
@@ -192,13 +204,12 @@ impl<'a> Expansion<'a> {
         Ok(match self.base.node(id) {
             Node::Number(_) => self.order.zero(),
             Node::Symbol(symbol) => self.order.symbol(symbol),
-            Node::Add(a, b) => {
+            node @ (Node::Add(a, b) | Node::Sub(a, b)) => {
+                if let Some(coefficient) = self.of_one_angle(id, a, b)? {
+                    return Ok(coefficient);
+                }
                 let (a, b) = (self.coefficient(a)?, self.coefficient(b)?);
-                self.order.add(a, b)
-            }
-            Node::Sub(a, b) => {
-                let (a, b) = (self.coefficient(a)?, self.coefficient(b)?);
-                self.order.sub(a, b)
+                if matches!(node, Node::Add(..)) { self.order.add(a, b) } else { self.order.sub(a, b) }
             }
             Node::Neg(a) => {
                 let a = self.coefficient(a)?;
@@ -242,6 +253,41 @@ impl<'a> Expansion<'a> {
         let above = self.order.sub(rest, known);
         let reciprocal = self.kept_reciprocal(b);
         Ok(self.order.mul_as_is(above, reciprocal))
+    }
+
+    /// The coefficient of sin a cos b ± cos a sin b or cos a cos b ∓ sin a sin b as that of a sine or cosine of one angle: two lanes instead of four
+    /// for the pair of them.
+    fn of_one_angle(&mut self, id: NodeId, x: NodeId, y: NodeId) -> Result<Option<NodeId>, Unexpandable> {
+        if !self.one_angle {
+            return Ok(None);
+        }
+        let Some([(f, a), (g, b)]) = self.circular_factors(x) else { return Ok(None) };
+        let Some(other) = self.circular_factors(y) else { return Ok(None) };
+        let opposite = |f| if f == Unary::Sin { Unary::Cos } else { Unary::Sin };
+        let pair = [(opposite(f), a), (opposite(g), b)];
+        if other != pair && other != [pair[1], pair[0]] {
+            return Ok(None);
+        }
+        let whole = if f == g { Unary::Cos } else { Unary::Sin };
+        for (sum, first, second) in [(true, a, b), (false, a, b), (false, b, a)] {
+            let angle = if sum { self.base.add(first, second) } else { self.base.sub(first, second) };
+            let found = self.base.unary(whole, angle);
+            if self.base.fingerprint(found) == self.base.fingerprint(id) {
+                let known = found != id && !self.is_constant(found);
+                return if known { self.coefficient(found) } else { self.unary(whole, id, angle) }.map(Some);
+            }
+        }
+        Ok(None)
+    }
+
+    /// The factors of a product of two sines or cosines, with their angles.
+    fn circular_factors(&self, id: NodeId) -> Option<[(Unary, NodeId); 2]> {
+        let Node::Mul(a, b) = self.base.node(id) else { return None };
+        let circular = |id| match self.base.node(id) {
+            Node::Unary(f @ (Unary::Sin | Unary::Cos), angle) => Some((f, angle)),
+            _ => None,
+        };
+        Some([circular(a)?, circular(b)?])
     }
 
     /// c with c′ = g a′.

@@ -48,7 +48,7 @@ pub fn report(
 }
 
 /// A heading with its text, wrapped under itself.
-fn entry(out: &mut String, heading: &str, text: &str) {
+pub(super) fn entry(out: &mut String, heading: &str, text: &str) {
     let mut line = format!("{heading:HEADING$}");
     let mut empty = true;
     for word in text.split(' ') {

@@ -7,7 +7,9 @@
 
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
 use dynamics::integrate::{
-    Dop853, DormandPrince5, Phase, Radau5, Rk4, Scheme, StepOptions, Stepper, Tolerances, Tsit5, Verner9,
+    Composition4, Composition6, Composition8, Dop853, DormandPrince5, EnergyMidpoint, Gauss4, Gauss6, Phase, Radau5,
+    Rattle, Rk4, Scheme, SemiImplicitEuler, Settled, StepOptions, Stepper, StormerVerlet, System, Taylor, Tolerances,
+    Tsit5, Verner9,
 };
 use dynamics::prelude::*;
 
@@ -125,6 +127,74 @@ fn swing_by<S: Scheme<Vector>>(model: &DoublePendulum, end: f64) -> Result<(), F
         let state = State::<DoublePendulum>::new(now.t, now.y.q, now.y.u, start.inputs);
         let drift = (model.energy_function(&state) - energy) / energy;
         if drift.is_nan() || drift.abs() > 1e-9 {
+            return Err(Failure::Energy(drift));
+        }
+    }
+    Ok(())
+}
+
+/// The pendulum with its canonical variables and its energy, as methods that preserve them ask for.
+struct Hamiltonian<'m> {
+    model: &'m DoublePendulum,
+    constants: <DoublePendulum as Dynamics>::Constants,
+    inputs: Inputs,
+}
+
+impl Hamiltonian<'_> {
+    fn state(&self, t: f64, q: &Vector, u: &Vector) -> State<DoublePendulum> {
+        State::<DoublePendulum>::new(t, *q, *u, self.inputs)
+    }
+}
+
+impl System<Vector> for Hamiltonian<'_> {
+    type Error = SolveError;
+    fn accelerations(&mut self, t: f64, q: &Vector, u: &Vector) -> Result<Vector, SolveError> {
+        self.model.accelerations_with(&self.constants, &self.state(t, q, u))
+    }
+    fn momenta(&mut self, t: f64, y: &Phase<Vector>, p: &mut Vector, rate: &mut Vector) -> Result<bool, SolveError> {
+        let state = self.state(t, &y.q, &y.u);
+        let Some(found) = self.model.momentum_rates(&state) else { return Ok(false) };
+        (*p, *rate) = (self.model.momenta(&state), found);
+        Ok(true)
+    }
+    fn mass_matrix(&mut self, t: f64, q: &Vector, mass: &mut [f64]) -> Result<(), SolveError> {
+        let found = self.model.mass_matrix(&self.state(t, q, &Vector::zeros()));
+        mass.iter_mut().enumerate().for_each(|(i, element)| *element = found[(i / 2, i % 2)]);
+        Ok(())
+    }
+    fn energy(&mut self, t: f64, y: &Phase<Vector>) -> Option<f64> {
+        Some(self.model.energy_function(&self.state(t, &y.q, &y.u)))
+    }
+}
+
+/// Swings for 5 s with fixed steps, by all that have one: the energy stays within what their order permits.
+pub fn swing_evenly(model: &DoublePendulum) -> Result<(), Failure> {
+    evenly::<SemiImplicitEuler<Vector>>(model, 1e-4, 2e-2)?;
+    evenly::<StormerVerlet<Vector>>(model, 1e-3, 1e-3)?;
+    evenly::<Rattle<Vector>>(model, 1e-3, 1e-3)?;
+    evenly::<Composition4<Vector>>(model, 5e-3, 1e-4)?;
+    evenly::<Composition6<Vector>>(model, 5e-3, 1e-4)?;
+    evenly::<Composition8<Vector>>(model, 5e-3, 1e-4)?;
+    evenly::<Gauss4<Vector>>(model, 5e-3, 1e-5)?;
+    evenly::<Gauss6<Vector>>(model, 5e-3, 1e-7)?;
+    evenly::<EnergyMidpoint<Vector>>(model, 5e-3, 1e-11)
+}
+
+fn evenly<S: Scheme<Vector>>(model: &DoublePendulum, h: f64, permitted: f64) -> Result<(), Failure> {
+    const END: f64 = 5.0;
+    let start = model.state().theta1(1.0).theta2_rate(1.0).torque(0.0).build().map_err(|_| Failure::Refused)?;
+    let constants = model.constants().map_err(|_| Failure::Refused)?;
+    let mut system = Hamiltonian { model, constants, inputs: start.inputs };
+    let options = StepOptions { tolerances: Tolerances::both(1e-9), fixed: Some(h), first: None, most: h };
+    let phase = Phase { q: start.q, u: start.u };
+    let mut stepper: Stepper<Vector, S> =
+        Stepper::new(&mut system, 0.0, phase, END, options).map_err(|_| Failure::Step)?;
+    let energy = model.energy_function(&start);
+    while stepper.now().t < END {
+        stepper.step(&mut system, END).map_err(|_| Failure::Step)?;
+        let now = stepper.now();
+        let drift = (model.energy_function(&system.state(now.t, &now.y.q, &now.y.u)) - energy) / energy;
+        if drift.is_nan() || drift.abs() > permitted {
             return Err(Failure::Energy(drift));
         }
     }
@@ -267,4 +337,77 @@ pub fn hold() -> Result<(), Failure> {
     }
     let drift = (model.energy_function(&state) - energy) / energy;
     if drift.abs() < 1e-9 { Ok(()) } else { Err(Failure::Energy(drift)) }
+}
+
+type Place = <Bob as Model>::Vector;
+
+/// The bob as Taylor series see it: coefficients from the model's own code, ends of steps put onto the constraint.
+struct Expanded<'m> {
+    model: &'m Bob,
+    constants: <Bob as Dynamics>::Constants,
+    inputs: <Bob as Model>::Inputs,
+}
+
+impl Expanded<'_> {
+    fn state(&self, t: f64, q: &Place, u: &Place) -> State<Bob> {
+        State::<Bob>::new(t, *q, *u, self.inputs)
+    }
+}
+
+impl System<Place> for Expanded<'_> {
+    type Error = SolveError;
+    fn accelerations(&mut self, t: f64, q: &Place, u: &Place) -> Result<Place, SolveError> {
+        self.model.accelerations_with(&self.constants, &self.state(t, q, u))
+    }
+    fn series(
+        &mut self,
+        t: f64,
+        y: &Phase<Place>,
+        a: &Place,
+        scale: f64,
+        q: &mut [Place],
+        u: &mut [Place],
+    ) -> Result<bool, SolveError> {
+        Ok(self.model.series(&self.constants, &self.state(t, &y.q, &y.u), a, scale, q, u))
+    }
+    fn settles(&self) -> bool {
+        true
+    }
+    fn settle(&mut self, t: f64, y: &mut Phase<Place>, tolerances: &Tolerances) -> Result<Option<Settled>, SolveError> {
+        let mut state = self.state(t, &y.q, &y.u);
+        with_workspace::<Bob, _>(|workspace| {
+            project_positions(self.model, &self.constants, &mut state, workspace)?;
+            project_velocities(self.model, &self.constants, &mut state, workspace)
+        })?;
+        let by = (state.q - y.q).norm().max((state.u - y.u).norm()) / tolerances.absolute;
+        *y = Phase { q: state.q, u: state.u };
+        Ok(Some(Settled { by, violation: by, noise: 0.0 }))
+    }
+}
+
+/// Swings by Taylor series that satisfy the constraint in every coefficient: energy and rod are kept to rounding.
+pub fn expand() -> Result<(), Failure> {
+    let model = Bob { m: 2.0, l: 0.5, g: 9.81 };
+    let start = model.state().x(0.3).y_guess(-1.0).x_rate(0.4).assemble().map_err(|_| Failure::Refused)?;
+    let constants = model.constants().map_err(|_| Failure::Refused)?;
+    let mut system = Expanded { model: &model, constants, inputs: start.inputs };
+    let options = StepOptions { tolerances: Tolerances::both(1e-14), fixed: None, first: None, most: f64::INFINITY };
+    let phase = Phase { q: start.q, u: start.u };
+    let mut stepper: Stepper<Place, Taylor<Place>> =
+        Stepper::new(&mut system, 0.0, phase, 20.0, options).map_err(|_| Failure::Step)?;
+    let energy = model.energy_function(&start);
+    while stepper.now().t < 20.0 {
+        stepper.step(&mut system, 20.0).map_err(|_| Failure::Step)?;
+        let now = stepper.now();
+        let state = system.state(now.t, &now.y.q, &now.y.u);
+        let drift = (model.energy_function(&state) - energy) / energy;
+        if drift.is_nan() || drift.abs() > 1e-13 {
+            return Err(Failure::Energy(drift));
+        }
+        let off = model.residual(&state)[0].abs().max(model.velocity_residual(&state)[0].abs());
+        if off.is_nan() || off > 1e-15 {
+            return Err(Failure::Difference(off));
+        }
+    }
+    Ok(())
 }

@@ -2,7 +2,7 @@
 #![no_std]
 #![no_main]
 
-use dynamics_no_std::{Failure, agreement, control, hold, pendulum, swing};
+use dynamics_no_std::{Failure, agreement, control, expand, hold, pendulum, swing, swing_evenly};
 
 // The C library starts the program; nothing else of the system is used.
 #[link(name = "c")]
@@ -21,7 +21,13 @@ extern "C" fn rust_eh_personality() {}
 #[unsafe(no_mangle)]
 pub extern "C" fn main() -> i32 {
     let model = pendulum();
-    match swing(&model).and_then(|()| control(&model)).and_then(|()| agreement(&model)).and_then(|()| hold()) {
+    match swing(&model)
+        .and_then(|()| swing_evenly(&model))
+        .and_then(|()| control(&model))
+        .and_then(|()| agreement(&model))
+        .and_then(|()| hold())
+        .and_then(|()| expand())
+    {
         Ok(()) => 0,
         Err(Failure::Refused) => 1,
         Err(Failure::Step) => 2,

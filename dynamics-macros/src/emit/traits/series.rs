@@ -1,7 +1,8 @@
 //! Taylor coefficients of motions: part of `impl Dynamics`.
 
 use dynamics_symbolic::schedule::Program;
-use dynamics_symbolic::series::{Constrained, Series, Unexpandable};
+use dynamics_symbolic::series::{Constrained, Series};
+use dynamics_symbolic::text::unexpandable;
 use proc_macro2::TokenStream;
 use quote::quote;
 
@@ -19,24 +20,10 @@ impl Emission<'_> {
                 Some(constrained) => self.expanding_constrained(series, constrained),
             },
             Err(reason) => {
-                let reason = self.no_series(*reason);
+                let reason = unexpandable(&self.compiled.model, *reason);
                 quote! {
                     const SERIES: #private::Expansion = #private::Expansion::None { reason: #reason };
                 }
-            }
-        }
-    }
-
-    fn no_series(&self, reason: Unexpandable) -> String {
-        match reason {
-            Unexpandable::Redundant => "its constraints repeat each other, so that λ is not unique".to_owned(),
-            Unexpandable::Friction => "its forces depend on reactions".to_owned(),
-            Unexpandable::Singular(_) => "its mass matrix is singular".to_owned(),
-            Unexpandable::TooLarge(operations) => format!("each coefficient takes {operations} operations"),
-            Unexpandable::Smooth(function) => {
-                let function = self.compiled.model.functions.get(function.0 as usize);
-                let name = function.map_or("a function", |f| &f.name);
-                format!("`{name}` is known by its value and three derivatives only")
             }
         }
     }

@@ -53,18 +53,21 @@ impl Emission<'_> {
         let (f5, momenta) = self.method(&programs.momenta, "momenta", &vector, to_vector);
         let (f6, energy) = self.method(&programs.energy_function, "energy_function", &f64, |r| r[0].clone());
         let (f7, conserved) = self.writing(&programs.conserved, "conserved");
+        let (f8, rates) = self.momentum_rates();
         let (parameter, derivatives, series) = (self.parameter(), self.derivatives(), self.series());
         let operations = self.operations();
-        let (f8, kinks) = self.kinks();
+        let (f9, kinks) = self.kinks();
+        let velocities = self.compiled.equations.has_velocity_forces(self.access.graph);
         quote! {
             use #private::{Model, Result, Result::{Ok, Err}};
-            #f1 #f2 #f3 #f4 #f5 #f6 #f7 #f8
+            #f1 #f2 #f3 #f4 #f5 #f6 #f7 #f8 #f9
             impl #private::Dynamics for #model {
                 type Constants = [#f64; #count];
                 #quantities
                 const CONSERVED: &'static [#private::Quantity] = #names;
                 #operations
-                #parameter #constants #accelerations #derivatives #mass #force #momenta #energy #conserved #kinks #series
+                const VELOCITY_FORCES: #private::bool = #velocities;
+                #parameter #constants #accelerations #derivatives #mass #force #momenta #rates #energy #conserved #kinks #series
             }
         }
     }
@@ -77,6 +80,18 @@ impl Emission<'_> {
         }
         let count = program.cost.total();
         quote!(const OPERATIONS: #private::Option<#private::usize> = #private::Option::Some(#count);)
+    }
+
+    /// `fn momentum_rates`, where methods in canonical variables have a use for it.
+    fn momentum_rates(&self) -> (TokenStream, TokenStream) {
+        let Some(program) = &self.compiled.programs.momentum_rates else {
+            return (TokenStream::new(), TokenStream::new());
+        };
+        let private = &self.private;
+        self.method(program, "momentum_rates", &quote!(#private::Option<<Self as Model>::Vector>), |r| {
+            let rates = self.vector(r);
+            quote!(#private::Option::Some(#rates))
+        })
     }
 
     /// `fn parameter`: the scalars by index, for what names them.

@@ -1,0 +1,126 @@
+//! EnergyMidpoint: the midpoint rule with Gonzalez's discrete gradient: energy to rounding.
+//!
+//! * **Problem**: long motions of conservative systems at large steps, where energy has to be kept exactly: as a bound on the motion, for instance, that no
+//!   step may break.
+//! * **Formula**: q₁ = q₀ + h ū, u₁ = u₀ + h (a(q̄, ū) + β ū), ū = (u₀ + u₁)/2, q̄ = (q₀ + q₁)/2, with β such that E(q₁, u₁) = E(q₀, u₀). While M is constant
+//!   and a = −M⁻¹∇V, this is the discrete gradient ∇V(q̄) + (ΔV − ∇V(q̄)·Δq)/(ΔqᵀMΔq) MΔq. β is O(h²): the rule is of order 2.
+//! * **Order** 2; no error estimate, hence a fixed step.
+//! * **Structure**: keeps E to rounding, symmetric and reversible; not symplectic, and it keeps no momenta. Systems that do not tell their energy
+//!   ([`System::energy`]) get the midpoint rule.
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]).
+//! * **Stability**: energy bounds the motion; the iterations converge to about hω = 2, beyond the step is refused.
+//! * **Cost**: 1 evaluation of q̈ and 1 of E per iteration, 5 to 20 iterations a step, and 1 of q̈ at its end.
+//! * **Source**: Gonzalez, J. Nonlinear Sci. 6 (1996) 449; Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §V.5.
+
+use super::fixed_point::{Course, FixedPoint, share};
+use super::tableau::zip;
+use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, System, Tolerances};
+use crate::model::Vector;
+
+/// Below this part of the energy's size, motion is too slow to take up what is missing of it: at turning points, where the rule itself errs least.
+const SLOW: f64 = 1e-13;
+
+/// The midpoint rule that keeps the energy, order 2.
+#[derive(Clone, Copy, Debug)]
+pub struct EnergyMidpoint<V> {
+    k: [Phase<V>; 2],
+    solved: bool,
+}
+
+impl<V: Vector> EnergyMidpoint<V> {
+    /// The end of the step whose velocities change by h (a + β ū), with the middle of both.
+    fn end(start: &Phase<V>, h: f64, a: &V, middle: &V, beta: f64) -> Phase<V> {
+        let mut end = *start;
+        for l in 0..V::LEN {
+            end.u[l] = start.u[l] + h * (a[l] + beta * middle[l]);
+            end.q[l] = start.q[l] + 0.5 * h * (start.u[l] + end.u[l]);
+        }
+        end
+    }
+}
+
+impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
+    const METHOD: Method = Method::EnergyMidpoint;
+    const ORDER: u32 = 2;
+    const ERROR_ORDER: u32 = 2;
+    const CONTROL: Option<ControllerSettings> = None;
+    const WEIGHTS: &'static [f64] = &[];
+    const STABILITY_BORDER: f64 = f64::INFINITY;
+    const SCAN: usize = 4;
+    type Dense = Hermite<V>;
+
+    fn new() -> Self {
+        Self { k: [Phase::zeros(); 2], solved: true }
+    }
+
+    fn attempt<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        _: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        self.k[0] = start.derivative();
+        let (y0, middle_t) = (&start.y, start.t + 0.5 * h);
+        let energy = system.energy(start.t, y0);
+        // Positions follow from velocities, here as in every iteration: where velocities stand, all stands.
+        let mut end = Self::end(y0, h, &start.a, &y0.u, 0.0);
+        let (mut beta, mut course) = (0.0, FixedPoint::new());
+        loop {
+            let middle = zip(y0, &end, |a, b| 0.5 * (a + b));
+            let a = system.accelerations(middle_t, &middle.q, &middle.u)?;
+            self.k[1] = Phase { q: middle.u, u: a };
+            if let Some(energy) = energy {
+                let missing = |end: &Phase<V>, system: &mut S| {
+                    system.energy(start.t + h, end).map_or(0.0, |there| energy - there)
+                };
+                let rest = Phase { q: middle.q, u: V::zeros() };
+                let at = |y: &Phase<V>, system: &mut S| system.energy(middle_t, y).unwrap_or(energy);
+                // T of the middle: E is quadratic in u.
+                let motion = at(&middle, system) - at(&rest, system);
+                if motion.abs() > SLOW * energy.abs() {
+                    beta += missing(&Self::end(y0, h, &a, &middle.u, beta), system) / (2.0 * h * motion);
+                }
+            }
+            let new = Self::end(y0, h, &a, &middle.u, beta);
+            let values = (0..V::LEN).map(|l| (end.u[l], new.u[l], y0.u[l]));
+            let next = course.after(share(values));
+            end = new;
+            // What is not finite makes an end that is not, and that is what is said then.
+            self.solved = next != Course::Lost || !end.is_finite();
+            if next != Course::Again || !end.is_finite() {
+                return Ok((end, 0.0));
+            }
+        }
+    }
+
+    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
+        system.accelerations(end_t, &end.q, &end.u)
+    }
+
+    fn dense<S: System<V>>(
+        &mut self,
+        _: &mut S,
+        start: &Knot<V>,
+        end: &Knot<V>,
+        h: f64,
+    ) -> Result<Hermite<V>, S::Error> {
+        Ok(Hermite::new(start.y, &start.a, &end.y, &end.a, h))
+    }
+
+    fn stages(&self) -> &[Phase<V>] {
+        &self.k
+    }
+
+    fn error_vector(&self) -> Phase<V> {
+        Phase::zeros()
+    }
+
+    fn converged(&self) -> bool {
+        self.solved
+    }
+
+    fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+        None
+    }
+}

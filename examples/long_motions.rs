@@ -1,0 +1,84 @@
+//! A million revolutions: q̈ = −μ q/|q|³ with steps of fixed size.
+//!
+//! Methods that preserve the structure of the motion make energy errors that stay where they are; with RK4 they grow with every revolution, until the
+//! orbit is another one. What the errors are is a matter of order and step: the higher order pays as long as the steps are short.
+
+mod common;
+
+use dynamics::prelude::*;
+
+/// Two bodies that attract each other: the motion of one about the other.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+pub struct Kepler {
+    /// Gravitational parameter.
+    pub mu: f64,
+}
+
+#[dynamics]
+impl Kepler {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn gravitation(&self, q: &Coordinates<Self>) -> Expr {
+        -self.mu / vec2(q.x, q.y).norm()
+    }
+}
+
+/// Largest |E − E₀|/|E₀| in each decade of revolutions.
+type Errors = Vec<(f64, f64)>;
+
+/// So many revolutions with so many steps each, and a little, so that every phase is met.
+fn errors(
+    model: &Kepler,
+    method: &methods::Any<Kepler>,
+    steps: f64,
+    revolutions: f64,
+) -> Result<Errors, Box<dyn std::error::Error>> {
+    let start = model.state().x(0.8).y_rate(1.5f64.sqrt()).build()?;
+    let (energy, turn) = (model.energy_function(&start), std::f64::consts::TAU);
+    let mut found: Errors = Vec::new();
+    let mut limit = 10.0;
+    let mut worst = 0.0f64;
+    let run = model.simulate(start).until(turn * revolutions).fixed_step(turn / (steps + 0.618)).method(method);
+    run.max_steps(u64::MAX).run_with(|state| {
+        if state.t > turn * limit {
+            found.push((limit, std::mem::take(&mut worst)));
+            limit *= 10.0;
+        }
+        worst = worst.max(((model.energy_function(state) - energy) / energy).abs());
+    })?;
+    found.push((limit, worst));
+    Ok(found)
+}
+
+fn main() -> common::Outcome {
+    let model = Kepler { mu: 1.0 };
+    let revolutions = 1e6;
+    let mut panel = Panel::new(Axis::log("revolutions"), Axis::log("energy error"));
+    for (method, steps) in [
+        (methods::Any::from(methods::Rk4), 96.0),
+        (methods::StormerVerlet.into(), 96.0),
+        (methods::Composition4.into(), 20.0),
+        (methods::Composition6.into(), 16.0),
+        (methods::Composition8.into(), 16.0),
+        (methods::Gauss6.into(), 12.0),
+    ] {
+        let found = errors(&model, &method, steps, revolutions)?;
+        let text: Vec<String> = found.iter().map(|(_, error)| format!("{error:.2e}")).collect();
+        println!("{:28} {steps:3} steps a revolution: {}", method.to_string(), text.join("  "));
+        let (first, last) = (found[0].1, found[found.len() - 1].1);
+        if method.method() == Method::Rk4 {
+            assert!(last > 1e3 * first, "RK4 loses the orbit: {first:e} to {last:e}");
+        } else {
+            assert!(last < 1.1 * first, "{method} keeps its energy error: {first:e} to {last:e}");
+        }
+        panel = panel.line(method.to_string(), found);
+    }
+    let mut files = common::Files::of("long_motions");
+    Chart::new("Energy error of a Kepler orbit, e = 0.2").panel(panel).write_svg(files.path("long_motions.svg"))?;
+    files.list();
+    Ok(())
+}
