@@ -210,6 +210,39 @@ fn a_branch_that_changes_within_a_step_is_not_passed() {
     }
 }
 
+/// A ball above an elastic floor, Hertz's law.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Hertz {
+    stiffness: f64,
+}
+
+#[dynamics]
+impl Hertz {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        9.81 * q.x
+    }
+    #[force]
+    fn floor(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, self.stiffness * (-q.x).max(0.0).powf(1.5))
+    }
+}
+
+/// A power of what stays zero is zero: out of contact the series is that of the fall.
+#[test]
+fn what_stays_zero_has_powers() {
+    let model = Hertz { stiffness: 1e4 };
+    let start = model.state().x(0.5).build().unwrap();
+    let motion = model.simulate(start).until(0.3).tolerance(1e-12).method(TAYLOR).run().unwrap();
+    let error = (motion.end().x() - (0.5 - 0.5 * 9.81 * 0.09)).abs();
+    assert!(error < 1e-13, "{error:e}");
+}
+
 #[test]
 fn time_and_held_inputs_are_expanded_laws_are_refused() {
     let model = Driven { mass: 1.0, stiffness: 4.0, omega: 1.3 };

@@ -261,6 +261,63 @@ fn singular_positions_are_passed_or_named() {
     }
 }
 
+/// A parallelogram of three bars by their angles, its ground as long as its coupler: folded flat it could go on as an antiparallelogram.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(crank, coupler, rocker)]
+struct Parallelogram {
+    inertia: f64,
+    weight: f64,
+}
+
+#[dynamics]
+impl Parallelogram {
+    fn along(&self, length: f64, angle: Expr) -> Vec2 {
+        length * vec2(angle.cos(), angle.sin())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.inertia * (q.crank.dt().powi(2) + q.coupler.dt().powi(2) + q.rocker.dt().powi(2))
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.weight * (q.crank.sin() + q.rocker.sin())
+    }
+    #[holonomic]
+    fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.along(1.0, q.crank) + self.along(2.0, q.coupler) - self.along(1.0, q.rocker) - vec2(2.0, 0.0)
+    }
+}
+
+/// On its branch the coupler stays along the ground, and the crank is a pendulum: I θ̈ = −w cos θ.
+#[test]
+fn change_points_are_passed_on_the_branch_or_named() {
+    let model = Parallelogram { inertia: 0.3, weight: 1.0 };
+    let mut passed = 0;
+    for k in 0..12 {
+        let rate = 5.0 + 0.37 * f64::from(k);
+        let start = model.state().crank(0.8).rocker(0.8).crank_rate(rate).rocker_rate(rate).build().unwrap();
+        for tolerance in [1e-6, 1e-9, 1e-12] {
+            let Ok(motion) = model
+                .simulate(start)
+                .until(4.0)
+                .tolerance(tolerance)
+                .method(TAYLOR)
+                .run()
+                .inspect_err(|error| assert!(error.to_string().contains("closure"), "{k} {tolerance:e}: {error}"))
+            else {
+                continue;
+            };
+            let end = motion.end();
+            let energy = |s: &State<Parallelogram>| model.energy_function(s);
+            let off = [end.coupler(), end.crank() - end.rocker(), energy(&end) - energy(&start)];
+            let worst = off.into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            assert!(worst < 1e3 * tolerance + 1e-9, "{k} {tolerance:e}: {off:?}\n{}", motion.summary());
+            passed += 1;
+        }
+    }
+    assert!(passed > 30, "{passed}");
+}
+
 #[test]
 fn what_has_no_series_is_refused_with_a_reason() {
     let start = BOB.state().x(1.0).build().unwrap();

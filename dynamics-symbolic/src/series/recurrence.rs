@@ -310,14 +310,34 @@ impl<'a> Expansion<'a> {
         let rest = self.order.sub(of_s, inner);
         let twice = self.base.add(id, id);
         let reciprocal = self.kept_reciprocal(twice);
-        Ok(self.order.mul_as_is(rest, reciprocal))
+        let coefficient = self.order.mul_as_is(rest, reciprocal);
+        self.at_rest(s, coefficient)
     }
 
     /// aᵖ for a constant p, given at order 0.
     fn power(&mut self, id: NodeId, a: NodeId, p: NodeId) -> Result<NodeId, Unexpandable> {
         let grown = self.integral(id, a)?;
         let grown = self.order.mul_as_is(p, grown);
-        Ok(self.divided_integral(id, grown, a))
+        let coefficient = self.divided_integral(id, grown, a);
+        self.at_rest(a, coefficient)
+    }
+
+    /// 0, where `a` may be on a branch on which it is 0 and stays 0: max(−x, 0)^1.5 out of contact. Where it is 0 and does not stay so, there is no
+    /// series, and what divides by it is not finite.
+    fn at_rest(&mut self, a: NodeId, coefficient: NodeId) -> Result<NodeId, Unexpandable> {
+        if !self.base.cone(&[a]).into_iter().any(|id| self.is_choice(id)) {
+            return Ok(coefficient);
+        }
+        let (of_a, a0, zero) = (self.coefficient(a)?, self.kept(a), self.order.zero());
+        let rest = self.order.select(Comparison::Equal, of_a, zero, zero, coefficient);
+        Ok(self.order.select(Comparison::Equal, a0, zero, rest, coefficient))
+    }
+
+    fn is_choice(&self, id: NodeId) -> bool {
+        matches!(
+            self.base.node(id),
+            Node::Select { .. } | Node::Unary(Unary::Abs, _) | Node::Binary(Binary::Min | Binary::Max, ..)
+        )
     }
 
     fn unary(&mut self, f: Unary, id: NodeId, a: NodeId) -> Result<NodeId, Unexpandable> {
