@@ -252,6 +252,30 @@ fn models_that_do_not_suit_are_refused_with_the_way_out() {
     refused(&skate, start, methods::Rattle, "nonholonomic constraints; use methods::Dop853");
 }
 
+/// Neither steps on constraints nor those in canonical variables allocate: a run without a record allocates as often, however long it is.
+#[test]
+fn steps_of_derived_models_do_not_allocate() {
+    fn check<M: Simulate>(model: &M, start: M::State, method: impl Into<methods::Any<M>>) {
+        let method = method.into();
+        let observed = |end: f64| {
+            let mut states = 0_u64;
+            let simulation = model.simulate(start).until(end).fixed_step(0.01).method(&method);
+            let info = allocation_counter::measure(|| {
+                simulation.run_with(|_| states += 1).unwrap();
+            });
+            (states, info.count_total)
+        };
+        let ((few, short), (many, long)) = (observed(0.5), observed(10.0));
+        assert!(many > 10 * few);
+        assert_eq!(short, long, "{method}");
+    }
+    let bob = Bob { m: 2.0, l: 1.5, g: 9.81 };
+    check(&bob, bob.state().x(1.5).y_rate(1.2).build().unwrap(), methods::Rattle);
+    let start = PENDULUM.state().theta1(1.2).theta2(-0.6).build().unwrap();
+    check(&PENDULUM, start, methods::Gauss6);
+    check(&PENDULUM, start, methods::EnergyMidpoint);
+}
+
 /// A step so long that its end cannot be put onto the constraints is an error.
 #[test]
 fn rattle_refuses_steps_that_leave_the_constraints() {

@@ -272,6 +272,17 @@ fn symmetric_methods_return() {
 /// Equations of a step that have no solution that the iterations find are an error, never a wrong end.
 #[test]
 fn steps_that_are_too_long_are_refused() {
+    fn made<S: Scheme<V>>(h: f64) {
+        let mut stiff = OfPositions(|_: f64, q: &V| Ok::<V, Infallible>(-100.0 * q));
+        let start = Phase { q: V::new(1.0, 0.5), u: V::zeros() };
+        let end = go::<S, _>(&mut stiff, start, h, 10.0 * h, |_| {});
+        // Nothing is damped and nothing grows.
+        let size = |y: &Phase<V>| 100.0 * y.q.norm_squared() + y.u.norm_squared();
+        assert!((size(&end) / size(&start) - 1.0).abs() < 1e-11, "{}: {}", S::METHOD, size(&end) / size(&start));
+    }
+    made::<Gauss4<V>>(0.25);
+    made::<Gauss6<V>>(0.3);
+    made::<EnergyMidpoint<V>>(0.1);
     fn refused<S: Scheme<V>>(h: f64) {
         let mut stiff = OfPositions(|_: f64, q: &V| Ok::<V, Infallible>(-100.0 * q));
         let start = Phase { q: V::new(1.0, 0.5), u: V::zeros() };
@@ -280,9 +291,9 @@ fn steps_that_are_too_long_are_refused() {
         assert!(matches!(error, StepError::NotSolved { .. }), "{}: {error:?}", S::METHOD);
         assert_eq!(stepper.now().t, 0.0);
     }
-    refused::<Gauss4<V>>(1.0);
-    refused::<Gauss6<V>>(1.0);
-    refused::<EnergyMidpoint<V>>(1.0);
+    refused::<Gauss4<V>>(0.4);
+    refused::<Gauss6<V>>(0.5);
+    refused::<EnergyMidpoint<V>>(0.21);
 }
 
 /// What would run and keep nothing is refused by simulations, with the way out.
@@ -322,4 +333,24 @@ fn steps_do_not_allocate() {
     assert_eq!(run::<Composition8<V>, _>(&mut kepler, pericentre(0.2)), 0);
     assert_eq!(run::<EnergyMidpoint<V>, _>(&mut polar, Polar::start(0.2)), 0);
     assert_eq!(run::<Gauss6<V>, _>(&mut polar, Polar::start(0.2)), 1);
+}
+
+/// Iterations start from the polynomial of the step before: what the headers say of their number.
+#[test]
+fn iterations_are_few() {
+    fn per_step<S: Scheme<V>>(h: f64) -> f64 {
+        let mut evaluations = 0_u64;
+        let mut kepler = OfPositions(|t: f64, q: &V| {
+            evaluations += 1;
+            attraction(t, q)
+        });
+        let mut steps = 0_u32;
+        go::<S, _>(&mut kepler, pericentre(0.3), h, 100.0, |_| steps += 1);
+        evaluations as f64 / f64::from(steps)
+    }
+    for (h, four, six, midpoint) in [(0.05, 12.0, 16.0, 9.0), (0.3, 22.0, 28.0, 17.0)] {
+        let found = (per_step::<Gauss4<V>>(h), per_step::<Gauss6<V>>(h), per_step::<EnergyMidpoint<V>>(h));
+        println!("evaluations per step of {h}: {found:?}");
+        assert!(found.0 < four && found.1 < six && found.2 < midpoint, "{found:?}");
+    }
 }

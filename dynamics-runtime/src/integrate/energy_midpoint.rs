@@ -8,8 +8,8 @@
 //! * **Structure**: keeps E to rounding, symmetric and reversible; not symplectic, and it keeps no momenta. Systems that do not tell their energy
 //!   ([`System::energy`]) get the midpoint rule.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]).
-//! * **Stability**: energy bounds the motion; the iterations converge to about hω = 2, beyond the step is refused.
-//! * **Cost**: 1 evaluation of q̈ and 1 of E per iteration, 5 to 20 iterations a step, and 1 of q̈ at its end.
+//! * **Stability**: energy bounds the motion; the iterations converge to hω = 1, and from hω = 2 on the step is refused.
+//! * **Cost**: 1 evaluation of q̈ and 1 of E per iteration, 6 to 15 iterations a step, and 1 of q̈ at its end.
 //! * **Source**: Gonzalez, J. Nonlinear Sci. 6 (1996) 449; Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §V.5.
 
 use super::fixed_point::{Course, FixedPoint, share};

@@ -11,9 +11,9 @@
 //!   1/h, and momenta, linear ones and those quadratic in (q, p), are kept to rounding. In (q, u) with M(q) it is symmetric, no more, which keeps
 //!   energy for reversible motions far from chaos.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]), of order 4 at least in u: better than the collocation polynomial's.
-//! * **Stability**: A-stable; it damps nothing, and what is faster than the step is not solved for: the iterations converge to about hω = 2 and
-//!   3. Beyond, the step is refused.
-//! * **Cost**: 2 or 3 evaluations of q̈ (or of p and ṗ) per iteration, 4 to 12 iterations a step, and 1 of q̈ at its end.
+//! * **Stability**: A-stable; it damps nothing, and what is faster than the step is not solved for: the iterations converge to hω = 2.5 and
+//!   3. Far beyond, the step is refused.
+//! * **Cost**: 2 or 3 evaluations of q̈ (or of p and ṗ) per iteration, 4 to 10 iterations a step, and 1 of q̈ at its end.
 //! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §II.1.3, §VI.4, §VIII.6; Butcher, Math. Comp. 18 (1964) 50.
 
 use super::fixed_point::{Course, FixedPoint, share};
