@@ -113,3 +113,18 @@ fn macros_are_pure_functions_of_their_tokens() {
         );
     }
 }
+
+#[test]
+fn every_method_runs_without_an_allocator() {
+    let methods = include_str!("../dynamics-runtime/src/methods.rs");
+    // The documentation of a method names its scheme.
+    let schemes = methods.split("[`integrate::").skip(1).filter_map(|rest| rest.split("`]").next());
+    let mut schemes: Vec<&str> = schemes.collect();
+    schemes.sort_unstable();
+    schemes.dedup();
+    assert!(schemes.len() >= 15, "{schemes:?}");
+    let proof = code(include_str!("no_std/src/lib.rs"));
+    for scheme in schemes {
+        assert!(proof.contains(&format!("{scheme}<")), "tests/no_std does not link `{scheme}`");
+    }
+}
