@@ -8,6 +8,7 @@
 
 mod change;
 mod conditioning;
+mod doubts;
 mod drift;
 mod driver;
 mod error;
@@ -35,6 +36,7 @@ mod zeno;
 pub use crate::integrate::{Direction, Method};
 pub use change::{Change, ChangeError, Impact};
 pub use conditioning::{Conditioning, Nearest};
+pub use doubts::{BelowRounding, Doubts};
 pub use drift::ConstraintDrift;
 pub(crate) use driver::AnyDriver;
 pub(crate) use error::suggest;

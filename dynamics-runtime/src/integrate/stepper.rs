@@ -349,6 +349,27 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         scheme.dense(system, &start, &step.end, step.h)
     }
 
+    /// The end of a step with this start, size and upkeep, settled; `None` where its equations are not solved.
+    pub fn end_of<Y: System<V>>(
+        scheme: &mut S,
+        system: &mut Y,
+        step: &Step<V>,
+        tolerances: &Tolerances,
+    ) -> Result<Option<Phase<V>>, Y::Error> {
+        let mut start = step.start;
+        system.hold_stages(step.kept.stages, tolerances);
+        system.hold_branches(&mut start, step.h, step.kept.branches)?;
+        system.attempting(&mut start, step.h)?;
+        let (mut end, _) = scheme.attempt(system, &start, step.h, tolerances)?;
+        if !scheme.converged() || !end.is_finite() {
+            return Ok(None);
+        }
+        if system.settles() {
+            system.settle(start.t + step.h, &mut end, tolerances)?;
+        }
+        Ok(Some(end))
+    }
+
     /// Lets the method say how long the next step is.
     #[inline(always)]
     fn propose<Y: System<V>>(&mut self, system: &mut Y, limit: f64) {

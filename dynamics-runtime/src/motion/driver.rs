@@ -8,7 +8,7 @@ use super::query::Motion;
 use super::record::Counts;
 use super::run::{Ended, Halt, Plan, Sink, run};
 use super::simulate::Simulate;
-use crate::integrate::{Dense, Method, Scheme, Step, Stepper, Tolerances};
+use crate::integrate::{Dense, Method, Phase, Scheme, Step, Stepper, Tolerances};
 use crate::methods::{Choice, Suits};
 use crate::model::Model;
 
@@ -34,6 +34,15 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<Interpolant<M::Vector>>
+    where
+        M: Simulate;
+    /// Where the step with this start, size and upkeep ends; `None` where that fails.
+    fn follow(
+        &self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<Phase<M::Vector>>
     where
         M: Simulate;
     /// Adds the work done during the step that leaves a record; false where it cannot be made again.
@@ -79,6 +88,18 @@ impl<M: Model, C: Choice> Driver<M> for C {
     {
         let dense = Stepper::again(&mut self.scheme::<M::Vector>(), plant, step, tolerances).ok()?;
         Some(Box::new(dense))
+    }
+
+    fn follow(
+        &self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<Phase<M::Vector>>
+    where
+        M: Simulate,
+    {
+        Stepper::end_of(&mut self.scheme::<M::Vector>(), plant, step, tolerances).ok().flatten()
     }
 
     fn meter(&self, motion: &Motion<'_, M>, index: usize, work: &mut [f64]) -> bool

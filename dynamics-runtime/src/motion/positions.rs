@@ -51,6 +51,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             usual: None,
             consistent: true,
             error: None,
+            fixed: false,
         };
         Self::new(model, constants, None, trajectory)
     }

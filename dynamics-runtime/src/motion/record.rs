@@ -115,6 +115,8 @@ pub(crate) struct Trajectory<M: Model> {
     pub(crate) relay: Option<(f64, AnyDriver<M>)>,
     pub(crate) reason: String,
     pub(crate) tolerances: Tolerances,
+    /// Its steps were as long as was asked for, and not as long as the tolerances permit.
+    pub(crate) fixed: bool,
     /// In the order of the motion; never empty.
     pub(crate) records: Vec<Record<M>>,
     pub(crate) output_times: Option<Vec<f64>>,

@@ -399,6 +399,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             usual,
             consistent: self.consistent,
             error: None,
+            fixed: checked.options.fixed.is_some(),
         };
         drop(plan);
         Ok((Ran { model: self.model, constants, law, trajectory, second }, result))

@@ -7,6 +7,7 @@ use core::fmt;
 use core::time::Duration;
 
 use super::conditioning::{Conditioning, Nearest};
+use super::doubts::Doubts;
 use super::drift::ConstraintDrift;
 use super::estimate::GlobalError;
 use super::formulation::Formulation;
@@ -89,11 +90,13 @@ pub struct Summary {
     pub error: Option<GlobalError>,
     /// When the motion was first found to slide along a place where accelerations jump: they lead to it from both sides.
     pub slides_at: Option<f64>,
+    /// What makes its accuracy doubtful.
+    pub doubts: Doubts,
 }
 
 impl<M: Simulate> Motion<'_, M> {
-    /// Method, costs, drift, conditioning and events. Computes energies, works and condition numbers along the motion, so it costs about as
-    /// much as the run.
+    /// Method, costs, drift, conditioning and events. Computes energies, works, condition numbers and a neighbour of the motion, so it costs about twice
+    /// as much as the run.
     #[must_use]
     pub fn summary(&self) -> Summary {
         let history = self.energy_history();
@@ -138,6 +141,7 @@ impl<M: Simulate> Motion<'_, M> {
             stiff_at: counts.stiff_at,
             error: self.global_error().cloned(),
             slides_at: counts.slides_at,
+            doubts: self.doubts(worst, history.scale),
         }
     }
 
@@ -254,6 +258,7 @@ impl Summary {
                 Rounded(t)
             )?;
         }
+        self.doubts.write(f, self.error.is_some())?;
         Ok(())
     }
 

@@ -1,0 +1,115 @@
+//! What the summary doubts by itself, beside what is true.
+
+mod common;
+
+use common::*;
+use dynamics_runtime::methods::{self, Any};
+use dynamics_runtime::motion::{Motion, Simulate};
+
+/// The rough measure beside the estimate by a second run: both in permitted errors.
+fn rough_and_measured<M: Simulate>(motion: &Motion<'_, M>) -> [f64; 2] {
+    let measured = motion.global_error().unwrap().ratio.unwrap();
+    let summary = motion.summary();
+    assert!(!summary.to_string().contains("add up and grow"), "what is measured is not guessed: {summary}");
+    [summary.doubts.amplified.unwrap(), measured]
+}
+
+/// Steps make smaller errors than are permitted, by what depends on method and problem.
+#[test]
+fn errors_beyond_the_tolerance_are_foreseen() {
+    let pendulum_start = at_rest_or_not([2.0 * std::f64::consts::PI / 3.0, -std::f64::consts::PI / 18.0], [0.0, 0.0]);
+    let orbit = at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()]);
+    let mut rows = Vec::new();
+    for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
+        let chaotic: [Any<DoublePendulum>; 3] =
+            [methods::DormandPrince5.into(), methods::Verner9.into(), methods::Tsit5.into()];
+        for method in &chaotic {
+            let simulation = DoublePendulum::UNIT.simulate(pendulum_start).until(10.0).method(method);
+            let motion = simulation.tolerance(tolerance).estimate_error().run().unwrap();
+            rows.push((format!("double pendulum {method} {tolerance:e}"), rough_and_measured(&motion)));
+        }
+        let regular: [Any<Kepler>; 3] =
+            [methods::DormandPrince5.into(), methods::Dop853.into(), methods::Verner9.into()];
+        for method in &regular {
+            let simulation = Kepler.simulate(orbit).until(50.0).method(method);
+            let motion = simulation.tolerance(tolerance).estimate_error().run().unwrap();
+            rows.push((format!("Kepler {method} {tolerance:e}"), rough_and_measured(&motion)));
+        }
+    }
+    for (name, [rough, measured]) in &rows {
+        println!("{name}: {rough:.1e} foreseen, {measured:.1e} measured");
+    }
+    for (name, [rough, measured]) in rows {
+        assert!(rough > measured, "{name}: {rough:e} foreseen, {measured:e} measured");
+        assert!(rough < 3000.0 * measured, "{name}: {rough:e} foreseen, {measured:e} measured");
+    }
+}
+
+#[test]
+fn motions_that_keep_their_accuracy_raise_no_doubts() {
+    for tolerance in [1e-4, 1e-8, 1e-12] {
+        let oscillator = Oscillator { omega: 2.0 };
+        let motion = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(30.0).tolerance(tolerance).run().unwrap();
+        let summary = motion.summary();
+        assert!(!summary.to_string().contains("warning"), "{summary}");
+        // Errors of an oscillator add up, and no more.
+        let amplified = summary.doubts.amplified.unwrap();
+        assert!(amplified < 3.0 * summary.steps as f64, "{amplified} {summary}");
+        assert!(amplified > 0.3 * summary.steps as f64, "{amplified} {summary}");
+    }
+    // What forgets its errors keeps those of a few steps.
+    let damped = Closure(|_, q, u| -q - 2.0 * u);
+    let motion = damped.simulate(at_rest_or_not([1.0], [0.0])).until(50.0).max_step(0.1).run().unwrap();
+    let summary = motion.summary();
+    assert!(summary.steps >= 500 && summary.doubts.amplified.unwrap() < 40.0, "{summary}");
+}
+
+/// Up the separatrix of a pendulum: e²⁰ = 5e8 within the run.
+#[test]
+fn growth_by_the_motion_is_found() {
+    let upright = Closure(|_, q, _| q.sin());
+    let start = at_rest_or_not([2.0], [-2.0 * 1f64.sin()]);
+    let motion = upright.simulate(start).until(20.0).tolerance(1e-10).run().unwrap();
+    let error = (motion.end().q[0] - 4.0 * (0.5f64.tan() * (-20f64).exp()).atan()).abs();
+    assert!(error > 1e3 * 1e-10, "{error:e}");
+    let summary = motion.summary();
+    assert!(summary.to_string().contains("errors of steps add up and grow"), "{summary}");
+    let foreseen = 1e-10 * summary.doubts.amplified.unwrap();
+    assert!(foreseen > error, "{foreseen:e} {error:e}");
+}
+
+/// What grows and dies within steps says nothing: where motions are stiff nothing is foreseen.
+#[test]
+fn stiff_motions_raise_no_false_alarm() {
+    let stiff = Closure(|t, q, u| -1e8 * (q - t.cos()) - 2e4 * u);
+    for method in [None, Some(Any::from(methods::Radau5))] {
+        let simulation = stiff.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).tolerance(1e-6);
+        let simulation = if let Some(method) = &method { simulation.method(method) } else { simulation };
+        let summary = simulation.run().unwrap().summary();
+        assert!(summary.doubts.amplified.is_none() && !summary.to_string().contains("add up"), "{summary}");
+    }
+}
+
+#[test]
+fn tolerances_below_rounding_are_named() {
+    let far = Closure(|_, q, _| 1e6 - q);
+    let start = at_rest_or_not([1e6 + 1.0], [0.0]);
+    let run = |absolute: f64| far.simulate(start).until(5.0).tolerances(absolute, 0.0).max_steps(20_000).run();
+    let summary = run(1e-9).unwrap().summary();
+    let found = summary.doubts.below_rounding.unwrap();
+    assert_eq!((found.name, found.rate, found.permitted), ("x", false, 1e-9));
+    assert!(summary.to_string().contains("tolerance below rounding: 1.0e-9 permitted of x = 1000001"), "{summary}");
+    let plain = run(1e-8).unwrap().summary();
+    assert!(plain.doubts.below_rounding.is_none(), "{plain}");
+}
+
+#[test]
+fn fixed_steps_that_lose_the_energy_are_too_long() {
+    let oscillator = Oscillator { omega: 2.0 };
+    let run = |h: f64| oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(100.0).fixed_step(h).run().unwrap();
+    let summary = run(0.4).summary();
+    assert!(summary.energy_drift > 0.1 && summary.to_string().contains("shorten the fixed step"), "{summary}");
+    let summary = run(0.05).summary();
+    assert!(summary.energy_drift < 1e-3 && !summary.to_string().contains("warning"), "{summary}");
+    assert_eq!((summary.doubts.amplified, summary.doubts.below_rounding), (None, None));
+}

@@ -1,0 +1,64 @@
+//! Errors that the motion lets grow.
+
+use dynamics::methods::{self, Any};
+use dynamics::prelude::*;
+
+use crate::charts;
+use crate::models::kepler::Kepler;
+use crate::models::*;
+
+/// Every digit of the tolerance is used up in the same time: about 3 s for this pendulum, whatever the method.
+#[test]
+fn chaos_uses_up_digits_of_the_tolerance_one_by_one() {
+    let mut panel = Panel::new(Axis::new("time in s"), Axis::log("error in parts of the motion"));
+    let mut lost = Vec::new();
+    // Drawn as long as the curve is the same on every machine.
+    for (tolerance, drawn) in [(1e-5, 10.0), (1e-8, 15.0), (1e-11, 22.0)] {
+        let run = CHAOTIC.simulate(chaotic_start()).until(40.0).tolerance(tolerance);
+        let motion = run.method(methods::Dop853).estimate_error().run().unwrap();
+        let estimate = motion.global_error().unwrap();
+        let doubling = estimate.doubling_time.unwrap();
+        assert!((0.5..1.3).contains(&doubling), "{estimate}");
+        let end = estimate.lost_at.unwrap();
+        assert!(motion.summary().to_string().contains("nothing later can be trusted"), "{}", motion.summary());
+        assert!(end > drawn, "{estimate}");
+        lost.push(end);
+        let until = estimate.history.iter().copied().filter(|(t, _)| *t <= drawn).collect::<Vec<_>>();
+        panel = panel.line(format!("tolerance {tolerance:e}"), charts::envelope(&until, 40));
+        // A run without estimate warns, too.
+        let plain = CHAOTIC.simulate(chaotic_start()).until(40.0).tolerance(tolerance).run().unwrap().summary();
+        assert!(plain.to_string().contains("errors of steps add up and grow"), "{plain}");
+    }
+    println!("lost at {lost:.1?}");
+    // Six digits, at ln 10/0.9 each or so.
+    assert!(lost[0] < lost[1] && (6.0..20.0).contains(&(lost[2] - lost[0])), "{lost:?}");
+    charts::is_current("chaos", &Chart::new("A double pendulum by DOP853: error against time").panel(panel));
+}
+
+/// The nearer the encounter, the more every error before it is amplified by it.
+#[test]
+fn close_encounters_amplify_errors() {
+    let list: [Any<Kepler>; 3] = [methods::DormandPrince5.into(), methods::Dop853.into(), methods::Verner9.into()];
+    let distances = [0.5, 0.1, 0.01, 0.001];
+    let mut panel = Panel::new(Axis::log("nearest distance"), Axis::log("error over tolerance"));
+    for method in &list {
+        let mut curve = Vec::new();
+        for distance in distances {
+            let simulation = KEPLER.simulate(apocentre(1.0 - distance)).until(20.0).tolerance(1e-9).method(method);
+            let motion = simulation.estimate_error().run().unwrap();
+            let ratio = motion.global_error().unwrap().ratio.unwrap();
+            let summary = motion.summary().to_string();
+            assert_eq!(summary.contains("warning"), ratio > 1e3, "{summary}");
+            curve.push((distance, ratio));
+        }
+        assert!(curve[3].1 > 100.0 * curve[0].1 && curve[3].1 > 1e4, "{method} {curve:?}");
+        panel = panel.curve(method.to_string(), curve);
+    }
+    let title = "Three revolutions in Kepler's problem at tolerance 1e-9";
+    charts::is_current("close_encounters", &Chart::new(title).panel(panel));
+    // A fixed step that does for the rest of the orbit throws the body out.
+    let run = |h: f64| KEPLER.simulate(apocentre(0.99)).until(20.0).fixed_step(h).run().unwrap();
+    let thrown = run(0.02);
+    assert!(thrown.summary().energy_drift > 0.01, "{}", thrown.summary());
+    assert!(thrown.summary().to_string().contains("shorten the fixed step"), "{}", thrown.summary());
+}

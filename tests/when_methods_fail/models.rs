@@ -1,0 +1,156 @@
+//! The problems.
+
+use dynamics::prelude::*;
+
+#[path = "../models/double_pendulum.rs"]
+pub(crate) mod double_pendulum;
+#[path = "../models/kepler.rs"]
+pub(crate) mod kepler;
+
+use double_pendulum::DoublePendulum;
+use kepler::Kepler;
+
+/// A mass that a spring and a damper hold to a moving guide, x = cos t where it starts on it: Prothero and Robinson's problem.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(mass: kg, stiffness: N / m, damping: N * s / m, amplitude: m, omega: rad / s)]
+pub(crate) struct Guided {
+    pub(crate) mass: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    pub(crate) amplitude: f64,
+    pub(crate) omega: f64,
+}
+
+#[dynamics]
+impl Guided {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    fn guide(&self, q: &Coordinates<Self>) -> Expr {
+        self.amplitude * (self.omega * q.t).cos()
+    }
+    #[force]
+    fn hold(&self, q: &Coordinates<Self>) -> Force {
+        let guide = self.guide(q);
+        let carried = self.mass * guide.dt().dt();
+        let pull = self.stiffness * (guide - q.x) + self.damping * (guide.dt() - q.x.dt());
+        Force::along(q.x, carried + pull)
+    }
+}
+
+impl Guided {
+    /// Forces that bring the mass back in a time of 1/damping, and then slowly.
+    pub(crate) fn stiff(damping: f64) -> Self {
+        Self { mass: 1.0, stiffness: damping, damping, amplitude: 1.0, omega: 1.0 }
+    }
+    /// Critically damped: they bring it back in a time of 2/damping.
+    pub(crate) fn critical(damping: f64) -> Self {
+        Self { stiffness: 0.25 * damping * damping, ..Self::stiff(damping) }
+    }
+    pub(crate) fn on_guide(&self) -> State<Self> {
+        self.state().x(1.0).build().unwrap()
+    }
+    /// Largest error of x at the steps.
+    pub(crate) fn error(motion: &Motion<'_, Self>) -> f64 {
+        motion.steps().map(|state| (state.x() - state.t.cos()).abs()).fold(0.0, f64::max)
+    }
+}
+
+/// A pendulum in Cartesian coordinates.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(mass: kg, length: m, g: m / s^2)]
+pub(crate) struct Rod {
+    pub(crate) mass: f64,
+    pub(crate) length: f64,
+    pub(crate) g: f64,
+}
+
+#[dynamics]
+impl Rod {
+    fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, q.y)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * self.bob(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * self.bob(q).y
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Expr {
+        self.bob(q).norm() - self.length
+    }
+}
+
+pub(crate) const ROD: Rod = Rod { mass: 1.0, length: 1.0, g: 9.81 };
+
+/// A mass on a spring, pushed by an input.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[inputs(push: N)]
+#[units(mass: kg, stiffness: N / m)]
+pub(crate) struct Spring {
+    pub(crate) mass: f64,
+    pub(crate) stiffness: f64,
+}
+
+#[dynamics]
+impl Spring {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiffness * q.x.powi(2)
+    }
+    #[force]
+    fn pushed(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, q.push)
+    }
+}
+
+/// ω = 1.
+pub(crate) const SPRING: Spring = Spring { mass: 1.0, stiffness: 1.0 };
+
+/// A mass that falls into a centre of attraction.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(mass: kg, strength: N * m^2)]
+pub(crate) struct Falling {
+    pub(crate) mass: f64,
+    pub(crate) strength: f64,
+}
+
+#[dynamics]
+impl Falling {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn well(&self, q: &Coordinates<Self>) -> Expr {
+        -self.strength / q.x
+    }
+}
+
+/// Levien and Tan's double pendulum.
+pub(crate) const CHAOTIC: DoublePendulum = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.8 };
+
+pub(crate) fn chaotic_start() -> State<DoublePendulum> {
+    use core::f64::consts::PI;
+    CHAOTIC.state().theta1(2.0 * PI / 3.0).theta2(-PI / 18.0).build().unwrap()
+}
+
+pub(crate) const KEPLER: Kepler = Kepler { mu: 1.0 };
+
+/// At the apocentre of an orbit of semi-axis 1, whose period is 2π.
+pub(crate) fn apocentre(eccentricity: f64) -> State<Kepler> {
+    let speed = ((1.0 - eccentricity) / (1.0 + eccentricity)).sqrt();
+    KEPLER.state().x(1.0 + eccentricity).y_rate(speed).build().unwrap()
+}

@@ -1,0 +1,77 @@
+//! Forces that act much faster than the motion.
+
+use dynamics::methods::{self, Any};
+use dynamics::prelude::*;
+
+use crate::charts;
+use crate::models::Guided;
+
+/// An explicit method follows what has long died away: its steps are as long as stability permits, whatever the accuracy.
+#[test]
+fn explicit_methods_crawl_where_stability_bounds_their_steps() {
+    let dampings = [1.0, 10.0, 100.0, 1e3, 1e4];
+    let list: [Any<Guided>; 2] = [methods::DormandPrince5.into(), methods::Radau5.into()];
+    let mut curves: Vec<Vec<(f64, f64)>> = Vec::new();
+    for method in &list {
+        let mut curve = Vec::new();
+        for damping in dampings {
+            let model = Guided::stiff(damping);
+            let motion = model.simulate(model.on_guide()).until(10.0).tolerance(1e-6).method(method).run().unwrap();
+            assert!(Guided::error(&motion) < 1e-4, "{method} {damping}: {:e}", Guided::error(&motion));
+            curve.push((damping, motion.summary().steps as f64));
+            let warned = motion.summary().to_string().contains("use methods::Radau5");
+            assert_eq!(warned, damping >= 1e3 && method.method() == Method::DormandPrince5, "{}", motion.summary());
+        }
+        curves.push(curve);
+    }
+    let [explicit, implicit] = [&curves[0], &curves[1]].map(|curve| curve[4].1 / curve[1].1);
+    assert!(explicit > 100.0 && implicit < 5.0, "{curves:?}");
+    // By itself the library goes over.
+    let model = Guided::stiff(1e4);
+    let chosen = model.simulate(model.on_guide()).until(10.0).tolerance(1e-6).run().unwrap();
+    assert!(chosen.switched().is_some_and(|(t, method)| t < 1.0 && method == Method::Radau5), "{}", chosen.summary());
+
+    let panel = Panel::new(Axis::log("damping in N·s/m"), Axis::log("steps"));
+    let panel = list.iter().zip(curves).fold(panel, |panel, (method, curve)| panel.curve(method.to_string(), curve));
+    charts::is_current("stiffness", &Chart::new("Steps to t = 10 at tolerance 1e-6").panel(panel));
+}
+
+/// Stages of Radau IIA are of order 3, its step of order 5; where forces are stiff the stages decide.
+#[test]
+fn implicit_methods_lose_order_where_forces_are_stiff() {
+    let error = |damping: f64, h: f64| {
+        let model = Guided::critical(damping);
+        let motion = model.simulate(model.on_guide()).until(10.0).fixed_step(h).method(methods::Radau5);
+        let motion = motion.estimate_error().run().unwrap();
+        let (exact, estimate) = (Guided::error(&motion), motion.global_error().unwrap().coordinates.error);
+        // The estimate assumes the order of the step, and is right for the lower one to a factor.
+        assert!(estimate > 0.5 * exact && estimate < 2.0 * exact, "{damping} {h}: {estimate:e} for {exact:e}");
+        exact
+    };
+    let steps = [0.5, 0.25, 0.125, 0.0625];
+    let order = |damping: f64| (error(damping, steps[1]) / error(damping, steps[3])).log2() / 2.0;
+    let orders = [1.0, 1e6].map(order);
+    println!("orders {orders:.2?}, errors {:?}", steps.map(|h| error(1e3, h)));
+    assert!(orders[0] > 4.5 && orders[1] < 4.0, "{orders:?}");
+    let panel = Panel::new(Axis::log("step in s"), Axis::log("largest error of x in m"));
+    let curve = |damping: f64| steps.map(|h| (h, error(damping, h)));
+    let panel = panel.curve("damping 1 N·s/m", curve(1.0)).curve("damping 10⁶ N·s/m", curve(1e6));
+    charts::is_current("order_reduction", &Chart::new("Radau IIA of order 5 with fixed steps").panel(panel));
+}
+
+/// Radau IIA takes the energy out of what swings faster than its steps: often what is wanted, seldom what is true.
+#[test]
+fn implicit_methods_damp_what_oscillates() {
+    let spring = crate::models::SPRING;
+    let start = spring.state().x(1.0).push(0.0).build().unwrap();
+    let run = |h: f64| spring.simulate(start).until(1000.0).fixed_step(h).method(methods::Radau5).run().unwrap();
+    let long = run(1.5);
+    assert!(long.energy_at(1000.0) < 0.4 * long.energy_at(0.0), "{}", long.summary());
+    assert!(long.summary().to_string().contains("shorten the fixed step"), "{}", long.summary());
+    let short = run(0.1);
+    assert!((short.energy_at(1000.0) / short.energy_at(0.0) - 1.0).abs() < 1e-4, "{}", short.summary());
+    assert!(!short.summary().to_string().contains("warning"), "{}", short.summary());
+    // With step control a tolerance is kept, and the energy with it.
+    let kept = spring.simulate(start).until(100.0).tolerance(1e-8).method(methods::Radau5).run().unwrap();
+    assert!(kept.summary().energy_drift < 1e-5, "{}", kept.summary());
+}
