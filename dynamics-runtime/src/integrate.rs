@@ -146,10 +146,10 @@ pub trait System<V: Vector> {
     fn settle(&mut self, _t: f64, _y: &mut Phase<V>, _tolerances: &Tolerances) -> Result<Option<Settled>, Self::Error> {
         Ok(None)
     }
-    /// Where between two states of a step, made with branches held, the accelerations first stop being smooth, as a part of the step; `None` where
-    /// they do not. The step is then made to end there.
+    /// Where in a step (t, h), made with branches held, the accelerations first stop being smooth, as a part of it; `None` where they do not. The
+    /// step is then made to end there. `fails`: its error is too large, for what such a place may be the reason. `path(θ)` interpolates.
     #[inline(always)]
-    fn kink(&mut self, _start: &Knot<V>, _end: &Knot<V>) -> Option<f64> {
+    fn kink(&mut self, _step: (f64, f64), _fails: bool, _path: impl Fn(f64) -> Phase<V>) -> Option<f64> {
         None
     }
     /// Holds from here on the branches that the accelerations take just after the start of a step of size h, so that within it they are smooth, or
@@ -223,6 +223,8 @@ impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> System<V> for F {
 pub enum Hold {
     /// They are.
     On,
+    /// They are, and others than up to here.
+    Changed,
     /// They are not, or there are none.
     Off,
     /// They are not, since the motion leaves neither side of a place where they change: it would have to slide along it.

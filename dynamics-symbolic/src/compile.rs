@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::algebra::{Guard, Unrolled};
 use crate::check::constraints::LookedAt;
-use crate::check::hazards::{Branch, Hazards};
+use crate::check::hazards::{Branch, Hazards, Kink};
 use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
 use crate::mechanics::{
@@ -186,8 +186,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
         return Err(excesses);
     }
     programs.momentum_rates = canonical(&mut model, &equations);
-    // Of all nodes that are printed.
-    programs.kinks = kinks(&mut model, &equations);
+    let kinks = Hazards::of(&model, &equations).kinks(&mut model.graph);
     let driven = |p: &&Program| !model.inputs.is_empty() || p.name != "input_jacobian";
     let printed: Vec<&Program> = programs.all().filter(driven).collect();
     let withheld = programs.jacobians.as_ref().err().map(|reason| match reason {
@@ -200,6 +199,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     programs.series = expand(&mut model.graph, &equations);
     report.push_str(&text::series_entry(&model, &programs.series));
     listing.push_str(&text::series_section(&model, &programs.series));
+    // Of all nodes that are printed: series bring choices of their own.
+    programs.kinks = followed(&model.graph, &kinks);
     Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
 }
 
@@ -307,15 +308,13 @@ fn programs(model: &Model, e: &Equations) -> Programs {
     }
 }
 
-fn kinks(model: &mut Model, e: &Equations) -> Kinks {
-    let found = Hazards::of(model, e).kinks(&mut model.graph);
-    let values: Vec<NodeId> = found.iter().map(|kink| kink.value).collect();
-    let g = &model.graph;
-    let ids = if found.iter().all(|kink| kink.switch.is_none()) { 0 } else { g.len() };
+fn followed(g: &Graph, kinks: &[Kink]) -> Kinks {
+    let values: Vec<NodeId> = kinks.iter().map(|kink| kink.value).collect();
+    let choices = if kinks.iter().all(|kink| kink.switch.is_none()) { 0 } else { g.len() };
     Kinks {
-        branches: g.ids().take(ids).filter_map(|id| Some((id, Branch::of(g, id, &found)?))).collect(),
-        program: schedule(&model.graph, "kinks", &values, Staging::Inline),
-        functions: found.iter().map(|kink| kink.function).collect(),
+        program: schedule(g, "kinks", &values, Staging::Inline),
+        functions: kinks.iter().map(|kink| kink.function).collect(),
+        branches: g.ids().take(choices).filter_map(|id| Some((id, Branch::of(g, id, kinks)?))).collect(),
     }
 }
 

@@ -7,10 +7,6 @@
 
 /// Attempts to end one step at such a place: the interpolant that finds it is more accurate the nearer the end of the step is.
 const MOST_ATTEMPTS: u32 = 5;
-/// A step this much shorter than was proposed gained nothing by its landing.
-const SHORT: f64 = 1e-3;
-/// So many in a row mean that the motion slides along such a place: there is no side of it to go on to.
-const MOST_SHORT: u32 = 3;
 /// For so many steps the control by the error has to do then.
 const PAUSE: u32 = 32;
 
@@ -18,7 +14,6 @@ const PAUSE: u32 = 32;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Landing {
     attempts: u32,
-    short: u32,
     pause: u32,
 }
 
@@ -38,24 +33,19 @@ impl Landing {
         self.is_on() && self.attempts < MOST_ATTEMPTS
     }
 
-    /// The motion slides along such a place.
-    pub(super) fn slides(&mut self) {
-        (self.short, self.pause) = (0, PAUSE);
-    }
-
     /// An attempt is made.
     pub(super) fn attempt(&mut self) {
         self.attempts += 1;
     }
 
-    /// The step is made, of this size where that was proposed.
-    pub(super) fn made(&mut self, h: f64, proposed: f64) {
+    /// The motion slides along such a place: there is no side of it to go on to.
+    pub(super) fn slides(&mut self) {
+        self.pause = PAUSE;
+    }
+
+    /// The step is made.
+    pub(super) fn made(&mut self) {
         self.pause = self.pause.saturating_sub(1);
-        let short = self.attempts > 0 && h < SHORT * proposed;
-        self.short = if short { self.short + 1 } else { 0 };
-        if self.short == MOST_SHORT {
-            self.slides();
-        }
     }
 }
 
@@ -64,19 +54,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn where_steps_do_not_get_ahead_they_are_left_to_the_error() {
+    fn where_a_motion_slides_steps_are_left_to_the_error_for_a_while() {
         let mut landing = Landing::default();
-        for _ in 0..MOST_SHORT {
-            landing.begin();
-            assert!(landing.is_worth_trying());
-            landing.attempt();
-            landing.made(1e-9, 1.0);
-        }
+        landing.slides();
         for _ in 0..PAUSE {
             landing.begin();
             assert!(!landing.is_worth_trying());
-            landing.made(1e-2, 1e-2);
+            landing.made();
         }
         assert!(landing.is_worth_trying());
+        (0..MOST_ATTEMPTS).for_each(|_| landing.attempt());
+        assert!(!landing.is_worth_trying());
     }
 }

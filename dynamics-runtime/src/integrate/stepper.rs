@@ -3,7 +3,7 @@
 use super::first_step::first_step;
 use super::landing::Landing;
 use super::tableau::zip;
-use super::{Controller, Hold, Knot, Method, Phase, Scheme, Settled, System, Tolerances};
+use super::{Controller, Dense, Hold, Knot, Method, Phase, Scheme, Settled, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -237,8 +237,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     /// Makes one step towards `limit`, which is met exactly and never passed.
     #[inline]
     pub fn step<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<Step<V>, StepError<Y::Error>> {
+        self.begin(system, limit).map_err(StepError::Evaluation)?;
         let start = self.now;
-        self.propose(system, limit);
         let (mut detours, mut failures, mut landing) = (0, 0, None);
         self.landing.begin();
         loop {
@@ -251,12 +251,16 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 // Time does not resolve the step: at a large t, or where the first or fixed step is absurdly small.
                 return Err(StepError::StepTooSmall { coordinate: 0, h: self.h });
             }
-            let trial = self.try_step(system, end_t, h);
-            if let Ok(trial) = &trial {
-                landing = self.landing(system, trial);
-                if landing.is_some() {
-                    self.rejected += 1;
-                    continue;
+            let mut trial = self.try_step(system, end_t, h);
+            if let Ok(made) = &trial {
+                match self.landing(system, made) {
+                    Ok(None) => {}
+                    Ok(Some(end)) => {
+                        landing = Some(end);
+                        self.rejected += 1;
+                        continue;
+                    }
+                    Err(error) => trial = Err(Failure::Evaluation(error)),
                 }
             }
             let failure = match trial {
@@ -267,7 +271,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 }
                 Ok(trial) => match self.judge(trial.error, h.abs()) {
                     true => {
-                        self.landing.made(h.abs(), self.h);
+                        self.landing.made();
                         system.accepted();
                         return Ok(self.commit(&trial, h));
                     }
@@ -346,7 +350,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         system.hold_branches(&mut start, step.h, step.kept.branches)?;
         system.attempting(&mut start, step.h)?;
         scheme.attempt(system, &start, step.h, tolerances)?;
-        scheme.dense(system, &start, &step.end, step.h)
+        let mut end = step.end;
+        if step.kept.branches {
+            // The step that follows may have found others there.
+            end.a = system.accelerations(end.t, &end.y.q, &end.y.u)?;
+        }
+        scheme.dense(system, &start, &end, step.h)
     }
 
     /// The end of a step with this start, size and upkeep, settled; `None` where its equations are not solved.
@@ -386,15 +395,21 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 
     /// End and signed size of the step, if it is to be made again to end where the accelerations stop being smooth.
     #[inline(always)]
-    fn landing<Y: System<V>>(&mut self, system: &mut Y, trial: &Trial<V>) -> Option<(f64, f64)> {
-        if !trial.kept.branches || !self.landing.is_worth_trying() {
-            return None;
+    fn landing<Y: System<V>>(&mut self, system: &mut Y, trial: &Trial<V>) -> Result<Option<(f64, f64)>, Y::Error> {
+        let Trial { start, end, kept, error, .. } = trial;
+        if !kept.branches || !self.landing.is_worth_trying() {
+            return Ok(None);
         }
-        let (start, end) = (&trial.start, &trial.end);
-        let part = system.kink(start, end)?;
-        let end_t = start.t + part * (end.t - start.t);
+        let h = end.t - start.t;
+        // The first stage may be the step's own: see `System::attempting`.
+        let begin = Knot { a: self.scheme.stages()[0].u, ..*start };
+        let path = self.scheme.dense(system, &begin, end, h)?;
+        let Some(part) = system.kink((start.t, h), *error > 1.0, |theta| path.at(theta)) else {
+            return Ok(None);
+        };
+        let end_t = start.t + part * h;
         self.landing.attempt();
-        (end_t != start.t && end_t != end.t).then_some((end_t, end_t - start.t))
+        Ok((end_t != start.t && end_t != end.t).then_some((end_t, end_t - start.t)))
     }
 
     fn is_fixed(&self) -> bool {
@@ -422,9 +437,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     fn try_step<Y: System<V>>(&mut self, system: &mut Y, end_t: f64, h: f64) -> Result<Trial<V>, Failure<Y::Error>> {
         let (mut kept, mut plain) = (Kept::default(), 0.0);
         self.fruitless = self.fruitless.saturating_sub(1);
-        let mut start = self.now;
-        let branches = self.hold_branches(system, &mut start, h).map_err(Failure::Evaluation)?;
-        let begin = start;
+        let branches = self.hold_branches(system, h).map_err(Failure::Evaluation)? != Hold::Off;
+        let begin = self.now;
         loop {
             // Before the start is looked at, which may depend on it.
             let tolerances = &self.options.tolerances;
@@ -504,19 +518,32 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         (far(&moved.q, speed * h.abs()) || far(&moved.u, speed)).then(most)
     }
 
-    /// Whether branches are held from here on.
+    /// Before the first attempt of a step: holds branches, and lets the method, or what changed with them, say how long the step is.
     #[inline(always)]
-    fn hold_branches<Y: System<V>>(&mut self, system: &mut Y, start: &mut Knot<V>, h: f64) -> Result<bool, Y::Error> {
-        let on = !self.is_fixed() && self.landing.is_on();
-        match system.hold_branches(start, h, on)? {
-            Hold::On => Ok(true),
-            Hold::Off => Ok(false),
-            Hold::Slides => {
-                self.slides_at.get_or_insert(start.t);
-                self.landing.slides();
-                Ok(false)
-            }
+    fn begin<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<(), Y::Error> {
+        let direction = if limit < self.now.t { -1.0 } else { 1.0 };
+        let h = self.next_time(limit).1;
+        if h != 0.0 && self.hold_branches(system, h)? == Hold::Changed && !S::PROPOSES {
+            // What lies behind tells nothing of how fast it goes on from here.
+            let (most, tolerances) = (self.h.min(self.options.most), self.options.tolerances);
+            self.h = first_step(system, &self.now, S::ORDER, direction, most, &tolerances);
+            self.control.iter_mut().for_each(Controller::restart);
         }
+        self.propose(system, limit);
+        Ok(())
+    }
+
+    /// Holds the branches of a step from here on; the accelerations here become theirs.
+    #[inline(always)]
+    fn hold_branches<Y: System<V>>(&mut self, system: &mut Y, h: f64) -> Result<Hold, Y::Error> {
+        let on = !self.is_fixed() && self.landing.is_on();
+        let held = system.hold_branches(&mut self.now, h, on)?;
+        if held != Hold::Slides {
+            return Ok(held);
+        }
+        self.slides_at.get_or_insert(self.now.t);
+        self.landing.slides();
+        Ok(Hold::Off)
     }
 
     /// Settles stages, if the method has stages that are states of the solution.

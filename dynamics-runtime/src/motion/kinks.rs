@@ -2,22 +2,23 @@
 
 use super::plant::{EvaluationError, Plant};
 use crate::constrain::memory::max_abs;
-use crate::integrate::{Dense, Hermite, Hold, Knot, Scan, ScanError, System, place};
+use crate::integrate::{Hold, Knot, Phase, Scan, ScanError, System, place};
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, Vector};
 
 /// Where the branches of a step are looked up, as a part of it: its start may stand a rounding error before the place at which the last one was
 /// made to end.
 const NEAR: f64 = 1e-9;
-/// A step ends by this part of it behind the place, so that what follows is on the other side.
-const BEHIND: f64 = 1e-12;
-/// Nearer to the end the step ends there already.
-const AT_END: f64 = 1e-11;
+/// Nearer to the end, as a part of the step, it ends there already.
+const AT_END: f64 = 1e-13;
 /// Parts in which kinks are sampled first.
 const PARTS: usize = 4;
 /// Rounding errors of a kink's value, in parts of four times its largest value in a step plus 1 + |q|.
 const NOISE: f64 = 4.0 * f64::EPSILON;
 /// A step in which a kink comes and goes faster than can be followed is made again this much shorter.
 const UNRESOLVED: f64 = 0.1;
+
+/// How often branches are asked for, each time with the accelerations of those before: one changes after the other where several meet.
+const MOST_TRIALS: usize = 4;
 
 type Kinks = [Kink; MOST_KINKS];
 
@@ -30,18 +31,33 @@ impl<M: Constraints> Plant<'_, '_, M> {
         h: f64,
         on: bool,
     ) -> Result<Hold, EvaluationError> {
-        let branches = if on { self.branches_after(start, h) } else { Branches::FREE };
+        let mut branches = if on { self.branches_after(start, h) } else { Branches::FREE };
+        let before = self.known;
         self.branches = branches;
-        if branches != self.known {
-            start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
-            if on && branches != self.branches_after(start, h) {
-                // On neither side do the accelerations lead away from the other one.
-                self.branches = Branches::FREE;
-                start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
-                return Ok(Hold::Slides);
-            }
+        if branches == before {
+            return Ok(if on { Hold::On } else { Hold::Off });
         }
-        Ok(if on { Hold::On } else { Hold::Off })
+        for _ in 0..MOST_TRIALS {
+            self.branches = branches;
+            start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
+            self.known = branches;
+            let after = if on { self.branches_after(start, h) } else { Branches::FREE };
+            if after == branches {
+                let begins = before == Branches::FREE;
+                return Ok(if !on {
+                    Hold::Off
+                } else if begins {
+                    Hold::On
+                } else {
+                    Hold::Changed
+                });
+            }
+            branches = after;
+        }
+        // Whichever is held, the accelerations lead back to another one.
+        self.free_branches();
+        start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
+        Ok(Hold::Slides)
     }
 
     /// The branches just after the start of a step.
@@ -61,24 +77,30 @@ impl<M: Constraints> Plant<'_, '_, M> {
         branches
     }
 
-    /// See [`System::kink`].
+    /// See [`System::kink`]. Where a step fails it is not for a branch, which is held.
     #[cold]
-    pub(crate) fn first_kink(&self, start: &Knot<M::Vector>, end: &Knot<M::Vector>) -> Option<f64> {
-        let h = end.t - start.t;
-        let path = Hermite::new(start.y, &start.a, &end.y, &end.a, h);
+    pub(crate) fn first_kink(
+        &self,
+        (t, h): (f64, f64),
+        fails: bool,
+        path: &dyn Fn(f64) -> Phase<M::Vector>,
+    ) -> Option<f64> {
         let at = |theta: f64| -> Kinks {
-            let (y, mut kinks) = (path.at(theta), [Kink::NONE; MOST_KINKS]);
-            self.model.kinks(&self.state(start.t + theta * h, &y.q, &y.u), &mut kinks);
+            let (y, mut kinks) = (path(theta), [Kink::NONE; MOST_KINKS]);
+            self.model.kinks(&self.state(t + theta * h, &y.q, &y.u), &mut kinks);
             kinks
         };
         let places: [f64; PARTS + 1] =
-            core::array::from_fn(|part| if part == 0 { begin(start.t, h) } else { place(part, PARTS) });
+            core::array::from_fn(|part| if part == 0 { begin(t, h) } else { place(part, PARTS) });
         let samples = places.map(at);
-        let resolution = resolution(start.t, h);
-        let size = 1.0 + max_abs(end.y.q.as_slice());
+        let resolution = resolution(t, h);
+        let size = 1.0 + max_abs(path(1.0).q.as_slice());
         let mut first = f64::INFINITY;
         for i in 0..M::KINKS.min(MOST_KINKS) {
             let from = samples[0][i];
+            if fails && from.decides {
+                continue;
+            }
             let value = |kinks: &Kinks| if from.decides { kinks[i].value } else { within(kinks[i].value, from.smooth) };
             let column: [(f64, f64); PARTS + 1] = core::array::from_fn(|k| (places[k], value(&samples[k])));
             let most = column.iter().fold(0.0f64, |most, (_, g)| most.max(g.abs()));
@@ -107,8 +129,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
                 first = first.min(UNRESOLVED);
             }
         }
-        let theta = first + resolution.max(BEHIND);
-        (theta < 1.0 - resolution.max(AT_END)).then_some(theta)
+        (first < 1.0 - resolution.max(AT_END)).then_some(first)
     }
 }
 

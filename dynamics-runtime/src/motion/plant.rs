@@ -38,7 +38,7 @@ pub(crate) struct Plant<'r, 'm, M: Constraints> {
     pub(crate) upkeep: Upkeep<M>,
     /// Branches that are held.
     pub(crate) branches: Branches,
-    /// Those by which the accelerations at the end of the last step were found.
+    /// Those by which the accelerations where the stepper stands were found.
     pub(crate) known: Branches,
 }
 
@@ -95,12 +95,21 @@ impl<M: Constraints> Plant<'_, '_, M> {
 
     /// A state on the branches that are held.
     #[inline(always)]
-    fn on_branches(&self, state: &M::State) -> M::State {
+    pub(crate) fn on_branches(&self, state: &M::State) -> M::State {
         let mut state = *state;
         if M::KINKS > 0 {
             state.hold(self.branches);
         }
         state
+    }
+
+    #[inline(always)]
+    fn solved(&mut self, state: &M::State) -> Result<M::Vector, SolveError> {
+        if M::ROWS.is_empty() {
+            self.model.accelerations_with(self.constants, state)
+        } else {
+            self.upkeep.accelerations(self.model, self.constants, state)
+        }
     }
 
     /// q̈ at a stage.
@@ -112,14 +121,19 @@ impl<M: Constraints> Plant<'_, '_, M> {
         {
             return Err(EvaluationError::Input(index));
         }
-        let state = &self.on_branches(state);
-        let solved = if M::ROWS.is_empty() {
-            self.model.accelerations_with(self.constants, state)
-        } else {
-            self.upkeep.accelerations(self.model, self.constants, state)
-        };
+        let held = self.on_branches(state);
+        let solved = self.solved(&held);
+        if M::KINKS > 0 && self.branches != Branches::FREE && !solved.as_ref().is_ok_and(is_finite) {
+            // A branch may not exist beyond the place where it ends, as a root of what has become negative: what the model has there instead is
+            // finite, and no more than a stage or two stand there.
+            return self.solved(state).map_err(EvaluationError::Solve);
+        }
         solved.map_err(EvaluationError::Solve)
     }
+}
+
+fn is_finite(v: &impl Vector) -> bool {
+    v.as_slice().iter().all(|x| x.is_finite())
 }
 
 /// Replaces the inputs of a state by what the law says, if there is one.
@@ -209,7 +223,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
             return Ok(());
         }
         let state = self.state(start.t, &start.y.q, &start.y.u);
-        self.upkeep.prepare(self.model, &state, h).map_err(EvaluationError::Solve)?;
+        self.upkeep.prepare(self.model, &state, &start.a, h).map_err(EvaluationError::Solve)?;
         // What the step before took back is none of this one's.
         if self.upkeep.is_tied() {
             start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
@@ -349,8 +363,8 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn kink(&mut self, start: &Knot<M::Vector>, end: &Knot<M::Vector>) -> Option<f64> {
-        if M::KINKS == 0 { None } else { self.first_kink(start, end) }
+    fn kink(&mut self, step: (f64, f64), fails: bool, path: impl Fn(f64) -> Phase<M::Vector>) -> Option<f64> {
+        if M::KINKS == 0 { None } else { self.first_kink(step, fails, &path) }
     }
 
     #[inline(always)]
@@ -365,7 +379,6 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn accepted(&mut self) {
-        self.known = self.branches;
         if let Some(by) = self.upkeep.moved.take() {
             self.upkeep.upkept.note_move(by);
         }

@@ -155,6 +155,9 @@ impl<M: Simulate> Motion<'_, M> {
         let mut step = self.step(index);
         let mut plant = self.plant(index);
         plant.hold_stages(step.kept.stages, &self.trajectory.tolerances);
+        if plant.hold_branches(&mut step.start, step.h, step.kept.branches).is_err() {
+            return false;
+        }
         if plant.attempting(&mut step.start, step.h).is_err() {
             return false;
         }
@@ -182,7 +185,7 @@ impl<M: Simulate> Meter<'_, '_, '_, M> {
         if weight == 0.0 {
             return;
         }
-        self.plant.model.powers(state, &mut self.powers);
+        self.plant.model.powers(&self.plant.on_branches(state), &mut self.powers);
         for (work, power) in self.work.iter_mut().zip(&self.powers) {
             *work += self.h * weight * power;
         }

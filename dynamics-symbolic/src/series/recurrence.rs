@@ -437,9 +437,13 @@ impl<'a> Expansion<'a> {
     /// The branch taken at order 0.
     fn choice(&mut self, by: Comparison, compared: [NodeId; 2], branches: [NodeId; 2]) -> Result<NodeId, Unexpandable> {
         self.chooses = true;
-        let [left, right] = compared.map(|id| self.kept(id));
+        // Decided once, where a state can hold it.
+        let (one, zero) = (self.base.one(), self.base.zero());
+        let decision = self.base.select(by, compared[0], compared[1], one, zero);
+        let decision = self.kept(decision);
         let (then, otherwise) = (self.coefficient(branches[0])?, self.coefficient(branches[1])?);
-        Ok(self.order.select(by, left, right, then, otherwise))
+        let zero = self.order.zero();
+        Ok(self.order.select(Comparison::Less, zero, decision, then, otherwise))
     }
 }
 
