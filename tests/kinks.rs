@@ -106,6 +106,8 @@ macro_rules! with_all_methods {
                 ("Dormand-Prince 5", run().method(methods::DormandPrince5).run().unwrap()),
                 ("DOP853", run().method(methods::Dop853).run().unwrap()),
                 ("Radau IIA 5", run().method(methods::Radau5).run().unwrap()),
+                ("Tsitouras 5", run().method(methods::Tsit5).run().unwrap()),
+                ("Verner 9", run().method(methods::Verner9).run().unwrap()),
             ] {
                 $check
             }
@@ -179,6 +181,173 @@ fn knots_of_a_spline_cost_no_accuracy() {
         assert!(error < 1e3 * tolerance, "{name} at {tolerance:e}: {error:e}");
         assert!(summary.energy_drift < 1e3 * tolerance, "{name} at {tolerance:e}: {:e}", summary.energy_drift);
     });
+}
+
+/// Accelerations jump where x = ½: what stands between the steps next to it belongs to their own side.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Step {
+    m: f64,
+}
+
+#[dynamics]
+impl Step {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn force(&self, q: &Coordinates<Self>) -> Force {
+        let jump = if q.x < 0.5 { Expr::from(0.0) } else { -2.0 * q.x.cos() };
+        Force::along(q.x, jump - q.x.sin())
+    }
+}
+
+#[test]
+fn states_between_steps_belong_to_their_own_side() {
+    let model = Step { m: 1.0 };
+    let start = model.state().x(-1.0).x_rate(1.2).build().unwrap();
+    let exact = model.simulate(start).until(10.0).tolerance(1e-14).method(methods::Radau5).run().unwrap();
+    let times: Vec<f64> = (1..500).map(|i| 0.02 * f64::from(i)).collect();
+    for tolerance in [1e-6, 1e-9, 1e-11] {
+        let run = || model.simulate(start).until(10.0).tolerance(tolerance);
+        for (name, motion) in [
+            ("Dormand-Prince 5", run().method(methods::DormandPrince5).run().unwrap()),
+            ("Tsitouras 5", run().method(methods::Tsit5).run().unwrap()),
+            ("DOP853", run().method(methods::Dop853).run().unwrap()),
+            ("Verner 9", run().method(methods::Verner9).run().unwrap()),
+            ("Radau IIA 5", run().method(methods::Radau5).run().unwrap()),
+            ("Taylor", run().method(methods::Taylor::default()).run().unwrap()),
+        ] {
+            let off = |t: &f64| {
+                (motion.at(*t).q() - exact.at(*t).q()).amax().max((motion.at(*t).u() - exact.at(*t).u()).amax())
+            };
+            let error = times.iter().map(off).fold(0.0, f64::max);
+            println!("{name} {tolerance:e}: {error:.1e}");
+            // The interpolant of Radau IIA is of order 3.
+            let permitted = if name.starts_with("Radau") { 1e3 } else { 100.0 };
+            assert!(error < permitted * tolerance, "{name} at {tolerance:e}: {error:e}");
+        }
+    }
+}
+
+/// A ball that falls on an elastic ball: the force, a power of the penetration, does not exist beyond the place where it ends.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Hertz {
+    m: f64,
+    k: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Hertz {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn forces(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, self.k * (-q.x).max(0.0).powf(1.5) - self.m * self.g)
+    }
+}
+
+#[test]
+fn a_branch_need_not_exist_beyond_the_place_where_it_ends() {
+    let model = Hertz { m: 1.0, k: 1e4, g: 9.81 };
+    let start = model.state().x(0.7).build().unwrap();
+    with_all_methods!(model, start, 3.0, |name, tolerance, motion| {
+        let energy = |state: &State<Hertz>| {
+            let x = state.x();
+            0.5 * state.x_rate().powi(2) + 9.81 * x + 0.4 * 1e4 * (-x).max(0.0).powf(2.5)
+        };
+        let error = (energy(&motion.end()) / energy(&start) - 1.0).abs();
+        println!("{name} {tolerance:e}: {error:.1e}, {} steps", motion.summary().steps);
+        assert!(error < 2e3 * tolerance, "{name} at {tolerance:e}: {error:e}");
+    });
+}
+
+/// A pulse that is over long before a step would have ended: it is not stepped over, and its work is accounted for.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Pulsed {
+    m: f64,
+    push: f64,
+    at: f64,
+    width: f64,
+}
+
+#[dynamics]
+impl Pulsed {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn push(&self, q: &Coordinates<Self>) -> Force {
+        let push = if (q.t - self.at).abs() < 0.5 * self.width { self.push } else { 0.0 };
+        Force::along(q.x, push - 0.1 * q.x.dt().abs() * q.x.dt())
+    }
+}
+
+#[test]
+fn a_pulse_is_not_stepped_over_and_sets_nothing_sliding() {
+    for width in [0.3, 0.01, 1e-4] {
+        let model = Pulsed { m: 1.0, push: 10.0 / width, at: 5.0, width };
+        let start = model.state().build().unwrap();
+        // After the pulse u̇ = −u²/10.
+        let exact = model.simulate(start).until(10.0).tolerance(1e-13).max_step(0.25 * width).max_steps(10_000_000);
+        let exact = if width > 1e-3 { exact.run().unwrap().end().x_rate() } else { 10.0 / (1.0 + 5.0) };
+        with_all_methods!(model, start, 10.0, |name, tolerance, motion| {
+            let (error, summary) = ((motion.end().x_rate() - exact).abs(), motion.summary());
+            let permitted = 300.0 * tolerance + if width > 1e-3 { 1e-11 } else { 20.0 * width };
+            assert!(error < permitted, "{name}, {width} at {tolerance:e}: {error:e}");
+            assert!(summary.slides_at.is_none(), "{summary}");
+            assert!(summary.energy_drift < 300.0 * tolerance + 1e-12, "{summary}");
+        });
+    }
+}
+
+/// A pendulum in Cartesian coordinates with a soft stop: in every formulation, and with gains that follow steps which end anywhere.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+struct Stopped {
+    m: f64,
+    l: f64,
+    g: f64,
+    k: f64,
+}
+
+#[dynamics]
+impl Stopped {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y + 0.5 * self.k * (q.x - 0.3).max(0.0).powi(2)
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (q.x.powi(2) + q.y.powi(2) - self.l.powi(2))
+    }
+}
+
+#[test]
+fn a_pendulum_meets_a_soft_stop_in_every_formulation() {
+    let model = Stopped { m: 1.0, l: 1.0, g: 9.81, k: 500.0 };
+    let start = model.state().x(-0.6).y(-0.8).build().unwrap();
+    for tolerance in [1e-6, 1e-9] {
+        for formulation in
+            [Formulation::Projected, Formulation::Embedded, Formulation::Augmented, Formulation::BaumgarteTied]
+        {
+            let run = model.simulate(start).until(5.0).tolerance(tolerance).method(methods::Dop853);
+            let motion = run.formulation(formulation).run().unwrap_or_else(|e| panic!("{formulation}: {e}"));
+            let summary = motion.summary();
+            assert!(summary.energy_drift < 100.0 * tolerance, "{formulation}: {summary}");
+        }
+    }
 }
 
 /// Where it comes to rest there is no side to go on to: friction by a sign alone has no solution there, only an average of many short steps.

@@ -76,6 +76,8 @@ const fn greatest<const K: usize>(lengths: [usize; K]) -> usize {
 /// Φ_q a = γ is contradictory where no a comes closer than this, against the size of γ: well above what the drift of an unstabilised motion
 /// leaves on constraints that repeat each other.
 const CONTRADICTION: f64 = 1e-6;
+/// Part of the accelerations that joins γ there: at rest γ is rounding, and so is what misses it. A contradiction is then larger than 1e-12 of a.
+const ROUNDED: f64 = 1e-6;
 
 /// What the general solver found about the constraints at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -319,7 +321,7 @@ fn general_with<M: Constraints>(
     let mut accelerations = M::Vector::zeros();
     let mut multipliers = M::Rows::zeros();
     let miss = system.solve(force, gamma, accelerations.as_mut_slice(), multipliers.as_mut_slice());
-    let size = miss.scale + system.size_of_rows(floor);
+    let size = miss.scale + system.size_of_rows(floor) + ROUNDED * miss.reach;
     contradiction(miss, size, *slack, system, names::<M>())?;
     Ok(Outcome { accelerations, multipliers, diagnosis: Some(diagnosis(system)) })
 }

@@ -228,6 +228,11 @@ fn a_gradient_that_vanishes_on_the_manifold_is_found() {
     assert_eq!(faults(&b.model), gone);
     b.nominal(0, 0.3);
     assert_eq!(faults(&b.model), gone);
+    let (mut b, q) = particles(&["x", "y"]);
+    let rod = circle(&mut b, q[0], q[1]);
+    let distance = b.g().unary(Unary::Abs, rod);
+    constrain(&mut b, "rod", HOLONOMIC, &[distance]);
+    assert_eq!(faults(&b.model), gone, "it turns round");
 }
 
 #[test]

@@ -92,6 +92,8 @@ pub(crate) struct Miss {
     pub(crate) size: f64,
     /// Norm of γ in the same scale.
     pub(crate) scale: f64,
+    /// Norm of a in the same scale: what Φ_q a is rounded at.
+    pub(crate) reach: f64,
     /// The row that is missed most.
     pub(crate) row: usize,
     /// Its Φ_q a − γ in the user's units.
@@ -211,7 +213,7 @@ impl<'w> System<'w> {
         }
         let scale = norm(&self.b[..m]);
         self.rows.fit(&mut self.b[..m], &mut self.y[..k], &mut self.w[..m]);
-        let miss = self.miss(scale);
+        let mut miss = self.miss(scale);
         // Qᵀ S Q, then its last part against ZᵀM̂Z z.
         (0..n).for_each(|j| self.x[j] = self.scale[j] * force[j]);
         self.rows.rotate(self.x);
@@ -233,6 +235,7 @@ impl<'w> System<'w> {
         for i in 0..m {
             lambda[self.active.get(i)] = self.weight[i] * self.b[i];
         }
+        miss.reach = norm(self.y);
         a.copy_from_slice(self.y);
         self.rows.rotate_back(a);
         a.iter_mut().zip(&*self.scale).for_each(|(a, s)| *a *= s);
@@ -244,7 +247,7 @@ impl<'w> System<'w> {
         let worst = left.iter().enumerate();
         let at = worst.fold((0, 0.0), |most, (i, x)| if x.abs() > most.1 { (i, x.abs()) } else { most }).0;
         let (row, residual) = if self.m > 0 { (self.active.get(at), -left[at] / self.weight[at]) } else { (0, 0.0) };
-        Miss { size: norm(left), scale, row, residual }
+        Miss { size: norm(left), scale, reach: 0.0, row, residual }
     }
 
     /// Whether the multiplier of a row is the same in all solutions; true for rows that are released, where it is 0.

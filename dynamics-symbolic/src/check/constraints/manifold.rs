@@ -23,6 +23,8 @@ pub(super) const LIMIT: usize = 60;
 /// of Φ, 1e-6 at a state that Newton's method found.
 const VANISHED: f64 = 1e-2;
 const AWAY: f64 = 0.03;
+/// How far to both sides of a state, likewise, gradients are compared: where they are opposite the row has a kink there.
+const BESIDE: f64 = 1e-3;
 
 /// The manifold of some rows.
 #[derive(Clone, Debug, Default)]
@@ -184,8 +186,22 @@ fn join(row: usize, all: &[At]) -> Dependence {
     Dependence { row, others, constant, consistent: own().all(|d| d.consistent) }
 }
 
-/// Whether the gradient of a row is far shorter at a state than at states around it.
+/// Whether the gradient of a row is far shorter at a state than at states around it, or turns round there, as that of |Φ| does.
 fn vanishes(rows: &Rows, sample: &Sample, scale: &[f64], r: usize) -> bool {
+    let slope = slopes(rows, sample, &[r]).swap_remove(0);
+    let to = |side: f64| {
+        let mut there = sample.clone();
+        let length = norm(&slope);
+        for ((q, s), d) in there.q.iter_mut().zip(scale).zip(&slope) {
+            *q += side * BESIDE * s * d / length;
+        }
+        slopes(rows, &there, &[r]).swap_remove(0)
+    };
+    let (ahead, behind) = (to(1.0), to(-1.0));
+    let along: f64 = ahead.iter().zip(&behind).map(|(a, b)| a * b).sum();
+    if along < -0.5 * norm(&ahead) * norm(&behind) {
+        return true;
+    }
     let here = norm(&slopes(rows, sample, &[r])[0]);
     let around = (0..3).map(|k| {
         let mut away = sample.clone();
