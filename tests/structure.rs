@@ -148,8 +148,8 @@ fn momentum_rates_are_those_of_the_momenta() {
     let damped = Damped { m: 2.0, k: 30.0, c: 0.7 };
     let start = damped.state().x(0.3).x_rate(-1.0).push(2.0).build().unwrap();
     check(&damped, start);
-    assert!(DoublePendulum::VELOCITY_FORCES && Damped::VELOCITY_FORCES);
-    assert!(!Kepler::VELOCITY_FORCES && !Bob::VELOCITY_FORCES && !Skate::VELOCITY_FORCES);
+    const { assert!(DoublePendulum::VELOCITY_FORCES && Damped::VELOCITY_FORCES) };
+    const { assert!(!Kepler::VELOCITY_FORCES && !Bob::VELOCITY_FORCES && !Skate::VELOCITY_FORCES) };
 }
 
 /// A double pendulum, whose M moves with its angles.
