@@ -79,7 +79,7 @@ catalogue! {
     redundant_as_option(name) "`redundant` is an attribute of its own; write `#[{name}] #[redundant]`";
     redundant_without_constraint(function) "`{function}` is no constraint that could be redundant; write `#[holonomic]` or `#[nonholonomic]` beside it, or remove `#[redundant]`";
     too_many_switched(limit) "more than {limit} switched constraints in one model; let those that are switched together be one array";
-    forgotten_role(function, field) "`{function}` has no role and no function calls it, yet only it reads `{field}`; mark it `#[potential]`, `#[force]`, `#[output]` or what it is meant to be";
+    forgotten_role(function, field) "`{function}` has no role and no function calls it, yet only it reads `{field}`; mark it `#[potential]`, `#[force]`, `#[holonomic]`, `#[output]` or what it is meant to be";
     no_kinetic_energy(name) "`{name}` has no kinetic energy; mark a function `#[kinetic]` or `#[lagrangian]`";
     role_signature(role, form) "`#[{role}]` needs another signature; write `{form}`";
     role_result(role, expected, found) "`#[{role}]` returns {found} here; return {expected}";

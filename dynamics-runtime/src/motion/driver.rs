@@ -51,6 +51,9 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
         M: Simulate;
 }
 
+/// Quarters, as where positions are solved: see `Motion::work`.
+const PARTS_OF_LONG_STEPS: u32 = 4;
+
 pub(crate) type AnyDriver<M> = Arc<dyn Driver<M>>;
 
 impl<M: Model, C: Choice> Driver<M> for C {
@@ -110,6 +113,9 @@ impl<M: Model, C: Choice> Driver<M> for C {
             // Steps that are scanned in many parts are long, as the interpolant has a high order.
             let parts = (<C::Scheme<M::Vector> as Scheme<M::Vector>>::SCAN as u32 / 4).max(1);
             motion.meter_by_quadrature(index, parts, work)
+        } else if motion.step(index).kept.between {
+            // Its stages are off by what was taken back at its end, and so are their reactions; states between are settled.
+            motion.meter_by_quadrature(index, PARTS_OF_LONG_STEPS, work)
         } else {
             motion.meter_by_stages(self.scheme::<M::Vector>(), index, work)
         }
