@@ -261,3 +261,45 @@ fn no_picture_is_empty() {
     let motion = wheel.simulate(wheel.state().psi_rate(1.0).build().unwrap()).until(1.0).run().unwrap();
     assert!(motion.animation().to_html().unwrap().contains("nothing is known to draw"));
 }
+
+/// A mass on a shaken table: nothing is free, and steps are as long as the projection makes them.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(y: m)]
+#[units(m: kg, g: m / s^2, amplitude: m, omega: rad / s)]
+struct Shaken {
+    m: f64,
+    g: f64,
+    amplitude: f64,
+    omega: f64,
+}
+
+#[dynamics]
+impl Shaken {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.y.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y
+    }
+    #[holonomic]
+    fn table(&self, q: &Coordinates<Self>) -> Expr {
+        q.y - self.amplitude * (self.omega * q.t).sin()
+    }
+}
+
+#[test]
+fn the_work_of_a_constraint_that_moves_is_accounted_for() {
+    let model = Shaken { m: 1.0, g: 9.81, amplitude: 0.005, omega: 40.0 };
+    let start = model.state().assemble().unwrap();
+    for (tolerance, permitted) in [(1e-6, 1e-3), (1e-9, 1e-9), (1e-12, 1e-12)] {
+        let motion = model.simulate(start).until(3.0).tolerance(tolerance).run().unwrap();
+        let summary = motion.summary();
+        assert!(summary.energy_drift < permitted, "{summary}");
+        // What the table did is what the mass has.
+        let gained = motion.energy_at(3.0) - motion.energy_at(0.0);
+        let work: f64 = motion.work().forces.iter().map(|row| row.work).sum();
+        assert!((work - gained).abs() < permitted * summary.energy_scale, "{}", motion.work());
+    }
+}
