@@ -27,8 +27,8 @@ pub enum Formulation {
     /// Baumgarte with gains tied to the step h: α = 3/(4h), β = 1/h, taken at the start of each step and held during it. Then the step maps
     /// (Φ, hΦ̇) by [[½, ¼], [−1, −½]], which is nilpotent: errors are gone after two steps of one size, whatever that is, and as nothing is fed back within the
     /// step, neither its stability nor its order suffer. (Fed back at every stage, gains of 1/h bring the order of any Runge–Kutta method down to
-    /// that of its stages.) What is left is the drift of the last two steps. Steps far shorter than the motion asks for, which end at an event or where accelerations
-    /// are not smooth, have the gains of longer ones: a hundredth of |u|/|q̈|.
+    /// that of its stages.) What is left is the drift of the last two steps. A step that is much shorter than the one before, as it
+    /// ends at an event or where accelerations are not smooth, takes back in no time what has drifted in that: such motions may end with the error of a drift.
     BaumgarteTied,
     /// After every accepted step positions are projected onto Φ = 0 along M⁻¹Φ_qᵀ and velocities onto Φ̇ = 0 (Gauss's least constraint), to
     /// rounding level. Costs one correction or two per step, and needs no gains. Source: Lubich, BIT 31 (1991) 545; Eich, SIAM J. Numer. Anal. 30 (1993) 1467.

@@ -74,8 +74,6 @@ impl Upkept {
 const LIMIT: f64 = 1e-5;
 /// Weight of the last step in the mean sensitivity.
 const FADE: f64 = 0.1;
-/// Gains follow the step down to this part of the time in which accelerations would make the velocities what they are.
-const SHORTEST_PACE: f64 = 0.01;
 
 /// Keeps the constraints of one run; what it works in is allocated once.
 pub(crate) struct Upkeep<M: Constraints> {
@@ -152,9 +150,9 @@ impl<M: Constraints> Upkeep<M> {
     }
 
     /// What a formulation does where a step begins.
-    pub(crate) fn prepare(&mut self, model: &M, state: &M::State, a: &M::Vector, h: f64) -> Result<(), SolveError> {
+    pub(crate) fn prepare(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
         if self.is_tied() {
-            return self.push_back(model, state, a, h);
+            return self.push_back(model, state, h);
         }
         if self.embedding.is_none() {
             self.embedding = Some(Embedding::new(model, state, &mut self.workspace)?);
@@ -210,12 +208,8 @@ impl<M: Constraints> Upkeep<M> {
     }
 
     /// What a step from a state adds to the accelerations all along, to take back what has drifted up to there.
-    fn push_back(&mut self, model: &M, state: &M::State, a: &M::Vector, h: f64) -> Result<(), SolveError> {
+    fn push_back(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
         let (position, mut right) = (model.residual(state), model.velocity_residual(state));
-        // A step that is much shorter than others, as it ends at an event, would take back in no time what has drifted in theirs: a kick.
-        let size = |v: &M::Vector| max_abs(v.as_slice());
-        let pace = SHORTEST_PACE * size(state.u()) / size(a);
-        let h = if pace.is_finite() { math::max(h.abs(), pace).copysign(h) } else { h };
         for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
             *right = if row < M::Residual::LEN { -(1.5 * *right + position[row] / h) / h } else { -*right / h };
         }
