@@ -3,78 +3,21 @@
 //! The traits are implemented by the code that `#[dynamics]` emits; a hand-written implementation is as good as
 //! a generated one, and the tests use such to check the runtime by itself.
 
+mod kinks;
+mod modes;
+mod vector;
+
+use core::any::TypeId;
 use core::fmt::{self, Debug};
-use core::ops::{Index, IndexMut};
+use core::ops::Index;
 
 use nalgebra::SVector;
 
-use core::any::TypeId;
+pub use kinks::{Branches, Kink, MOST_KINKS};
+pub use modes::Modes;
+pub use vector::{Square, Vector};
 
 use crate::error::{SingularMassMatrix, SolveError};
-
-/// A vector whose length is part of its type: `SVector<f64, N>`.
-pub trait Vector:
-    Copy + PartialEq + Debug + Send + Sync + 'static + Index<usize, Output = f64> + IndexMut<usize>
-{
-    /// Number of elements.
-    const LEN: usize;
-    /// A square matrix of as many rows and columns.
-    type Square: Square;
-    /// All elements zero.
-    fn zeros() -> Self;
-    /// The elements in order.
-    fn as_slice(&self) -> &[f64];
-    /// The elements in order, to be changed.
-    fn as_mut_slice(&mut self) -> &mut [f64];
-}
-
-/// Memory for a square matrix, by rows, whose size is part of its type.
-pub trait Square: Copy + Debug + Send + Sync + 'static {
-    /// All elements zero.
-    fn zeros() -> Self;
-    /// The elements row by row.
-    fn as_slice(&self) -> &[f64];
-    /// The elements row by row, to be changed.
-    fn as_mut_slice(&mut self) -> &mut [f64];
-    /// The elements of many, one matrix after the other.
-    fn flatten(all: &mut [Self]) -> &mut [f64];
-}
-
-impl<const N: usize> Square for [[f64; N]; N] {
-    #[inline(always)]
-    fn zeros() -> Self {
-        [[0.0; N]; N]
-    }
-    #[inline(always)]
-    fn as_slice(&self) -> &[f64] {
-        self.as_flattened()
-    }
-    #[inline(always)]
-    fn as_mut_slice(&mut self) -> &mut [f64] {
-        self.as_flattened_mut()
-    }
-    #[inline(always)]
-    fn flatten(all: &mut [Self]) -> &mut [f64] {
-        all.as_flattened_mut().as_flattened_mut()
-    }
-}
-
-impl<const N: usize> Vector for SVector<f64, N> {
-    const LEN: usize = N;
-    type Square = [[f64; N]; N];
-    #[inline(always)]
-    fn zeros() -> Self {
-        SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; N]]))
-    }
-    #[inline(always)]
-    fn as_slice(&self) -> &[f64] {
-        &self.data.0[0]
-    }
-    #[inline(always)]
-    fn as_mut_slice(&mut self) -> &mut [f64] {
-        &mut self.data.0[0]
-    }
-}
 
 /// A named scalar of a model, with its unit as the user declared it or as it was inferred (`""` where unknown or 1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,143 +58,6 @@ pub trait ModelState: Copy + PartialEq + Debug + Send + Sync + 'static {
     fn modes_mut(&mut self) -> &mut Modes;
     /// Holds branches of the model's choices, whatever the values say: what a step does that ends where they change.
     fn hold(&mut self, _branches: Branches) {}
-}
-
-/// Branches of a model's choices that are held while a step is made, by the index of the kink that decides them: see [`Dynamics::kinks`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Branches {
-    held: u64,
-    below: u64,
-}
-
-impl Branches {
-    /// None is held: values decide.
-    pub const FREE: Self = Self { held: 0, below: 0 };
-
-    /// Holds the branch of a kink's value below or above zero.
-    pub fn hold(&mut self, kink: usize, below: bool) {
-        self.held |= 1 << kink;
-        self.below = self.below & !(1 << kink) | u64::from(below) << kink;
-    }
-
-    /// Whether the branch is held.
-    #[must_use]
-    pub fn holds(self, kink: usize) -> bool {
-        self.held >> kink & 1 == 1
-    }
-
-    /// Whether the value counts as negative: as held, else as it is.
-    #[inline(always)]
-    #[must_use]
-    pub fn below(self, kink: usize, now: bool) -> bool {
-        if self.holds(kink) { self.below >> kink & 1 == 1 } else { now }
-    }
-
-    /// |x|.
-    #[inline(always)]
-    #[must_use]
-    pub fn abs(self, kink: usize, x: f64) -> f64 {
-        match (self.holds(kink), self.below >> kink & 1 == 1) {
-            (false, _) => crate::math::abs(x),
-            (true, true) => -x,
-            (true, false) => x,
-        }
-    }
-
-    /// The sign of x.
-    #[inline(always)]
-    #[must_use]
-    pub fn signum(self, kink: usize, x: f64) -> f64 {
-        match (self.holds(kink), self.below >> kink & 1 == 1) {
-            (false, _) => crate::math::signum(x),
-            (true, true) => -1.0,
-            (true, false) => 1.0,
-        }
-    }
-
-    /// The smaller of a and b; the kink's value is a − b, or b − a where they are exchanged.
-    #[inline(always)]
-    #[must_use]
-    pub fn min(self, kink: usize, exchanged: bool, a: f64, b: f64) -> f64 {
-        match (self.holds(kink), (self.below >> kink & 1 == 1) != exchanged) {
-            (false, _) => crate::math::min(a, b),
-            (true, true) => a,
-            (true, false) => b,
-        }
-    }
-
-    /// The larger, likewise.
-    #[inline(always)]
-    #[must_use]
-    pub fn max(self, kink: usize, exchanged: bool, a: f64, b: f64) -> f64 {
-        match (self.holds(kink), (self.below >> kink & 1 == 1) != exchanged) {
-            (false, _) => crate::math::max(a, b),
-            (true, true) => b,
-            (true, false) => a,
-        }
-    }
-}
-
-/// The modes of the switched constraints of a model, by their order among the switched ones: whether each holds, and, where it does not, to
-/// which side it was left. All hold by default. At most 32.
-#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
-pub struct Modes {
-    /// Two bits each: released, left to the negative side.
-    bits: u64,
-}
-
-impl Modes {
-    /// Most switched constraints of a model.
-    pub const MOST: usize = 32;
-    /// Every constraint holds.
-    pub const ALL_HOLD: Self = Self { bits: 0 };
-
-    /// Whether the switched constraint with this index holds.
-    #[inline(always)]
-    #[must_use]
-    pub const fn holds(self, index: usize) -> bool {
-        self.bits >> (2 * index) & 1 == 0
-    }
-
-    /// Whether every constraint holds.
-    #[inline(always)]
-    #[must_use]
-    pub const fn all_hold(self) -> bool {
-        self.bits == 0
-    }
-
-    /// 0 while it holds, else ±1: the side to which it was left.
-    #[inline(always)]
-    #[must_use]
-    pub const fn side(self, index: usize) -> f64 {
-        match self.bits >> (2 * index) & 3 {
-            1 => 1.0,
-            3 => -1.0,
-            _ => 0.0,
-        }
-    }
-
-    /// Lets it hold.
-    pub const fn engage(&mut self, index: usize) {
-        self.bits &= !(3 << (2 * index));
-    }
-
-    /// Releases it to a side: that of growing Φ (or A q̇ + b) where `side` is not negative.
-    pub const fn release(&mut self, index: usize, side: f64) {
-        self.engage(index);
-        self.bits |= (if side < 0.0 { 3 } else { 1 }) << (2 * index);
-    }
-}
-
-impl Debug for Modes {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.all_hold() {
-            return f.write_str("all hold");
-        }
-        let released = (0..Self::MOST).filter(|i| !self.holds(*i)).map(|i| (i, self.side(i)));
-        f.write_str("released ")?;
-        f.debug_map().entries(released).finish()
-    }
 }
 
 /// Sizes and types of a model: what `#[derive(Dynamics)]` knows from the struct alone.
@@ -365,40 +171,6 @@ pub trait Dynamics: Model {
         _u: &mut [Self::Vector],
     ) -> bool {
         false
-    }
-}
-
-/// Most kinks of a model that are followed.
-pub const MOST_KINKS: usize = 64;
-
-/// A value with the interval around it within which accelerations are smooth: steps end where it is left.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kink {
-    /// What a branch of the model depends on, or the argument of a function that is made of pieces.
-    pub value: f64,
-    /// From where to where it can go before the branch or the piece changes.
-    pub smooth: [f64; 2],
-    /// Whether its sign decides a branch, which a state can hold.
-    pub decides: bool,
-}
-
-impl Kink {
-    /// None: nothing leaves this interval.
-    pub const NONE: Self = Self { value: 0.0, smooth: [f64::NEG_INFINITY, f64::INFINITY], decides: false };
-
-    /// Of a branch that changes where the value changes its sign.
-    #[inline]
-    #[must_use]
-    pub fn at_zero(value: f64) -> Self {
-        let smooth = if value < 0.0 { [f64::NEG_INFINITY, 0.0] } else { [0.0, f64::INFINITY] };
-        Self { value, smooth, decides: true }
-    }
-
-    /// Of a function at x.
-    #[inline]
-    #[must_use]
-    pub fn of(function: &impl crate::SmoothFunction, x: f64) -> Self {
-        Self { value: x, smooth: function.piece(x), decides: false }
     }
 }
 

@@ -96,7 +96,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
         let resolution = resolution(t, h);
         let size = 1.0 + max_abs(path(1.0).q.as_slice());
         let mut first = f64::INFINITY;
-        for i in 0..M::KINKS.min(MOST_KINKS) {
+        const { assert!(M::KINKS <= MOST_KINKS, "more kinks than are followed") };
+        for i in 0..M::KINKS {
             let from = samples[0][i];
             if fails && from.decides {
                 continue;

@@ -126,6 +126,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         if M::KINKS > 0 && self.branches != Branches::FREE && !solved.as_ref().is_ok_and(is_finite) {
             // A branch may not exist beyond the place where it ends, as a root of what has become negative: what the model has there instead is
             // finite, and no more than a stage or two stand there.
+            self.evaluations += 1;
             return self.solved(state).map_err(EvaluationError::Solve);
         }
         solved.map_err(EvaluationError::Solve)

@@ -1,20 +1,24 @@
 //! The options of a simulation, and running it.
 
+mod check;
+
 use alloc::boxed::Box;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::sync::atomic::AtomicBool;
 
+use check::Checked;
+pub(super) use check::every;
+
 use super::change::Change;
 use super::driver::AnyDriver;
-use super::error::{OptionError, SimulationError, SimulationErrorKind, suggest};
+use super::error::{OptionError, SimulationError, SimulationErrorKind};
 use super::estimate::compare;
 use super::formulation::Formulation;
 use super::functions::AdHoc;
-use super::guard::{Contact, Guard, Guards};
+use super::guard::{Contact, Guard};
 use super::plant::{InputLaw, Plant, with_inputs};
 use super::progress::Progress;
 use super::query::Motion;
@@ -22,25 +26,11 @@ use super::record::{Counts, Record, Trajectory};
 use super::run::{Ended, Halt, Keep, Plan, Show, Sink};
 use super::second::{Probe, Second, SecondRun};
 use super::upkeep::{PlaceError, Upkeep};
-use super::watch::{Action, Flow, Rule, Watch};
-use crate::integrate::{Direction, StepOptions, Tolerances};
-use crate::methods::{Any, Dop853, Radau5, Rk4, Suits, Tsit5, Verner9};
-use crate::model::{Branches, Constraints, Events, Expansion, ModelState, Outputs, Powers, Vector};
+use super::watch::{Action, Flow, Watch};
+use crate::integrate::{Direction, Tolerances};
+use crate::methods::{Any, Radau5};
+use crate::model::{Branches, Constraints, Events, ModelState, Outputs, Powers};
 
-/// Above this tolerance Tsitouras 5(4) is chosen. Measured by time for the same error on double pendulum and Kepler (e = 0.9), all explicit methods lie
-/// within a quarter of each other at errors of 1e-3.
-const LOOSE: f64 = 1e-4;
-/// Below this tolerance, and without constraints, Verner 9(8) is chosen instead of DOP853, of whose time it takes 0.75 to an error of 1e-6 and 0.65 to 1e-9. Above,
-/// it gains little, and where motions are stiff its error estimate, which grows steeply, bounds the steps before stability does and hides that. With
-/// constraints it takes 0.8 (Andrews) to 1 (car axis), but near singular positions, where these amplify errors, its one error estimate sees less than
-/// the two of DOP853.
-const MANY_DIGITS: f64 = 1e-6;
-/// Below this tolerance Radau IIA needs so many steps that an explicit method at the border of its stability is no slower, so runs go on.
-const TIGHT: f64 = 1e-11;
-/// Number of coordinates above which one step of an implicit method, which factors matrices of that size, costs more than thousands of evaluations.
-const LARGE: usize = 100;
-/// Nine digits: far below what a plot shows or a parameter is known to, at less than twice the cost of six with Verner 9(8).
-const DEFAULT_TOLERANCE: f64 = 1e-9;
 /// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is wrong more often
 /// than not.
 const DEFAULT_MAX_STEPS: u64 = 1_000_000;
@@ -438,254 +428,6 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     fn check(&mut self) -> Result<Checked<'m, M>, SimulationError<M>> {
         self.check_options().map_err(|error| self.refused(error.into()))
     }
-
-    fn check_options(&mut self) -> Result<Checked<'m, M>, OptionError> {
-        OptionError::check_parameters(self.model)?;
-        self.check_start()?;
-        let end = self.end.ok_or(OptionError::NoEnd)?;
-        number("until", end, end.is_finite(), "a finite time")?;
-        let options = self.check_steps()?;
-        let method = self.choose_method(&options.tolerances)?;
-        self.check_suits(&method.0)?;
-        let output_times = self.output_list()?;
-        let formulation = Formulation::choose::<M>(self.formulation)?;
-        self.check_series(&method.0, formulation.as_ref().map(|(formulation, _)| *formulation))?;
-        let tightest = options.tolerances.absolute.min(options.tolerances.relative);
-        let hands_over = self.method.is_none() && self.fixed.is_none() && tightest >= TIGHT && M::Vector::LEN <= LARGE;
-        number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
-        let guards = self.check_guards(end)?;
-        let rules = self.check_events(&guards)?;
-        Ok(Checked { end, options, method, hands_over, output_times, formulation, guards, rules })
-    }
-
-    fn check_start(&self) -> Result<(), OptionError> {
-        let not_finite = |v: &[f64]| v.iter().position(|x| !x.is_finite());
-        if !self.start.t().is_finite() {
-            return Err(OptionError::StartNotFinite { name: "t", rate: false });
-        }
-        if let Some(i) = not_finite(self.start.q().as_slice()) {
-            return Err(OptionError::StartNotFinite { name: M::COORDINATES[i].name, rate: false });
-        }
-        if let Some(i) = not_finite(self.start.u().as_slice()) {
-            return Err(OptionError::StartNotFinite { name: M::COORDINATES[i].name, rate: true });
-        }
-        match not_finite(self.start.inputs().as_slice()) {
-            Some(i) if self.law.is_none() => Err(OptionError::InputWithoutValue { input: M::INPUTS[i].name }),
-            _ => Ok(()),
-        }
-    }
-
-    fn check_steps(&self) -> Result<StepOptions, OptionError> {
-        let (tolerances, option) = self.tolerances.unwrap_or((Tolerances::both(DEFAULT_TOLERANCE), "tolerance"));
-        let Tolerances { absolute, relative } = tolerances;
-        let [above, least, finest] = match option {
-            "tolerance" => ["a tolerance above 0", "a tolerance above 0", "at least 1e-15: `f64` resolves no less"],
-            _ => [
-                "an absolute tolerance above 0",
-                "a relative tolerance of 0 or more",
-                "a relative tolerance of at least 1e-15: `f64` resolves no less",
-            ],
-        };
-        number(option, absolute, absolute > 0.0 && absolute.is_finite(), above)?;
-        number(option, relative, relative >= 0.0 && relative.is_finite(), least)?;
-        number(option, relative, relative == 0.0 || relative >= 1e-15, finest)?;
-        let length = "a length of time above 0, and above the resolution of `f64` at the times simulated";
-        let resolution = 4.0 * f64::EPSILON * self.start.t().abs().max(self.end.map_or(0.0, f64::abs));
-        for (option, value) in [("fixed_step", self.fixed), ("first_step", self.first)] {
-            let Some(value) = value else { continue };
-            number(option, value, value > resolution && value.is_finite(), length)?;
-        }
-        let most = self.most.unwrap_or(f64::INFINITY);
-        number("max_step", most, most > resolution, length)?;
-        number("max_steps", self.most_steps as f64, self.most_steps > 0, "at least 1")?;
-        if self.fixed.is_some() {
-            let given = [("first_step", self.first.is_some()), ("max_step", self.most.is_some())];
-            let tolerance = [(option, self.tolerances.is_some())];
-            if let Some(&(option, _)) = given.iter().chain(&tolerance).find(|(_, given)| *given) {
-                return Err(OptionError::FixedStepExcludes { option });
-            }
-        }
-        Ok(StepOptions { tolerances, fixed: self.fixed, first: self.first, most })
-    }
-
-    fn choose_method(&self, tolerances: &Tolerances) -> Result<(AnyDriver<M>, String), OptionError> {
-        let loosest = tolerances.absolute.max(tolerances.relative);
-        let chosen = |driver: AnyDriver<M>, reason: String| (driver, reason);
-        Ok(match (self.method.clone(), self.fixed) {
-            (Some(method), None) if !method.is_adaptive() => {
-                return Err(OptionError::NeedsFixedStep { method: method.method() });
-            }
-            (Some(method), Some(h)) => (method, format!("as asked for, with a fixed step of {h}")),
-            (Some(method), None) => (method, format!("as asked for, at tolerance {loosest:e}")),
-            (None, Some(h)) => chosen(Arc::new(Rk4), format!("because the step is fixed, {h}")),
-            (None, None) if loosest > LOOSE => {
-                chosen(Arc::new(Tsit5), format!("because tolerance {loosest:e} asks for few digits"))
-            }
-            // A constant, so that models with constraints have no code of it.
-            (None, None) if const { M::ROWS.is_empty() } && loosest < MANY_DIGITS => {
-                chosen(Arc::new(Verner9), format!("because its long steps win at tolerance {loosest:e}"))
-            }
-            (None, None) => chosen(Arc::new(Dop853), format!("because its long steps win at tolerance {loosest:e}")),
-        })
-    }
-
-    fn check_series(&self, method: &AnyDriver<M>, formulation: Option<Formulation>) -> Result<(), OptionError> {
-        if !method.needs_series() {
-            return Ok(());
-        }
-        let adds = |of: &Formulation| matches!(of, Formulation::Baumgarte { .. } | Formulation::BaumgarteTied);
-        if let Some(formulation) = formulation.filter(adds) {
-            return Err(OptionError::SeriesExcludes { method: method.method(), formulation });
-        }
-        let reason = match M::SERIES {
-            Expansion::None { reason } => reason,
-            Expansion::Generated { .. } if self.law.is_some() => "its inputs follow a closure",
-            Expansion::Generated { .. } => return Ok(()),
-        };
-        Err(OptionError::NoSeries { method: method.method(), reason })
-    }
-
-    /// Methods that preserve something are refused where they would not.
-    fn check_suits(&self, method: &AnyDriver<M>) -> Result<(), OptionError> {
-        let (suits, method) = (method.suits(), method.method());
-        if suits == Suits::Any {
-            return Ok(());
-        }
-        let unsuited = |reason, remedy| Err(OptionError::Unsuited { method, reason, remedy });
-        let constrained = !M::ROWS.is_empty();
-        if constrained && suits != Suits::SeparableHolonomic {
-            return unsuited(
-                "it has constraints",
-                "use methods::Rattle, or a method that preserves nothing, as methods::Dop853",
-            );
-        }
-        if M::VELOCITY_FORCES && matches!(suits, Suits::Separable | Suits::SeparableHolonomic) {
-            let reason = "its forces, or the Coriolis terms of a mass matrix that moves, contain velocities";
-            let remedy = if constrained {
-                "use methods::Dop853"
-            } else {
-                "use methods::Gauss4, methods::Gauss6 or methods::EnergyMidpoint"
-            };
-            return unsuited(reason, remedy);
-        }
-        if M::VelocityOffset::LEN > 0 {
-            return unsuited("it has nonholonomic constraints", "use methods::Dop853");
-        }
-        if constrained && self.formulation.is_some_and(|formulation| formulation != Formulation::Projected) {
-            return unsuited(
-                "its steps are projected and `.formulation(..)` asks for something else",
-                "leave that out",
-            );
-        }
-        let conserved = M::CONSERVED.iter().any(|quantity| matches!(quantity.name, "energy" | "energy function"));
-        if suits == Suits::Conservative && (!conserved || self.law.is_some()) {
-            return unsuited("its energy is not conserved", "use methods::Gauss4 or methods::Gauss6");
-        }
-        Ok(())
-    }
-
-    /// The output times, checked and in the order of the motion.
-    fn output_list(&self) -> Result<Option<Vec<f64>>, OptionError> {
-        let (start, end) = (self.start.t(), self.end.ok_or(OptionError::NoEnd)?);
-        let direction = if end < start { -1.0 } else { 1.0 };
-        match &self.output {
-            Output::Steps => Ok(None),
-            Output::Times(times) => {
-                let outside = |&t: &f64| !((t - start) * direction >= 0.0 && (end - t) * direction >= 0.0);
-                if let Some(time) = times.iter().copied().find(outside) {
-                    return Err(OptionError::OutputTime { time, start, end });
-                }
-                let mut times = times.clone();
-                times.sort_by(|a, b| (a * direction).total_cmp(&(b * direction)));
-                Ok(Some(times))
-            }
-            Output::Every(interval) => {
-                number("every", *interval, *interval > 0.0 && interval.is_finite(), "an interval above 0")?;
-                let span = (end - start).abs();
-                let count = intervals(span, *interval);
-                number("every", *interval, count <= 100_000_000, "an interval that gives fewer than 10⁸ times")?;
-                Ok(Some(every(start, end, *interval)))
-            }
-        }
-    }
-
-    /// Index of an event of the model or of the simulation.
-    fn event_index(&self, name: &str) -> Result<usize, OptionError> {
-        let names = || M::EVENTS.iter().map(|e| e.name).chain(self.ad_hoc.iter().map(|e| e.name.as_str()));
-        names().position(|known| known == name).ok_or_else(|| {
-            let suggestion = suggest(name, names());
-            OptionError::UnknownEvent { name: name.into(), suggestion }
-        })
-    }
-
-    fn check_guards(&self, end: f64) -> Result<Guards, OptionError> {
-        let contacts = self.contacts.iter().map(|(name, _)| ("contact", name));
-        let sticking = self.sticking.iter().map(|(name, _)| ("stick_slip", name));
-        if let Some((option, name)) = contacts.chain(sticking).next()
-            && end < self.start.t()
-        {
-            return Err(OptionError::Backwards { option, constraint: name.clone() });
-        }
-        let mut guards = Vec::with_capacity(self.contacts.len() + self.sticking.len());
-        for (name, contact) in &self.contacts {
-            guards.push(Guard::contact::<M>(name, *contact)?);
-        }
-        for (name, breakaway) in &self.sticking {
-            guards.push(Guard::stick::<M>(name, || self.event_index(breakaway))?);
-        }
-        Ok(guards)
-    }
-
-    /// The rules: what guards do comes before what was asked for at their events.
-    fn check_events(&mut self, guards: &Guards) -> Result<Vec<Rule<'m, M>>, OptionError> {
-        let own = M::EVENTS.iter().map(|e| e.name);
-        let given = self.ad_hoc.iter().map(|e| e.name.as_str());
-        let names: Vec<&str> = own.chain(given).chain(guards.iter().map(|guard| guard.name.as_str())).collect();
-        for (i, name) in names.iter().enumerate().skip(M::EVENTS.len()) {
-            if names[..i].contains(name) {
-                return Err(OptionError::DuplicateEvent { name: name.to_string() });
-            }
-        }
-        let first = M::EVENTS.len() + self.ad_hoc.len();
-        let guard = |i| Rule { index: first + i, direction: Direction::Falling, action: Action::Guard(i) };
-        let mut rules: Vec<Rule<'m, M>> = (0..guards.len()).map(guard).collect();
-        for (name, direction, action) in self.actions.drain(..) {
-            let Some(index) = names.iter().position(|known| *known == name) else {
-                let suggestion = suggest(&name, names.iter().copied());
-                return Err(OptionError::UnknownEvent { name, suggestion });
-            };
-            rules.push(Rule { index, direction, action });
-        }
-        Ok(rules)
-    }
-}
-
-/// Number of intervals in a span, with a millionth of one as slack: 10 / 0.1 must give the last of its 101 times.
-fn intervals(span: f64, interval: f64) -> u64 {
-    (span / interval + 1e-6) as u64
-}
-
-/// Times at equal intervals from the start, the end included where an interval ends there.
-pub(super) fn every(start: f64, end: f64, interval: f64) -> Vec<f64> {
-    let direction = if end < start { -1.0 } else { 1.0 };
-    let at = |k: u64| {
-        let t = start + direction * (k as f64 * interval);
-        if (end - t) * direction < 0.0 { end } else { t }
-    };
-    (0..=intervals((end - start).abs(), interval)).map(at).collect()
-}
-
-/// What the options say once they are checked.
-struct Checked<'m, M: Simulate> {
-    end: f64,
-    options: StepOptions,
-    method: (AnyDriver<M>, String),
-    /// An implicit method is to go on where the motion is stiff.
-    hands_over: bool,
-    output_times: Option<Vec<f64>>,
-    formulation: Option<(Formulation, String)>,
-    guards: Guards,
-    rules: Vec<Rule<'m, M>>,
 }
 
 /// Counts, when which method took over, how it ended.
@@ -743,10 +485,6 @@ struct Ran<'m, M: Simulate> {
 
 /// A run with how it ended.
 type Landed<'m, M> = (Ran<'m, M>, Result<(), Halt>);
-
-fn number(option: &'static str, value: f64, good: bool, admissible: &'static str) -> Result<(), OptionError> {
-    if good { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
-}
 
 fn broken_off<M: Simulate>(halt: Halt, trajectory: Trajectory<M>) -> SimulationError<M> {
     let state = trajectory.last().state;

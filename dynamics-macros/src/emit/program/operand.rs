@@ -162,6 +162,7 @@ impl Printer<'_> {
             }
         }
     }
+
     /// A choice that the state can hold, whatever the values are.
     fn choice(&self, id: NodeId, Branch { kink, exchanged }: Branch) -> String {
         let v = |id| self.value(id);

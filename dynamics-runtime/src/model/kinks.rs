@@ -1,0 +1,113 @@
+//! Where the accelerations of a model are not smooth, and the branches that a step holds up to there.
+
+use crate::math;
+use crate::smooth::SmoothFunction;
+
+/// Most kinks of a model that are followed.
+pub const MOST_KINKS: usize = 64;
+
+/// A value with the interval around it within which accelerations are smooth: steps end where it is left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kink {
+    /// What a branch of the model depends on, or the argument of a function that is made of pieces.
+    pub value: f64,
+    /// From where to where it can go before the branch or the piece changes.
+    pub smooth: [f64; 2],
+    /// Whether its sign decides a branch, which a state can hold.
+    pub decides: bool,
+}
+
+impl Kink {
+    /// None: nothing leaves this interval.
+    pub const NONE: Self = Self { value: 0.0, smooth: [f64::NEG_INFINITY, f64::INFINITY], decides: false };
+
+    /// Of a branch that changes where the value changes its sign.
+    #[inline]
+    #[must_use]
+    pub fn at_zero(value: f64) -> Self {
+        let smooth = if value < 0.0 { [f64::NEG_INFINITY, 0.0] } else { [0.0, f64::INFINITY] };
+        Self { value, smooth, decides: true }
+    }
+
+    /// Of a function at x.
+    #[inline]
+    #[must_use]
+    pub fn of(function: &impl SmoothFunction, x: f64) -> Self {
+        Self { value: x, smooth: function.piece(x), decides: false }
+    }
+}
+
+/// Branches of a model's choices that are held while a step is made, by the index of the kink that decides them: see [`Dynamics::kinks`](super::Dynamics::kinks).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Branches {
+    held: u64,
+    below: u64,
+}
+
+impl Branches {
+    /// None is held: values decide.
+    pub const FREE: Self = Self { held: 0, below: 0 };
+
+    /// Holds the branch of a kink's value below or above zero.
+    pub fn hold(&mut self, kink: usize, below: bool) {
+        self.held |= 1 << kink;
+        self.below = self.below & !(1 << kink) | u64::from(below) << kink;
+    }
+
+    /// Whether the branch is held.
+    #[must_use]
+    pub fn holds(self, kink: usize) -> bool {
+        self.held >> kink & 1 == 1
+    }
+
+    /// Whether the value counts as negative: as held, else as it is.
+    #[inline(always)]
+    #[must_use]
+    pub fn below(self, kink: usize, now: bool) -> bool {
+        if self.holds(kink) { self.below >> kink & 1 == 1 } else { now }
+    }
+
+    /// |x|.
+    #[inline(always)]
+    #[must_use]
+    pub fn abs(self, kink: usize, x: f64) -> f64 {
+        match (self.holds(kink), self.below >> kink & 1 == 1) {
+            (false, _) => math::abs(x),
+            (true, true) => -x,
+            (true, false) => x,
+        }
+    }
+
+    /// The sign of x.
+    #[inline(always)]
+    #[must_use]
+    pub fn signum(self, kink: usize, x: f64) -> f64 {
+        match (self.holds(kink), self.below >> kink & 1 == 1) {
+            (false, _) => math::signum(x),
+            (true, true) => -1.0,
+            (true, false) => 1.0,
+        }
+    }
+
+    /// The smaller of a and b; the kink's value is a − b, or b − a where they are exchanged.
+    #[inline(always)]
+    #[must_use]
+    pub fn min(self, kink: usize, exchanged: bool, a: f64, b: f64) -> f64 {
+        match (self.holds(kink), (self.below >> kink & 1 == 1) != exchanged) {
+            (false, _) => math::min(a, b),
+            (true, true) => a,
+            (true, false) => b,
+        }
+    }
+
+    /// The larger, likewise.
+    #[inline(always)]
+    #[must_use]
+    pub fn max(self, kink: usize, exchanged: bool, a: f64, b: f64) -> f64 {
+        match (self.holds(kink), (self.below >> kink & 1 == 1) != exchanged) {
+            (false, _) => math::max(a, b),
+            (true, true) => b,
+            (true, false) => a,
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Vectors and square matrices whose sizes are part of their types.
+
+use core::fmt::Debug;
+use core::ops::{Index, IndexMut};
+
+use nalgebra::SVector;
+
+/// A vector whose length is part of its type: `SVector<f64, N>`.
+pub trait Vector:
+    Copy + PartialEq + Debug + Send + Sync + 'static + Index<usize, Output = f64> + IndexMut<usize>
+{
+    /// Number of elements.
+    const LEN: usize;
+    /// A square matrix of as many rows and columns.
+    type Square: Square;
+    /// All elements zero.
+    fn zeros() -> Self;
+    /// The elements in order.
+    fn as_slice(&self) -> &[f64];
+    /// The elements in order, to be changed.
+    fn as_mut_slice(&mut self) -> &mut [f64];
+}
+
+/// Memory for a square matrix, by rows, whose size is part of its type.
+pub trait Square: Copy + Debug + Send + Sync + 'static {
+    /// All elements zero.
+    fn zeros() -> Self;
+    /// The elements row by row.
+    fn as_slice(&self) -> &[f64];
+    /// The elements row by row, to be changed.
+    fn as_mut_slice(&mut self) -> &mut [f64];
+    /// The elements of many, one matrix after the other.
+    fn flatten(all: &mut [Self]) -> &mut [f64];
+}
+
+impl<const N: usize> Square for [[f64; N]; N] {
+    #[inline(always)]
+    fn zeros() -> Self {
+        [[0.0; N]; N]
+    }
+    #[inline(always)]
+    fn as_slice(&self) -> &[f64] {
+        self.as_flattened()
+    }
+    #[inline(always)]
+    fn as_mut_slice(&mut self) -> &mut [f64] {
+        self.as_flattened_mut()
+    }
+    #[inline(always)]
+    fn flatten(all: &mut [Self]) -> &mut [f64] {
+        all.as_flattened_mut().as_flattened_mut()
+    }
+}
+
+impl<const N: usize> Vector for SVector<f64, N> {
+    const LEN: usize = N;
+    type Square = [[f64; N]; N];
+    #[inline(always)]
+    fn zeros() -> Self {
+        SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; N]]))
+    }
+    #[inline(always)]
+    fn as_slice(&self) -> &[f64] {
+        &self.data.0[0]
+    }
+    #[inline(always)]
+    fn as_mut_slice(&mut self) -> &mut [f64] {
+        &mut self.data.0[0]
+    }
+}
