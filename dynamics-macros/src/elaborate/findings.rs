@@ -26,6 +26,7 @@ pub(super) fn constraint(fault: &ConstraintFinding) -> (Message, Vec<Origin>) {
         Fault::Repeats { name, of, on_manifold: true, origin } => {
             (messages::constraint_repeats_where_held(name, combination(of)), at(origin))
         }
+        Fault::Tangent { name, to, origin } => (messages::constraint_tangent(name, combination(to)), at(origin)),
         Fault::Contradicts { name, with, origin } => {
             (messages::constraint_contradicts(name, combination(with)), at(origin))
         }

@@ -18,6 +18,7 @@ mod newton;
 mod orthogonal;
 mod rows;
 mod sample;
+mod tangent;
 
 use crate::mechanics::{Equations, Model};
 

@@ -41,8 +41,11 @@ pub struct Analysis {
     pub not_unique: Vec<usize>,
     /// Constraints with multipliers that are not unique whose whole generalized force Φ_qᵀλ is, by index in the model.
     pub joint: Vec<usize>,
-    /// Rows that can be left out without changing the motion, the last ones of every relation.
+    /// Rows that can be left out without changing the motion, the last ones of every relation; and those that are tangent.
     pub superfluous: Vec<usize>,
+    /// Rows that depend on others where they hold, and nevertheless hold positions that those leave free: to second order, so that no reaction
+    /// holds the velocities.
+    pub tangent: Vec<usize>,
     /// States in which the holonomic constraints hold; velocities and the inputs are random. Empty where none was found or looked for.
     pub samples: Vec<Sample>,
     /// What was looked at.
@@ -246,7 +249,12 @@ impl Set<'_> {
                 let fault = self.contradicts(d.row, of);
                 self.faults.push(fault);
             } else if !self.redundant(d.row) {
-                let fault = self.repeats(d.row, of, true);
+                let fault = if manifold.tangent.contains(&d.row) {
+                    let (name, origin) = self.named(d.row);
+                    ConstraintFinding::Tangent { name, to: of, origin }
+                } else {
+                    self.repeats(d.row, of, true)
+                };
                 self.faults.push(fault);
             }
         }
@@ -325,7 +333,8 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         looked_at = if manifold.nominal { LookedAt::Nominal } else { LookedAt::Random };
         rank = ranks.rank.1.min(rank);
         superfluous.extend(ranks.dependent.iter().map(|d| d.row));
-        not_unique.extend(&ranks.entangled);
+        // A relation that holds in every state may leave out some of its rows where they hold.
+        not_unique.clone_from(&ranks.entangled);
     }
     superfluous.extend(look.manifold.iter().flat_map(|m| m.vanishing.iter().copied()));
     for list in [&mut superfluous, &mut not_unique] {
@@ -334,12 +343,14 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
     }
     let lost = superfluous.iter().filter(|r| holonomic(r)).count();
     let places: Vec<usize> = look.order.iter().copied().filter(holonomic).collect();
-    let most = Ranks { all: rank, holonomic: places.len() - lost };
-    let met = look
-        .manifold
-        .iter()
-        .flat_map(|m| &m.samples)
-        .map(|s| Ranks { all: manifold::rank(rows, s, &look.order), holonomic: manifold::rank(rows, s, &places) });
+    let tangent = look.manifold.as_ref().map_or_else(Vec::new, |m| m.tangent.clone());
+    // Rows that are tangent hold more positions than their rank says.
+    let held = || look.manifold.iter().filter(|m| !m.tangent.is_empty()).flat_map(|m| m.held.iter().copied());
+    let most = Ranks { all: rank, holonomic: held().max().unwrap_or(places.len() - lost) };
+    let met = look.manifold.iter().flat_map(|m| m.samples.iter().zip(&m.held)).map(|(s, held)| Ranks {
+        all: manifold::rank(rows, s, &look.order),
+        holonomic: if tangent.is_empty() { manifold::rank(rows, s, &places) } else { *held },
+    });
     let least = met.fold(most, |least, here| Ranks {
         all: least.all.min(here.all),
         holonomic: least.holonomic.min(here.holonomic),
@@ -356,6 +367,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         not_unique,
         joint: Vec::new(),
         superfluous,
+        tangent,
         samples: look.manifold.map_or_else(Vec::new, |m| m.samples),
         looked_at,
         integrable: None,

@@ -63,6 +63,16 @@ pub enum ConstraintFinding {
         /// Its declaration.
         origin: Origin,
     },
+    /// A row that touches others where the constraints hold, as the third of three rods between beads on one line does: it holds positions that they
+    /// leave free, but no velocities.
+    Tangent {
+        /// Name of the row.
+        name: String,
+        /// What its gradient is a combination of.
+        to: Combination,
+        /// Its declaration.
+        origin: Origin,
+    },
     /// A row that cannot hold together with others.
     Contradicts {
         /// Name of the row.

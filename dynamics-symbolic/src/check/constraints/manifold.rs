@@ -31,6 +31,10 @@ const BESIDE: f64 = 1e-3;
 pub(super) struct Manifold {
     /// States on it.
     pub(super) samples: Vec<Sample>,
+    /// At each of them, the number of coordinates less the dimension of the manifold.
+    pub(super) held: Vec<usize>,
+    /// Rows that at some of them have no direction of their own, though they hold positions that the others leave free.
+    pub(super) tangent: Vec<usize>,
     /// Rows whose gradient vanishes at all of them.
     pub(super) vanishing: Vec<usize>,
     /// Where none was found: the row that stays farthest from zero and its smallest distance, at nominal values.
@@ -79,9 +83,11 @@ impl Manifold {
         for start in 0..STARTS {
             let scale = coordinate_scales(model, size * [1.0, 0.4, 2.5][start as usize % 3]);
             let state = start_state(model, &scale, start, if nominal { 0 } else { start });
-            match Projection::new(rows, chosen, scale).from(state, start) {
+            let projection = Projection::new(rows, chosen, scale);
+            match projection.from(state, start) {
                 // Where a slope is not finite nothing can be said.
                 End::There(sample) if slopes(rows, &sample, chosen).iter().flatten().all(|x| x.is_finite()) => {
+                    let sample = found.settled(&projection, rows, sample);
                     sought &= rank(rows, &sample, chosen) == chosen.len();
                     found.samples.push(sample);
                 }
@@ -106,6 +112,19 @@ impl Manifold {
         let gone = |r: &usize| !found.samples.is_empty() && found.samples.iter().all(|s| vanishes(rows, s, &scale, *r));
         found.vanishing = chosen.iter().copied().filter(gone).collect();
         found
+    }
+
+    /// A state on the manifold, or the place beside it where rows are tangent, with what is held there.
+    fn settled(&mut self, projection: &Projection, rows: &Rows, sample: Sample) -> Sample {
+        let Some(place) = projection.tangent(&sample) else {
+            self.held.push(rank(rows, &sample, &projection.chosen));
+            return sample;
+        };
+        self.held.push(place.held);
+        self.tangent.extend(place.rows);
+        self.tangent.sort_unstable();
+        self.tangent.dedup();
+        place.sample
     }
 
     /// Looks at rows in the given order at every sample; rows without a gradient are left out.

@@ -17,7 +17,7 @@ const ITERATIONS: usize = 60;
 /// Descents from one start.
 const THROWS: u64 = 6;
 /// |WΦ| of a state on the manifold. Φ² = 0 is approached at half the distance each time, so that Φ is 1e-6 there.
-const ON_MANIFOLD: f64 = 1e-12;
+pub(super) const ON_MANIFOLD: f64 = 1e-12;
 
 /// How a projection ended.
 pub(super) enum End {
@@ -30,16 +30,29 @@ pub(super) enum End {
 /// The holonomic rows among some, ready to be evaluated.
 pub(super) struct Projection<'r> {
     rows: &'r Rows,
-    chosen: Vec<usize>,
+    pub(super) chosen: Vec<usize>,
     tape: Tape,
     /// Typical size of each coordinate.
-    scale: Vec<f64>,
+    pub(super) scale: Vec<f64>,
 }
 
 /// Φ and Φ_q D at a state.
-struct Local {
+pub(super) struct Local {
     values: Vec<f64>,
-    jacobian: Vec<Vec<f64>>,
+    pub(super) jacobian: Vec<Vec<f64>>,
+}
+
+impl Local {
+    /// What gives every row the length 1.
+    pub(super) fn weights(&self) -> Vec<f64> {
+        let length = |row: &Vec<f64>| norm(row);
+        self.jacobian.iter().map(length).map(|l| if l > 0.0 { 1.0 / l } else { 1.0 }).collect()
+    }
+
+    /// WΦ.
+    pub(super) fn weighted(&self, weight: &[f64]) -> Vec<f64> {
+        self.values.iter().zip(weight).map(|(v, w)| v * w).collect()
+    }
 }
 
 impl<'r> Projection<'r> {
@@ -50,7 +63,7 @@ impl<'r> Projection<'r> {
         Self { rows, tape: Tape::new(&rows.graph, &nodes), chosen, scale }
     }
 
-    fn local(&self, state: &Sample, buffer: &mut Vec<f64>) -> Local {
+    pub(super) fn local(&self, state: &Sample, buffer: &mut Vec<f64>) -> Local {
         self.tape.run(&self.rows.graph, state, buffer);
         let values = self.chosen.iter().map(|r| buffer[self.rows.values[*r].index()]).collect();
         let row = |r: &usize| {
@@ -90,10 +103,8 @@ impl<'r> Projection<'r> {
     /// One descent; WΦ at its end, `None` where a value was not finite.
     fn descend(&self, state: &mut Sample, buffer: &mut Vec<f64>) -> Option<Vec<f64>> {
         let mut local = self.local(state, buffer);
-        let length = |row: &Vec<f64>| norm(row);
-        let weight: Vec<f64> = local.jacobian.iter().map(length).map(|l| if l > 0.0 { 1.0 / l } else { 1.0 }).collect();
-        let weighted = |local: &Local| -> Vec<f64> { local.values.iter().zip(&weight).map(|(v, w)| v * w).collect() };
-        let mut residual = weighted(&local);
+        let weight = local.weights();
+        let mut residual = local.weighted(&weight);
         // As small as the residual, unless such a step failed.
         let (mut damping, mut failed) = (1e-2, false);
         for _ in 0..ITERATIONS {
@@ -109,7 +120,7 @@ impl<'r> Projection<'r> {
             let mut next = state.clone();
             next.q.iter_mut().zip(&step).zip(&self.scale).for_each(|((q, s), d)| *q += s * d);
             let there = self.local(&next, buffer);
-            let new = weighted(&there);
+            let new = there.weighted(&weight);
             failed = norm(&new).partial_cmp(&size) != Some(Ordering::Less);
             if failed {
                 damping = f64::max(10.0 * used, 1e-14);
@@ -140,7 +151,7 @@ impl<'r> Projection<'r> {
 }
 
 /// Cholesky's method for a matrix given by its lower triangle.
-fn solve(mut a: Vec<Vec<f64>>, right: &[f64]) -> Option<Vec<f64>> {
+pub(super) fn solve(mut a: Vec<Vec<f64>>, right: &[f64]) -> Option<Vec<f64>> {
     let n = a.len();
     for i in 0..n {
         for j in 0..=i {

@@ -28,16 +28,7 @@ impl Basis {
         if length == 0.0 {
             return Some(Vec::new());
         }
-        // rest = row/‖row‖ + Σ made·(independent rows).
-        let mut rest: Vec<f64> = row.iter().map(|x| x / length).collect();
-        let mut made = vec![0.0; self.rank()];
-        for _ in 0..2 {
-            for (vector, its_made) in self.vectors.iter().zip(&self.made) {
-                let along: f64 = rest.iter().zip(vector).map(|(a, b)| a * b).sum();
-                rest.iter_mut().zip(vector).for_each(|(x, v)| *x -= along * v);
-                made.iter_mut().zip(its_made).for_each(|(m, c)| *m -= along * c);
-            }
-        }
+        let (rest, mut made) = self.rest(row);
         let left = norm(&rest);
         if left > GAP {
             made.push(1.0 / length);
@@ -48,6 +39,22 @@ impl Basis {
         }
         // 0 ≈ row/‖row‖ + Σ c s: row = −‖row‖ Σ c s.
         Some(self.names.iter().copied().zip(made.into_iter().map(|c| -length * c)).collect())
+    }
+
+    /// What is left of a row scaled to length one without its part along those that are there: row/‖row‖ + Σ made·(independent rows).
+    pub(super) fn rest(&self, row: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let length = norm(row);
+        let unit = |x: &f64| if length > 0.0 { x / length } else { 0.0 };
+        let mut rest: Vec<f64> = row.iter().map(unit).collect();
+        let mut made = vec![0.0; self.rank()];
+        for _ in 0..2 {
+            for (vector, its_made) in self.vectors.iter().zip(&self.made) {
+                let along: f64 = rest.iter().zip(vector).map(|(a, b)| a * b).sum();
+                rest.iter_mut().zip(vector).for_each(|(x, v)| *x -= along * v);
+                made.iter_mut().zip(its_made).for_each(|(m, c)| *m -= along * c);
+            }
+        }
+        (rest, made)
     }
 
     /// An orthonormal basis of what is orthogonal to all rows, of vectors of this length.

@@ -28,9 +28,12 @@ fn classes(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
         let own = row..row + c.components.len();
         row = own.end;
         let moving = own.clone().any(|r| !model.graph.is_zero(derived.velocity_offset[r]));
-        let repeats = own.clone().filter(|r| analysis.superfluous.contains(r)).count();
+        let among = |rows: &[usize]| own.clone().filter(|r| rows.contains(r)).count();
+        let tangent = among(&analysis.tangent);
+        let repeats = own.clone().filter(|r| analysis.superfluous.contains(r) && !analysis.tangent.contains(r)).count();
         let branch = analysis.branch_meant && c.redundant && own.clone().any(|r| analysis.not_unique.contains(&r));
-        let text = class(c, moving, repeats, branch);
+        let text =
+            class(c, moving, repeats, branch && tangent == 0) + &some(tangent, c.components.len(), "tangent to others");
         match i {
             LISTED => entry(out, "", &format!("and {} more", model.constraints.len() - i)),
             i if i < LISTED => entry(out, if i == 0 { "constraints" } else { "" }, &text),
@@ -62,6 +65,15 @@ fn class(c: &Constraint, moving: bool, repeats: usize, branch: bool) -> String {
     format!("{}{unit}: {rows}{kind}{said}{switched}{repeats}", c.name)
 }
 
+/// `, tangent to others` of all rows or `, 2 of them tangent to others`.
+fn some(rows: usize, of: usize, what: &str) -> String {
+    match rows {
+        0 => String::new(),
+        n if n == of => format!(", {what}"),
+        n => format!(", {n} of them {what}"),
+    }
+}
+
 fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analysis: &Analysis) {
     let n = model.coordinates.len();
     let rows = match (analysis.least.all, analysis.rank, analysis.rows) {
@@ -85,6 +97,16 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
             }
         };
         entry(out, "", text);
+    }
+    if !analysis.tangent.is_empty() {
+        let names = rows_text(model, &analysis.tangent);
+        entry(
+            out,
+            "",
+            &format!(
+                "tangent rows hold positions, not velocities: where forces push across {names}, runs end with an error"
+            ),
+        );
     }
     match analysis.integrable {
         Some(n) if n > 0 => {

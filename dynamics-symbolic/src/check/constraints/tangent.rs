@@ -1,0 +1,139 @@
+//! Samples beside a place where rows become tangent to each other.
+//!
+//! Three rods between three beads on one line hold the middle one in its place, but to second order only: Φ has a double root there. Newton's method
+//! comes half as near with every step, and Φ, the square of what is left, is zero to rounding while rows that depend on each other still look
+//! independent. What remains of such a row without its part along the others, (1 − P)Φ_q, is zero at the root as well, and of first order: together
+//! with Φ it has a simple root, which is found to rounding (deflation; Leykin, Verschelde and Zhao 2006).
+
+use super::newton::{ON_MANIFOLD, Projection, solve};
+use super::orthogonal::{Basis, norm};
+use super::sample::Sample;
+
+/// What is left of a row that may be tangent to others where Φ is 1e-12. Less than that of a row that repeats others, whose distance is that of Φ.
+const SUSPECT: f64 = 1e-4;
+const EXACT: f64 = 1e-10;
+/// Farther than this, relative to the coordinates' sizes, a root is another one.
+const NEAR: f64 = 1e-2;
+/// Steps towards the root, and of central differences.
+const ITERATIONS: usize = 40;
+const DIFFERENCE: f64 = 1e-5;
+/// What is left at the root. Differences have an error of 1e-10; what is not clearly above holds nothing.
+const LEFT: f64 = 1e-9;
+const HOLDS: f64 = 1e-4;
+
+/// A place where rows are tangent.
+pub(super) struct Tangent {
+    /// The place, to rounding.
+    pub(super) sample: Sample,
+    /// The rows that lose their own direction there.
+    pub(super) rows: Vec<usize>,
+    /// Coordinates less the dimension of the set of states in which Φ = 0 around it: more than the rank of Φ_q.
+    pub(super) held: usize,
+}
+
+impl Projection<'_> {
+    /// The place where rows are tangent that a state on the manifold is beside; `None` where there is none.
+    pub(super) fn tangent(&self, state: &Sample) -> Option<Tangent> {
+        let mut search = Search::beside(self, state)?;
+        let mut place = state.clone();
+        let mut values = search.values(&place);
+        for _ in 0..ITERATIONS {
+            if norm(&values) <= 1e-15 {
+                break;
+            }
+            let slopes = search.slopes(&place);
+            let step = least(&slopes, &values)?;
+            let mut next = place.clone();
+            next.q.iter_mut().zip(&step).zip(&self.scale).for_each(|((q, s), d)| *q += s * d);
+            let there = search.values(&next);
+            // Not a number is not less either.
+            if norm(&there) < norm(&values) {
+                (place, values) = (next, there);
+            } else {
+                break;
+            }
+        }
+        let moved = place.q.iter().zip(&state.q).zip(&self.scale).all(|((a, b), d)| (a - b).abs() <= NEAR * d);
+        let (own, left) = values.split_at(self.chosen.len());
+        if !moved || norm(own) > ON_MANIFOLD || norm(left) > LEFT {
+            return None;
+        }
+        let held = rank(&search.slopes(&place));
+        let rows = search.tangent.iter().map(|i| self.chosen[*i]).collect();
+        Some(Tangent { sample: place, rows, held })
+    }
+}
+
+/// Φ and what is left of the rows that may be tangent.
+struct Search<'p, 'r> {
+    projection: &'p Projection<'r>,
+    weight: Vec<f64>,
+    /// The rows that are independent of those before them by far, by their place among the chosen.
+    independent: Vec<usize>,
+    tangent: Vec<usize>,
+    buffer: Vec<f64>,
+}
+
+impl<'p, 'r> Search<'p, 'r> {
+    fn beside(projection: &'p Projection<'r>, state: &Sample) -> Option<Self> {
+        let mut buffer = Vec::new();
+        let local = projection.local(state, &mut buffer);
+        let mut search = Self { projection, weight: local.weights(), independent: vec![], tangent: vec![], buffer };
+        let mut basis = Basis::default();
+        for (i, row) in local.jacobian.iter().enumerate() {
+            let left = norm(&basis.rest(row).0);
+            if left > SUSPECT {
+                basis.add(i, row);
+                search.independent.push(i);
+            } else if left > EXACT {
+                search.tangent.push(i);
+            }
+        }
+        (!search.tangent.is_empty()).then_some(search)
+    }
+
+    fn values(&mut self, state: &Sample) -> Vec<f64> {
+        let local = self.projection.local(state, &mut self.buffer);
+        let mut basis = Basis::default();
+        self.independent.iter().for_each(|i| drop(basis.add(*i, &local.jacobian[*i])));
+        let left = self.tangent.iter().flat_map(|i| basis.rest(&local.jacobian[*i]).0);
+        local.weighted(&self.weight).into_iter().chain(left).collect()
+    }
+
+    /// Derivatives by the coordinates in their sizes, by columns.
+    fn slopes(&mut self, state: &Sample) -> Vec<Vec<f64>> {
+        let mut beside = |j: usize, side: f64| {
+            let mut there = state.clone();
+            there.q[j] += side * DIFFERENCE * self.projection.scale[j];
+            self.values(&there)
+        };
+        let column = |j: usize| {
+            let (ahead, behind) = (beside(j, 1.0), beside(j, -1.0));
+            ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * DIFFERENCE)).collect()
+        };
+        (0..state.q.len()).map(column).collect()
+    }
+}
+
+/// The shortest δ with S δ = −f in the sense of least squares, S given by columns; directions that S does not see stay where they are.
+fn least(slopes: &[Vec<f64>], f: &[f64]) -> Option<Vec<f64>> {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let mut normal: Vec<Vec<f64>> =
+        (0..slopes.len()).map(|i| (0..=i).map(|j| dot(&slopes[i], &slopes[j])).collect()).collect();
+    let largest = (0..slopes.len()).fold(0.0f64, |m, i| m.max(normal[i][i]));
+    (0..slopes.len()).for_each(|i| normal[i][i] += 1e-12 * largest);
+    let right: Vec<f64> = slopes.iter().map(|s| -dot(s, f)).collect();
+    solve(normal, &right)
+}
+
+/// Rank of a matrix of differences, whose smallest entries are errors.
+fn rank(columns: &[Vec<f64>]) -> usize {
+    let largest = columns.iter().map(|c| norm(c)).fold(0.0, f64::max);
+    let mut basis = Basis::default();
+    for column in columns.iter().filter(|c| norm(c) > HOLDS * largest) {
+        if norm(&basis.rest(column).0) > HOLDS {
+            basis.add(0, column);
+        }
+    }
+    basis.rank()
+}
