@@ -15,6 +15,7 @@
 //! | [`StormerVerlet`], [`Rattle`] | 2 | quintic Hermite, 2 | 1 | none: fixed step; symplectic |
 //! | [`Composition4`], [`Composition6`], [`Composition8`] | 4, 6, 8 | quintic Hermite, 4 | 5, 9, 17 | none: fixed step; symplectic |
 //! | [`Gauss4`], [`Gauss6`] | 4, 6 | quintic Hermite, 4 | implicit: 2, 3 per iteration, 1 more | none: fixed step; symplectic |
+//! | [`GeneralizedAlpha`] | 2 | quintic Hermite, 2 | implicit: 1 per iteration, 1 more with constraints | parabola through q̈, 3rd order |
 //! | [`EnergyMidpoint`] | 2 | quintic Hermite, 2 | implicit: 1 per iteration, 1 more | none: fixed step; keeps energy |
 //! | [`Taylor`] | by tolerance, to 30 | the same | 1, and a series | last two terms |
 //!
@@ -33,6 +34,7 @@ mod event;
 mod first_step;
 mod fixed_point;
 mod gauss;
+mod generalized_alpha;
 mod landing;
 mod linear;
 mod radau5;
@@ -62,6 +64,7 @@ pub use dormand_prince5::DormandPrince5;
 pub use energy_midpoint::EnergyMidpoint;
 pub use event::{Crossing, Direction, Scan, ScanError, place, root};
 pub use gauss::{Gauss, Gauss4, Gauss6};
+pub use generalized_alpha::GeneralizedAlpha;
 pub use radau5::{Collocation, Radau5};
 pub use rk4::Rk4;
 pub use semi_implicit_euler::SemiImplicitEuler;
@@ -173,6 +176,21 @@ pub trait System<V: Vector> {
     #[inline(always)]
     fn hold_end(&mut self, _start: &Knot<V>, _h: f64, _q: &mut V) -> Result<(), Self::Error> {
         Ok(())
+    }
+    /// Whether constraints hold, which [`System::across`] and [`System::onto_constraints`] know.
+    #[inline(always)]
+    fn is_constrained(&self) -> bool {
+        false
+    }
+    /// The part of `v`, as of accelerations, that constraints do not permit, along M⁻¹Φ_qᵀ: what is left of v has Φ_q v = 0 and, unless `holonomic`, A v = 0.
+    #[inline(always)]
+    fn across(&mut self, _t: f64, _y: &Phase<V>, _v: &V, _holonomic: bool) -> Result<V, Self::Error> {
+        Ok(V::zeros())
+    }
+    /// The change δ of positions along M⁻¹Φ_qᵀ with Φ_q δ = −Φ, and A δ = −`rate` (A q̇ + b) for rows that bind velocities.
+    #[inline(always)]
+    fn onto_constraints(&mut self, _t: f64, _y: &Phase<V>, _rate: f64) -> Result<V, Self::Error> {
+        Ok(V::zeros())
     }
     /// p = ∂L/∂q̇ and ṗ = ∂L/∂q + forces. False, and nothing written, where they are not known.
     #[inline(always)]
@@ -409,6 +427,8 @@ pub enum Method {
     Gauss6,
     /// The midpoint rule that keeps the energy, implicit, fixed step.
     EnergyMidpoint,
+    /// The generalized-α method with adjustable damping, implicit.
+    GeneralizedAlpha,
     /// No integration: positions solved from constraints that leave no freedom ([`crate::kinematics`]).
     PositionAnalysis,
 }
@@ -420,7 +440,7 @@ impl Method {
         match self {
             Self::PositionAnalysis => 5,
             Self::SemiImplicitEuler => 1,
-            Self::StormerVerlet | Self::Rattle | Self::EnergyMidpoint => 2,
+            Self::StormerVerlet | Self::Rattle | Self::EnergyMidpoint | Self::GeneralizedAlpha => 2,
             Self::Rk4 | Self::Composition4 | Self::Gauss4 => 4,
             Self::Composition6 | Self::Gauss6 => 6,
             Self::DormandPrince5 | Self::Tsit5 | Self::Radau5 => 5,
@@ -451,6 +471,7 @@ impl fmt::Display for Method {
             Self::Gauss4 => "Gauss (order 4, implicit)",
             Self::Gauss6 => "Gauss (order 6, implicit)",
             Self::EnergyMidpoint => "energy-conserving midpoint (order 2, implicit)",
+            Self::GeneralizedAlpha => "generalized-α (order 2, implicit)",
         })
     }
 }

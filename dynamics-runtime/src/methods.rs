@@ -25,6 +25,11 @@ pub trait Choice: Copy + Send + Sync + 'static {
     const NEEDS_SERIES: bool = false;
     /// What a model has to be for the method to keep its promises.
     const SUITS: Suits = Suits::Any;
+    /// An option that has to be in a range: its name, its value, whether it is, and what is admissible, in words, for
+    /// models with constraints or without.
+    fn option(&self, _constrained: bool) -> Option<(&'static str, f64, bool, &'static str)> {
+        None
+    }
     /// The method with these options.
     fn scheme<V: Vector>(&self) -> Self::Scheme<V>;
 }
@@ -35,6 +40,8 @@ pub trait Choice: Copy + Send + Sync + 'static {
 pub enum Suits {
     /// All.
     Any,
+    /// All, with their constraints kept by projection.
+    Projected,
     /// Those without constraints.
     Unconstrained,
     /// Those without constraints that conserve their energy.
@@ -159,5 +166,40 @@ impl Choice for Taylor {
     #[inline]
     fn scheme<V: Vector>(&self) -> Self::Scheme<V> {
         integrate::Taylor::of_order(self.order)
+    }
+}
+
+/// The generalized-α method, implicit, which damps what oscillates faster than its steps: [`integrate::GeneralizedAlpha`]. For stiff and flexible models with
+/// constraints or without, with fixed steps as a rule; constraints are kept by projection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GeneralizedAlpha {
+    /// ρ∞, from 0 to 1: the factor by which a step damps infinitely fast oscillations. 1 damps nothing and is not for models with
+    /// constraints, 0 all of it at once.
+    pub rho: f64,
+}
+
+impl Default for GeneralizedAlpha {
+    /// ρ∞ = 0.8.
+    fn default() -> Self {
+        Self { rho: 0.8 }
+    }
+}
+
+impl Choice for GeneralizedAlpha {
+    type Scheme<V: Vector> = integrate::GeneralizedAlpha<V>;
+    const SUITS: Suits = Suits::Projected;
+    fn option(&self, constrained: bool) -> Option<(&'static str, f64, bool, &'static str)> {
+        let (good, admissible) = match constrained {
+            false => ((0.0..=1.0).contains(&self.rho), "a factor from 0 to 1"),
+            true => (
+                (0.0..1.0).contains(&self.rho),
+                "a factor from 0 to below 1, as nothing else damps errors of multipliers",
+            ),
+        };
+        Some(("rho", self.rho, good, admissible))
+    }
+    #[inline]
+    fn scheme<V: Vector>(&self) -> Self::Scheme<V> {
+        integrate::GeneralizedAlpha::damping(self.rho)
     }
 }

@@ -204,6 +204,16 @@ fn implicit_end_values() {
     keeps_with(methods::Radau5, &PUBLISHED, start(&PUBLISHED), &references, &promises);
 }
 
+/// With fixed steps, order 2 of multipliers too.
+#[test]
+fn end_values_by_generalized_alpha() {
+    let references = [Reference { t: 0.03, q: &Q_END, u: &U_END, multipliers: &LAMBDA_END }];
+    for rho in [0.2, 0.8] {
+        let bounds = (1e-5, [1e-5, 5e-5, 5e-5]);
+        keeps_order_2(methods::GeneralizedAlpha { rho }, &PUBLISHED, start(&PUBLISHED), &references, bounds);
+    }
+}
+
 #[test]
 fn end_values_by_series() {
     use Formulation::*;

@@ -95,6 +95,16 @@ fn implicit_end_values() {
     keeps_with(methods::Radau5, &model, start(&model), &references, &promises);
 }
 
+/// With fixed steps, order 2 of multipliers too.
+#[test]
+fn end_values_by_generalized_alpha() {
+    let model = model();
+    for rho in [0.2, 0.8] {
+        let bounds = (5e-4, [1e-4, 1e-2, 2e-3]);
+        keeps_order_2(methods::GeneralizedAlpha { rho }, &model, start(&model), &[REFERENCE], bounds);
+    }
+}
+
 #[test]
 fn end_values_by_series() {
     use Formulation::*;

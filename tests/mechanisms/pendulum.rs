@@ -112,6 +112,52 @@ fn a01_in_every_formulation() {
     embeds_as_it_projects(&model, start, &references, 3.0);
 }
 
+/// With fixed steps and with step control; constraints that repeat each other are no obstacle.
+#[test]
+fn a01_by_generalized_alpha() {
+    let model = a01();
+    let (t, q, tension) = A01[1];
+    let (u, multipliers) = (a01_velocity(&model, t, q), [-tension]);
+    let references = [Reference { t, q: &q, u: &u, multipliers: &multipliers }];
+    let start = model.state().x(-1.0).y(0.0).build().unwrap();
+    for rho in [0.0, 0.5, 0.9] {
+        let method = methods::GeneralizedAlpha { rho };
+        keeps_order_2(method, &model, start, &references, (1e-3, [1e-4; 3]));
+        let kept = model.simulate(start).until(t).tolerance(1e-5).method(method).run().unwrap();
+        assert!(distance(kept.end().q.as_slice(), &q) < 1e-3, "{}", kept.summary());
+    }
+    let thrice = TripleRod { mass: 1.0, length: 1.0, g: 9.81 };
+    let again = thrice.state().x(-1.0).y(0.0).build().unwrap();
+    let run = thrice.simulate(again).until(t).fixed_step(1e-3).method(methods::GeneralizedAlpha { rho: 0.5 });
+    let motion = run.run().unwrap();
+    assert!(distance(motion.end().q.as_slice(), &q) < 1e-4, "{}", motion.summary());
+    assert!((motion.output("tension", t).unwrap() - tension).abs() < 1e-3 * tension);
+}
+
+/// What would not be what it is chosen for is refused, with the remedy; so are steps that would turn the rod over.
+#[test]
+fn generalized_alpha_refuses_what_it_cannot_keep() {
+    let model = a01();
+    let start = model.state().x(-1.0).y(0.0).build().unwrap();
+    let said = |rho: f64, formulation: Formulation, h: f64| {
+        let run = model.simulate(start).until(5.0).fixed_step(h).formulation(formulation);
+        run.method(methods::GeneralizedAlpha { rho }).run().unwrap_err().to_string()
+    };
+    for (rho, formulation, h, part) in [
+        (1.0, Formulation::Projected, 0.01, "from 0 to below 1"),
+        (f64::NAN, Formulation::Projected, 0.01, "`rho: NaN`"),
+        (-0.1, Formulation::Projected, 0.01, "`rho: -0.1`"),
+        (0.8, Formulation::Embedded, 0.01, "`.formulation(..)` asks for something else"),
+        (0.8, Formulation::BaumgarteTied, 0.01, "`.formulation(..)` asks for something else"),
+        (0.8, Formulation::Projected, 0.5, "fixed step"),
+        (0.8, Formulation::Projected, 1.0, "fixed step"),
+    ] {
+        let said = said(rho, formulation, h);
+        println!("{said}");
+        assert!(said.contains(part), "{rho} {formulation}, {h}: {said}");
+    }
+}
+
 #[test]
 fn a01_over_a_hundred_seconds() {
     let model = a01();

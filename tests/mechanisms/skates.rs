@@ -132,6 +132,9 @@ fn the_sleigh_in_every_formulation() {
         promise(Augmented, 1e-12, [1e-11; 3], [0.0, 1e-10]),
     ];
     keeps_with(methods::Taylor { order: None }, &model, start, &references, &promises);
+    for rho in [0.0, 0.8] {
+        keeps_order_2(methods::GeneralizedAlpha { rho }, &model, start, &references[..3], (2e-3, [1e-5; 3]));
+    }
 }
 
 /// Energy is kept although phase volume is not: the sleigh ends on a straight line, at the speed that the energy gives.

@@ -205,6 +205,35 @@ fn judge<M: Simulate>(
     assert!(kept, "{table}");
 }
 
+/// Runs with a fixed step and half of it: errors of positions, velocities and multipliers, each with its own bound, fall to a quarter, and drift stays at rounding level.
+#[track_caller]
+pub(crate) fn keeps_order_2<M: Simulate>(
+    method: impl Into<methods::Any<M>>,
+    model: &M,
+    start: M::State,
+    references: &[Reference<'_>],
+    (h, bounds): (f64, [f64; 3]),
+) {
+    let method = method.into();
+    let end = references.iter().fold(0.0, |end: f64, r| end.max(r.t));
+    let [coarse, fine] = [h, 0.5 * h].map(|h| {
+        let run = model.simulate(start).until(end).fixed_step(h).method(&method).run();
+        let motion = run.unwrap_or_else(|e| panic!("{method} with steps of {h:e}: {e}"));
+        let summary = motion.summary();
+        let drift = summary.constraints.iter().fold(0.0, |m: f64, d| worse(m, worse(d.residual, d.velocity_residual)));
+        let errors = errors_of(&motion, references);
+        println!("{method} {h:e}: errors {}, drift {drift:.1e}", beside(&errors, &bounds));
+        println!("  {} steps, {} evaluations", summary.steps, summary.evaluations);
+        assert!(drift < 1e-11, "{summary}");
+        errors
+    });
+    for (k, bound) in bounds.iter().enumerate() {
+        let order = (coarse[k] / fine[k]).log2();
+        println!("order {order:.2}");
+        assert!(fine[k] < *bound && (1.85..2.4).contains(&order), "{coarse:?} {fine:?}, order {order}");
+    }
+}
+
 /// Runs embedded and projected at five tolerances: as the geometric mean over them, what is embedded may have `factor` times the error, in
 /// positions and in velocities, and at none twenty times that; drift stays at rounding level.
 #[track_caller]

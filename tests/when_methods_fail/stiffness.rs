@@ -75,3 +75,24 @@ fn implicit_methods_damp_what_oscillates() {
     let kept = spring.simulate(start).until(100.0).tolerance(1e-8).method(methods::Radau5).run().unwrap();
     assert!(kept.summary().energy_drift < 1e-5, "{}", kept.summary());
 }
+
+/// The generalized-α method damps by the factor that it is given, more the faster something swings; with 1, nothing. Its phase errs in all cases.
+#[test]
+fn generalized_alpha_damps_by_the_factor_it_is_given() {
+    let spring = crate::models::SPRING;
+    let start = spring.state().x(1.0).push(0.0).build().unwrap();
+    let run = |rho: f64, h: f64| {
+        let method = methods::GeneralizedAlpha { rho };
+        spring.simulate(start).until(1000.0).fixed_step(h).method(method).run().unwrap()
+    };
+    let left = |motion: &Motion<'_, _>| motion.energy_at(1000.0) / motion.energy_at(0.0);
+    let kept: Vec<f64> = [0.0, 0.5, 0.8].map(|rho| left(&run(rho, 0.5))).to_vec();
+    println!("{kept:?}");
+    assert!(kept[0] < 1e-6 && kept[1] < 0.1 && kept[2] < 0.9 && kept.is_sorted(), "{kept:?}");
+    let damped = run(0.5, 0.5);
+    assert!(damped.summary().to_string().contains("shorten the fixed step"), "{}", damped.summary());
+    assert!((left(&run(1.0, 0.5)) - 1.0).abs() < 0.1);
+    let short = run(0.8, 0.01);
+    assert!((left(&short) - 1.0).abs() < 1e-4, "{}", short.summary());
+    assert!(!short.summary().to_string().contains("warning"), "{}", short.summary());
+}

@@ -197,6 +197,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         &self.now
     }
 
+    /// The method, with what it knows of the step tried last.
+    #[must_use]
+    pub fn scheme(&self) -> &S {
+        &self.scheme
+    }
+
     /// Replaces the accelerations where it stands, at a position at which the system itself does not know them; the next step is proposed to be no
     /// shorter than `h`, as accelerations so near to that position are noise.
     pub fn leave_with(&mut self, a: V, h: f64) {

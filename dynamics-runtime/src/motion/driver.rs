@@ -23,6 +23,8 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
     fn needs_series(&self) -> bool;
     /// What models it is for.
     fn suits(&self) -> Suits;
+    /// See [`Choice::option`].
+    fn option(&self, constrained: bool) -> Option<(&'static str, f64, bool, &'static str)>;
     /// Runs a plan. What was computed before a failure is in the sink.
     fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<Ended<M::State>, Halt>)
     where
@@ -71,6 +73,10 @@ impl<M: Model, C: Choice> Driver<M> for C {
 
     fn suits(&self) -> Suits {
         C::SUITS
+    }
+
+    fn option(&self, constrained: bool) -> Option<(&'static str, f64, bool, &'static str)> {
+        Choice::option(self, constrained)
     }
 
     fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<Ended<M::State>, Halt>)

@@ -179,6 +179,17 @@ pub enum OptionError {
         /// What is admissible.
         admissible: &'static str,
     },
+    /// A number among the options of a method is not admissible.
+    MethodNumber {
+        /// The method.
+        method: super::Method,
+        /// The option.
+        option: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is admissible.
+        admissible: &'static str,
+    },
     /// An output time lies outside the simulated interval.
     OutputTime {
         /// What was given.
@@ -325,6 +336,9 @@ impl fmt::Display for OptionError {
             Self::NoEnd => write!(f, "the end is not given; add `.until(t)`"),
             Self::Number { option, value, admissible } => {
                 write!(f, "`.{option}({value})` is not possible; give {admissible}")
+            }
+            Self::MethodNumber { method, option, value, admissible } => {
+                write!(f, "`{option}: {value}` of {method} is not possible; give {admissible}")
             }
             Self::OutputTime { time, start, end } => {
                 write!(f, "output time {time} lies outside the simulated interval from {start} to {end}")

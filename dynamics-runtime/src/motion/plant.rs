@@ -304,6 +304,33 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         Ok(())
     }
 
+    #[inline(always)]
+    fn is_constrained(&self) -> bool {
+        !M::ROWS.is_empty()
+    }
+
+    fn across(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+        v: &M::Vector,
+        holonomic: bool,
+    ) -> Result<M::Vector, EvaluationError> {
+        if M::ROWS.is_empty() {
+            return Ok(M::Vector::zeros());
+        }
+        let (state, rows) = (self.state(t, &y.q, &y.u), if holonomic { M::Residual::LEN } else { M::Rows::LEN });
+        self.upkeep.across(self.model, &state, v, rows).map_err(EvaluationError::Solve)
+    }
+
+    fn onto_constraints(&mut self, t: f64, y: &Phase<M::Vector>, rate: f64) -> Result<M::Vector, EvaluationError> {
+        if M::ROWS.is_empty() {
+            return Ok(M::Vector::zeros());
+        }
+        let state = self.state(t, &y.q, &y.u);
+        self.upkeep.onto(self.model, &state, rate).map_err(EvaluationError::Solve)
+    }
+
     fn momenta(
         &mut self,
         t: f64,

@@ -8,7 +8,7 @@ use super::error::SimulationErrorKind;
 use super::formulation::Formulation;
 use super::guard::Contact;
 use crate::constrain::assemble::CONSISTENT;
-use crate::constrain::held::active_rows;
+use crate::constrain::held::{active_rows, holds};
 use crate::constrain::memory::max_abs;
 use crate::constrain::{self, Diagnosis, Embedding, Gradients};
 use crate::error::{SolveError, StateError};
@@ -175,20 +175,41 @@ impl<M: Constraints> Upkeep<M> {
             embedding.follow(model, state, (&mut change.q, &mut change.u), &mut self.workspace);
             return Ok(change);
         }
-        let n = M::Vector::LEN;
-        let across = |change: &M::Vector, rows: usize, jacobian: &[f64]| {
-            let mut across = M::Rows::zeros();
-            for (across, row) in across.as_mut_slice().iter_mut().zip(jacobian.chunks_exact(n)).take(rows) {
-                *across = row.iter().zip(change.as_slice()).map(|(a, b)| a * b).sum();
-            }
-            across
-        };
-        let jacobian = Gradients::of(model, state, &mut self.workspace).rows;
-        let of_q = across(&change.q, M::Residual::LEN, jacobian);
-        let of_u = across(&change.u, M::Rows::LEN, jacobian);
-        let q = constrain::correct(model, &self.constants, state, &of_q, &mut self.workspace)?;
-        let u = constrain::correct(model, &self.constants, state, &of_u, &mut self.workspace)?;
+        let q = self.across(model, state, &change.q, M::Residual::LEN)?;
+        let u = self.across(model, state, &change.u, M::Rows::LEN)?;
         Ok(zip(change, &Phase { q, u }, |change, across| change - across))
+    }
+
+    /// The part of a change of positions or velocities that the first so many rows do not permit, along M⁻¹Φ_qᵀ.
+    pub(crate) fn across(
+        &mut self,
+        model: &M,
+        state: &M::State,
+        change: &M::Vector,
+        rows: usize,
+    ) -> Result<M::Vector, SolveError> {
+        let jacobian = Gradients::of(model, state, &mut self.workspace).rows;
+        let mut across = M::Rows::zeros();
+        let lines = jacobian.chunks_exact(M::Vector::LEN).zip(across.as_mut_slice()).enumerate();
+        for (row, (line, across)) in lines.take(rows) {
+            if holds::<M>(state.modes(), row) {
+                *across = line.iter().zip(change.as_slice()).map(|(a, b)| a * b).sum();
+            }
+        }
+        constrain::correct(model, &self.constants, state, &across, &mut self.workspace)
+    }
+
+    /// One correction of positions towards Φ = 0; rows that bind velocities ask for `rate` times what is missing of A q̇ + b = 0.
+    pub(crate) fn onto(&mut self, model: &M, state: &M::State, rate: f64) -> Result<M::Vector, SolveError> {
+        let (position, mut right) = (model.residual(state), model.velocity_residual(state));
+        for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
+            *right = match holds::<M>(state.modes(), row) {
+                true if row < M::Residual::LEN => -position[row],
+                true => -rate * *right,
+                false => 0.0,
+            };
+        }
+        constrain::correct(model, &self.constants, state, &right, &mut self.workspace)
     }
 
     /// By how much a state violates its constraints, |Φ|/‖Φ_q‖ and |Φ̇|/‖Φ_q‖ of the worst row, in parts of what the tolerance permits;

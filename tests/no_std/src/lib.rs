@@ -7,8 +7,8 @@
 
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
 use dynamics::integrate::{
-    Composition4, Composition6, Composition8, Dop853, DormandPrince5, EnergyMidpoint, Gauss4, Gauss6, Phase, Radau5,
-    Rattle, Rk4, Scheme, SemiImplicitEuler, Settled, StepOptions, Stepper, StormerVerlet, System, Taylor, Tolerances,
+    Composition4, Composition6, Composition8, Dop853, DormandPrince5, EnergyMidpoint, Gauss4, Gauss6, GeneralizedAlpha,
+    Phase, Radau5, Rattle, Rk4, Scheme, SemiImplicitEuler, Settled, StepOptions, Stepper, StormerVerlet, System, Taylor, Tolerances,
     Tsit5, Verner9,
 };
 use dynamics::prelude::*;
@@ -175,6 +175,7 @@ pub fn swing_evenly(model: &DoublePendulum) -> Result<(), Failure> {
     evenly::<Composition4<Vector>>(model, 5e-3, 1e-4)?;
     evenly::<Composition6<Vector>>(model, 5e-3, 1e-4)?;
     evenly::<Composition8<Vector>>(model, 5e-3, 1e-4)?;
+    evenly::<GeneralizedAlpha<Vector>>(model, 1e-3, 1e-3)?;
     evenly::<Gauss4<Vector>>(model, 5e-3, 1e-5)?;
     evenly::<Gauss6<Vector>>(model, 5e-3, 1e-7)?;
     evenly::<EnergyMidpoint<Vector>>(model, 5e-3, 1e-11)

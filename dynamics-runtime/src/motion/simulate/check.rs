@@ -151,13 +151,18 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Methods that preserve something are refused where they would not.
     fn check_suits(&self, method: &AnyDriver<M>) -> Result<(), OptionError> {
+        let option = method.option(!M::ROWS.is_empty());
         let (suits, method) = (method.suits(), method.method());
+        if let Some((option, value, false, admissible)) = option {
+            return Err(OptionError::MethodNumber { method, option, value, admissible });
+        }
         if suits == Suits::Any {
             return Ok(());
         }
         let unsuited = |reason, remedy| Err(OptionError::Unsuited { method, reason, remedy });
         let constrained = !M::ROWS.is_empty();
-        if constrained && suits != Suits::SeparableHolonomic {
+        let projects = matches!(suits, Suits::SeparableHolonomic | Suits::Projected);
+        if constrained && !projects {
             return unsuited(
                 "it has constraints",
                 "use methods::Rattle, or a method that preserves nothing, as methods::Dop853",
@@ -172,7 +177,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             };
             return unsuited(reason, remedy);
         }
-        if M::VelocityOffset::LEN > 0 {
+        if M::VelocityOffset::LEN > 0 && suits != Suits::Projected {
             return unsuited("it has nonholonomic constraints", "use methods::Dop853");
         }
         if constrained && self.formulation.is_some_and(|formulation| formulation != Formulation::Projected) {
