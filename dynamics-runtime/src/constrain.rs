@@ -12,6 +12,8 @@ mod friction;
 pub(crate) mod gradients;
 pub(crate) mod held;
 mod impact;
+#[cfg(feature = "alloc")]
+pub(crate) mod inertia;
 mod lu;
 #[cfg(feature = "alloc")]
 mod mechanism;

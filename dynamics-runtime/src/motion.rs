@@ -6,6 +6,7 @@
 //! A motion keeps for each step only its start. The interpolant of a step is computed again where it is asked for, with the same
 //! stages that made the step, and so has the method's own dense order; a run pays for it only where events are watched.
 
+mod causes;
 mod change;
 mod conditioning;
 mod doubts;
@@ -40,7 +41,7 @@ pub use doubts::{BelowRounding, Doubts};
 pub use drift::ConstraintDrift;
 pub(crate) use driver::AnyDriver;
 pub(crate) use error::suggest;
-pub use error::{MotionError, OptionError, SimulationError, SimulationErrorKind};
+pub use error::{Jumping, MotionError, OptionError, SimulationError, SimulationErrorKind};
 pub use estimate::{GlobalError, Largest, Shift};
 pub use formulation::Formulation;
 pub use guard::Contact;

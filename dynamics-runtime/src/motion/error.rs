@@ -131,6 +131,27 @@ pub enum SimulationErrorKind {
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
+    /// The motion has run into a place where the mass matrix is singular, or loses its sign, on the motions that constraints leave: what has no inertia
+    /// moves without bounds.
+    InertiaVanishes {
+        /// The coordinates that have no inertia left together.
+        coordinates: Involved,
+        /// The least inertia at the last state, over the least at the start; negative beyond the place.
+        share: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// A constraint is not differentiable just where the motion stands, and asks for a jump that no force can make.
+    ConstraintJumps {
+        /// Its row.
+        row: &'static str,
+        /// Of what.
+        what: Jumping,
+        /// By how much what the row asks for changes there: its Φ̇ (or A q̇ + b) at the velocity of the motion, or its Φ.
+        jump: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
     /// The start is a singular position, and what is given does not determine how the motion goes on.
     SingularStart {
         /// The rows that depend on each other there.
@@ -162,6 +183,15 @@ pub enum SimulationErrorKind {
         /// The coordinate, velocity or input; `t` where time was moved.
         name: &'static str,
     },
+}
+
+/// What a constraint asks to jump.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Jumping {
+    /// Positions: Φ has a gap there.
+    Positions,
+    /// Velocities: Φ has a corner there, or A or b a gap.
+    Velocities,
 }
 
 /// An option of a simulation that makes no sense.

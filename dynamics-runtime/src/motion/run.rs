@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use super::causes;
 use super::change::Change;
 use super::error::SimulationErrorKind as Kind;
 use super::plant::{EvaluationError, Plant};
@@ -94,7 +95,7 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
         Err(error) => {
             sink.stand(Record::unmoved(from));
             let counts = Counts { evaluations: plan.plant.evaluations, ..Counts::default() };
-            let kind = singular::explain(plan.plant.model, &plan.start, &from, halt::<M>(error).kind);
+            let kind = causes::explain(plan.plant.model, &plan.start, &from, halt::<M>(error).kind, 0.0);
             return (counts, Err(Halt { kind, h: 0.0 }));
         }
     };
@@ -138,10 +139,10 @@ fn begin_singular<'m, M: Simulate, S: Scheme<M::Vector>>(
     Ok(())
 }
 
-/// A failure whose cause is a singular position names that.
+/// A failure with what it comes from, where that shows.
 fn explained<M: Simulate>(plan: &Plan<'_, '_, M>, now: &Knot<M::Vector>, Halt { kind, h }: Halt) -> Halt {
     let state = plan.plant.state(now.t, &now.y.q, &now.y.u);
-    Halt { kind: singular::explain(plan.plant.model, &plan.start, &state, kind), h }
+    Halt { kind: causes::explain(plan.plant.model, &plan.start, &state, kind, h), h }
 }
 
 struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
@@ -158,7 +159,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         while self.stepper.now().t != self.plan.end {
             self.check().map_err(at)?;
             let step = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)?;
-            self.check_drift(&step).map_err(at)?;
+            self.check_drift(&step).map_err(|kind| Halt { kind, h: step.h })?;
             let flow = if self.plan.watch.is_empty() {
                 self.hand_over(sink, &step).map_err(at)?
             } else {

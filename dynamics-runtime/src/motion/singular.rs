@@ -72,27 +72,11 @@ const USUAL: f64 = 1e3;
 /// Conditioning from which on steps without end are put down to it: where rounding errors count for more than the tolerance they come nearer and nearer.
 const CREEPS: f64 = 1e5;
 
-/// A failure that singular constraints cause, told as that: where they are much nearer to losing rank than they were at the start, or so near that
+/// A failure that singular constraints may cause (see [`super::causes`]), told as that: where they are much nearer to losing rank than they were at the start, or so near that
 /// nothing could be computed anywhere.
 pub(super) fn explain<M: Constraints>(model: &M, start: &M::State, state: &M::State, kind: Kind) -> Kind {
-    let suspect = match &kind {
-        Kind::StepSizeTooSmall { .. }
-        | Kind::StepNotSolved { .. }
-        | Kind::StepDisplaced { .. }
-        | Kind::AccelerationNotFinite { .. }
-        | Kind::SingularMassMatrix(_)
-        | Kind::Drift { .. } => true,
-        Kind::Solve(error) => matches!(
-            error,
-            SolveError::Contradiction { .. }
-                | SolveError::OffConstraint { .. }
-                | SolveError::VanishingGradient { .. }
-                | SolveError::BranchUndetermined { .. }
-        ),
-        _ => false,
-    };
     let creeps = matches!(kind, Kind::TooManySteps { .. });
-    if M::ROWS.is_empty() || !(suspect || creeps) {
+    if M::ROWS.is_empty() {
         return kind;
     }
     let Weakness { condition, rows, coordinates } = weakness(model, state);

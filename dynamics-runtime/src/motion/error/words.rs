@@ -3,7 +3,7 @@
 use alloc::string::String;
 use core::fmt;
 
-use super::SimulationErrorKind;
+use super::{Jumping, SimulationErrorKind};
 
 impl fmt::Display for SimulationErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -76,6 +76,20 @@ impl fmt::Display for SimulationErrorKind {
                 "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}), so that the motion cannot be \
                  continued; change dimensions or start so that it is passed at a distance, or end the motion before. The method met: {cause}",
                 rows.rank_loss()
+            ),
+            Self::InertiaVanishes { coordinates, share, .. } => write!(
+                f,
+                "the mass matrix becomes singular on the motions that are left: nothing that moves with {coordinates} has inertia here ({share:.1e} of \
+                 the least at the start), and velocities grow without bounds; give it a positive mass, or end the motion before"
+            ),
+            Self::ConstraintJumps { row, what: Jumping::Velocities, jump, .. } => write!(
+                f,
+                "constraint `{row}` has a corner here: what it asks of the velocities jumps by {jump:.3e}, which takes an impact and no force; smooth it, \
+                 or let each side be a `(switched)` constraint, the one released and the other engaged by `.on_event_with(..)` at the corner"
+            ),
+            Self::ConstraintJumps { row, what: Jumping::Positions, jump, .. } => write!(
+                f,
+                "constraint `{row}` has a gap here: its residual jumps by {jump:.3e}, and no motion leads across; make it continuous"
             ),
             Self::SingularStart { rows, coordinates } => write!(
                 f,

@@ -1,0 +1,103 @@
+//! How much inertia is left in the direction in which a motion has least.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::gradients::{Gradients, mass};
+use super::held::active_rows;
+use super::involved::Involved;
+use super::memory::{dot, max_abs, norm};
+use super::svd::Svd;
+use super::system::scale_coordinates;
+use super::with_workspace;
+use crate::model::{Constraints, ModelState, Vector};
+
+/// Directions that rows hold by less than this part of what the strongest hold are free.
+const RANK: f64 = 1e-7;
+
+/// The least eigenvalue of NᵀMN, N an orthonormal basis of the velocities that the constraints leave, in coordinates of a given scale.
+pub(crate) struct Inertia {
+    /// The eigenvalue of least size, with its sign.
+    pub(crate) least: f64,
+    /// The coordinates that move in its direction.
+    pub(crate) coordinates: Involved,
+}
+
+/// Coordinates in which every one has inertia 1 at a state, and those without inertia the size of what they share constraints with.
+pub(crate) fn unit_inertias<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
+    let (mut scale, mass, rows) = (vec![0.0; M::Vector::LEN], mass_of(model, state), rows_of(model, state));
+    scale_coordinates(&mass, &rows, &mut scale);
+    scale
+}
+
+/// [`Inertia`] at a state; `None` where a value is not finite.
+pub(crate) fn least_inertia<M: Constraints>(model: &M, state: &M::State, scale: &[f64]) -> Option<Inertia> {
+    let n = M::Vector::LEN;
+    let mut mass = mass_of(model, state);
+    (0..n * n).for_each(|k| mass[k] *= scale[k / n] * scale[k % n]);
+    let held = held_directions(model, state, scale)?;
+    if mass.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    // P M P + b (1 − P): what is held has the inertia b, more than any free direction.
+    let bound = (n as f64 * max_abs(&mass)).max(1.0);
+    let project = |x: &mut [f64]| {
+        for direction in held.chunks_exact(n) {
+            let along = dot(direction, x);
+            x.iter_mut().zip(direction).for_each(|(x, d)| *x -= along * d);
+        }
+    };
+    mass.chunks_exact_mut(n).for_each(project);
+    transpose(&mut mass, n);
+    mass.chunks_exact_mut(n).for_each(project);
+    for direction in held.chunks_exact(n) {
+        (0..n * n).for_each(|k| mass[k] += bound * direction[k / n] * direction[k % n]);
+    }
+    let (mut v, mut sigma) = (vec![0.0; n * n], vec![0.0; n]);
+    let svd = Svd::new(n, &mut mass, &mut v, &mut sigma);
+    let least = (0..n).reduce(|a, b| if svd.sigma[b] < svd.sigma[a] { b } else { a })?;
+    let direction = svd.right(least);
+    let coordinates = Involved::ranked(M::COORDINATES, direction.iter().copied().enumerate());
+    Some(Inertia { least: svd.sigma[least].copysign(dot(svd.column(least), direction)), coordinates })
+}
+
+fn mass_of<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
+    with_workspace::<M, _>(|workspace| mass(model, state, workspace).to_vec())
+}
+
+/// Φ_q of the rows that hold.
+fn rows_of<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
+    with_workspace::<M, _>(|workspace| {
+        let gradients = Gradients::alone(model, state, workspace);
+        active_rows::<M>(state.modes(), false).flat_map(|row| gradients.row(row).iter().copied()).collect()
+    })
+}
+
+/// An orthonormal basis of what the rows hold, in scaled coordinates, vector by vector.
+fn held_directions<M: Constraints>(model: &M, state: &M::State, scale: &[f64]) -> Option<Vec<f64>> {
+    let n = M::Vector::LEN;
+    let mut rows = rows_of(model, state);
+    for row in rows.chunks_exact_mut(n) {
+        row.iter_mut().zip(scale).for_each(|(x, s)| *x *= s);
+        let length = norm(row);
+        if length > 0.0 {
+            row.iter_mut().for_each(|x| *x /= length);
+        }
+    }
+    if rows.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    let m = rows.len() / n;
+    let (mut v, mut sigma) = (vec![0.0; m * m], vec![0.0; m]);
+    let svd = Svd::new(n, &mut rows, &mut v, &mut sigma);
+    let holds = |j: &usize| svd.sigma[*j] > RANK * svd.largest();
+    Some((0..m).filter(holds).flat_map(|j| svd.column(j).iter().map(move |x| x / svd.sigma[j])).collect())
+}
+
+fn transpose(a: &mut [f64], n: usize) {
+    for i in 0..n {
+        for j in 0..i {
+            a.swap(i * n + j, j * n + i);
+        }
+    }
+}

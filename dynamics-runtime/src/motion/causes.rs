@@ -1,0 +1,155 @@
+//! What a failure comes from, where what the method met says less: a constraint with a corner, inertia that vanishes, a singular position.
+
+use alloc::boxed::Box;
+
+use super::error::{Jumping, SimulationErrorKind as Kind};
+use super::singular;
+use crate::constrain::Gradients;
+use crate::constrain::assemble::{self, at_time};
+use crate::constrain::held::active_rows;
+use crate::constrain::inertia::{Inertia, least_inertia, unit_inertias};
+use crate::constrain::weakness::weakness;
+use crate::constrain::with_workspace;
+use crate::error::SolveError;
+use crate::model::{Constraints, ModelState, Vector};
+
+/// Part of the least inertia at the start below which a motion has run into a place where it has none.
+const VANISHED: f64 = 1e-5;
+/// Conditioning of constraints from which on it, and not the inertia of what they leave, is looked at.
+const WEAK: f64 = 1e5;
+
+/// A failure with the cause that the state at which it happened shows.
+///
+/// `h`: the step that was tried or, where constraints have drifted, made last.
+pub(super) fn explain<M: Constraints>(model: &M, start: &M::State, state: &M::State, kind: Kind, h: f64) -> Kind {
+    let creeps = matches!(kind, Kind::TooManySteps { .. });
+    if !(creeps || collapses(&kind)) {
+        return kind;
+    }
+    // A step that was not made shorter has the corner somewhere in it; the straight way is not quite its own.
+    let reach = if matches!(kind, Kind::StepDisplaced { .. } | Kind::Drift { .. }) { 2.0 * h } else { 0.0 };
+    if let Some(Corner { row, what, jump }) = corner(model, state, reach) {
+        return Kind::ConstraintJumps { row: M::ROWS[row].name, what, jump, cause: Box::new(kind) };
+    }
+    // A mass matrix that was found singular has named its coordinate.
+    let says_so = matches!(kind, Kind::SingularMassMatrix(_));
+    if !(creeps || says_so)
+        && let Some((coordinates, share)) = vanished(model, start, state)
+    {
+        return Kind::InertiaVanishes { coordinates, share, cause: Box::new(kind) };
+    }
+    singular::explain(model, start, state, kind)
+}
+
+/// Whether a failure is one that looks the same whatever it comes from.
+fn collapses(kind: &Kind) -> bool {
+    match kind {
+        Kind::StepSizeTooSmall { .. }
+        | Kind::StepNotSolved { .. }
+        | Kind::StepDisplaced { .. }
+        | Kind::AccelerationNotFinite { .. }
+        | Kind::SingularMassMatrix(_)
+        | Kind::Drift { .. } => true,
+        Kind::Solve(error) => matches!(
+            error,
+            SolveError::Contradiction { .. }
+                | SolveError::OffConstraint { .. }
+                | SolveError::VanishingGradient { .. }
+                | SolveError::BranchUndetermined { .. }
+        ),
+        _ => false,
+    }
+}
+
+/// The coordinates that have no inertia left on the motions that the constraints leave, and how much it is against the start.
+fn vanished<M: Constraints>(
+    model: &M,
+    start: &M::State,
+    state: &M::State,
+) -> Option<(crate::constrain::Involved, f64)> {
+    let scale = unit_inertias(model, start);
+    let usual = least_inertia(model, start, &scale)?.least;
+    let Inertia { least, coordinates } = least_inertia(model, state, &scale)?;
+    let share = least / usual;
+    (usual > 0.0 && share <= VANISHED && weakness(model, state).condition < WEAK).then_some((coordinates, share))
+}
+
+/// A row that is not differentiable at a state.
+struct Corner {
+    row: usize,
+    what: Jumping,
+    jump: f64,
+}
+
+/// How far ahead and back constraints are looked at, in parts of the time in which coordinates change by their size.
+const AROUND: f64 = 1e-7;
+/// Halvings of that: what is smooth becomes 10⁻¹² of itself.
+const HALVINGS: usize = 40;
+/// Part of what the velocity of a row is made of from which on a jump is one.
+const JUMPS: f64 = 1e-4;
+/// The same of a jump of positions, far above what rounding leaves.
+const ROUNDED: f64 = 1e-11;
+
+/// The constraint that asks for a jump of positions or velocities where a motion stands, or within `reach` of it on the straight way on and back.
+fn corner<M: Constraints>(model: &M, state: &M::State, reach: f64) -> Option<Corner> {
+    let pace = |(q, u): (&f64, &f64)| u.abs() / (1.0 + q.abs());
+    let fastest = state.q().as_slice().iter().zip(state.u().as_slice()).map(pace).fold(1.0, f64::max);
+    // Farther than by a part of their size, coordinates are elsewhere; and where time resolves no less than that, nothing is known.
+    let (least, most) = (1e3 * f64::EPSILON * state.t().abs(), 0.5 / fastest);
+    if least > most {
+        return None;
+    }
+    let reach = reach.abs().min(most).max(AROUND / fastest).max(least);
+    let beside = |tau: f64| {
+        let mut beside = at_time(state, state.t() + tau);
+        (0..M::Vector::LEN).for_each(|i| beside.q_mut()[i] += tau * state.u()[i]);
+        beside
+    };
+    // Where gradients vanish here, not all of them do there.
+    let (rates, sizes) = sizes(model, &[beside(-reach), beside(reach), assemble::beside::<M>(state)]);
+    for row in active_rows::<M>(state.modes(), false) {
+        if row < M::Residual::LEN
+            && let Some(jump) = jump(reach, |tau| model.residual(&beside(tau))[row])
+            && jump.abs() > ROUNDED * sizes[row] + least * rates[row]
+        {
+            return Some(Corner { row, what: Jumping::Positions, jump });
+        }
+        if let Some(jump) = jump(reach, |tau| model.velocity_residual(&beside(tau))[row])
+            && jump.abs() > JUMPS * rates[row]
+        {
+            return Some(Corner { row, what: Jumping::Velocities, jump });
+        }
+    }
+    None
+}
+
+/// What is left of the change of a function from −x to x where the half in which it changes more is halved again and again: nothing, unless it jumps.
+fn jump(x: f64, f: impl Fn(f64) -> f64) -> Option<f64> {
+    let [mut from, mut to] = [-x, x].map(|x| (x, f(x)));
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (from.0 + to.0);
+        let middle = (middle, f(middle));
+        let first = (middle.1 - from.1).abs() > (to.1 - middle.1).abs();
+        if first { to = middle } else { from = middle }
+    }
+    Some(to.1 - from.1).filter(|jump| jump.is_finite())
+}
+
+/// What the velocity of each row is made of, Σⱼ |Φ_q,ᵢⱼ q̇ⱼ| + |Φ̇ᵢ|, and its position, Σⱼ |Φ_q,ᵢⱼ| (1 + |qⱼ|): the most of what they are at some states.
+fn sizes<M: Constraints>(model: &M, states: &[M::State]) -> (M::Rows, M::Rows) {
+    let (mut rates, mut sizes) = (M::Rows::zeros(), M::Rows::zeros());
+    for state in states {
+        let (q, u, residual) = (state.q().as_slice(), state.u().as_slice(), model.velocity_residual(state));
+        with_workspace::<M, _>(|workspace| {
+            let gradients = Gradients::alone(model, state, workspace);
+            for row in 0..M::Rows::LEN {
+                let sum = |of: &[f64], more: f64| -> f64 {
+                    gradients.row(row).iter().zip(of).map(|(x, of)| x.abs() * (more + of.abs())).sum()
+                };
+                rates[row] = rates[row].max(residual[row].abs() + sum(u, 0.0));
+                sizes[row] = sizes[row].max(sum(q, 1.0));
+            }
+        });
+    }
+    (rates, sizes)
+}
