@@ -1,6 +1,6 @@
 //! Failures that say what they come from, and not only what the method met; and that what they advise works.
 
-use dynamics::motion::{Jumping, SimulationErrorKind};
+use dynamics::motion::{Contact, Jumping, SimulationErrorKind};
 use dynamics::prelude::*;
 
 /// A slider-crank whose crank may lack a flywheel.
@@ -363,4 +363,58 @@ mod corners {
             q.x - self.d * if q.t < self.at { Expr::ZERO } else { Expr::ONE }
         }
     }
+}
+
+/// A ball on a string, which pulls and does not push.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(m: kg, l: m, g: m / s^2)]
+#[nominal(l = 1.0)]
+struct OnString {
+    m: f64,
+    l: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl OnString {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.y
+    }
+    #[holonomic(switched)]
+    fn string(&self, q: &Coordinates<Self>) -> Expr {
+        self.l - vec2(q.x, q.y).norm()
+    }
+}
+
+/// At a speed of √(5 g l) at the bottom the tension is just zero at the top: the string neither slackens for a time that anything resolves, nor pulls there. It
+/// swings on as on a rod.
+#[test]
+fn a_tension_that_grazes_zero_is_passed() {
+    let model = OnString { m: 0.3, l: 1.0, g: 9.81 };
+    let near: [f64; 9] = [-1e-8, -1e-9, -1e-10, -1e-12, 0.0, 1e-12, 1e-10, 1e-9, 1e-8];
+    // A springy string bounces on without end below the speed that counts as none.
+    let contacts = [0.0.into(), 0.5.into(), Contact { restitution: 0.9, rest_speed: Some(1e-4) }];
+    for tolerance in [1e-6, 1e-8, 1e-10, 1e-12] {
+        for contact in contacts {
+            for off in near {
+                let start = model.state().y(-1.0).x_rate(((5.0 + off) * 9.81).sqrt()).build().unwrap();
+                let run = |until: f64| model.simulate(start).until(until).tolerance(tolerance).max_steps(5000);
+                let rod = run(3.0).run().unwrap().end();
+                let case = format!("5 {off:+e}, {tolerance:e}, {contact:?}");
+                let motion = run(3.0).contact("string", contact).run().unwrap_or_else(|e| panic!("{case}: {e}"));
+                let apart = (motion.end().q - rod.q).norm();
+                assert!(apart < 1e-7 + 30.0 * tolerance, "{case}: {apart:e}");
+            }
+        }
+    }
+    // Farther below it slackens, and is caught.
+    let start = model.state().y(-1.0).x_rate((4.99f64 * 9.81).sqrt()).build().unwrap();
+    let motion = model.simulate(start).until(3.0).tolerance(1e-10).contact("string", 0.0).run().unwrap();
+    assert!(motion.events().len() == 4 && motion.summary().energy_lost > 5e-5, "{}", motion.summary());
 }

@@ -121,6 +121,18 @@ impl<'m, M: Simulate> Functions<'m, M> {
         Ok(())
     }
 
+    /// What [`Guard::graze`] notes.
+    pub(super) fn graze(&mut self, index: usize, since: f64, until: f64) {
+        let guard = index - self.first_guard();
+        self.guards[guard].graze(since, until);
+    }
+
+    /// Up to when the contact whose function this is may pull, because its reaction has grazed zero.
+    pub(super) fn grazes_until(&self, index: usize, state: &M::State) -> Option<f64> {
+        let guard = &self.guards[index.checked_sub(self.first_guard())?];
+        guard.grazes_until().filter(|_| guard.holds(state))
+    }
+
     /// Whether a function is that of a contact that holds.
     pub(super) fn is_closed(&self, index: usize, state: &M::State) -> bool {
         let guard = index.checked_sub(self.first_guard()).map(|guard| &self.guards[guard]);

@@ -65,6 +65,10 @@ pub(crate) struct Guard {
     law: Law,
     /// What the reaction has become a little after the instant at which sticking breaks away, where it may be zero.
     later: Option<f64>,
+    /// When a contact lifted off last.
+    lifted: Option<f64>,
+    /// Where it did not open then, for its reaction only grazed zero: the time up to which it may go on pulling.
+    grazes: Option<f64>,
 }
 
 impl Guard {
@@ -95,7 +99,15 @@ impl Guard {
         match constraint.switched {
             Some(switch) if constraint.kind == kind && constraint.rows == 1 => {
                 let what = if matches!(law, Law::Contact(_)) { "contact" } else { "slip" };
-                Ok(Self { name: format!("{name} {what}"), constraint, switch, law, later: None })
+                Ok(Self {
+                    name: format!("{name} {what}"),
+                    constraint,
+                    switch,
+                    law,
+                    later: None,
+                    lifted: None,
+                    grazes: None,
+                })
             }
             _ => Err(OptionError::NotForGuard { option, constraint: constraint.name, kind, found: constraint.kind }),
         }
@@ -152,6 +164,28 @@ impl Guard {
         self.later = Some(reaction);
     }
 
+    /// Notes that a contact that has just lifted off would not be seen to open, and be back at a time: its reaction grazes zero.
+    pub(super) fn graze(&mut self, since: f64, until: f64) {
+        if self.lifted == Some(since) {
+            self.grazes = Some(until);
+        }
+    }
+
+    /// Up to when a contact that holds may pull, see [`Guard::graze`].
+    pub(super) fn grazes_until(&self) -> Option<f64> {
+        self.grazes
+    }
+
+    /// Whether its reaction grazes zero at this very instant.
+    pub(super) fn grazes_at(&self, t: f64) -> bool {
+        self.grazes.is_some() && self.lifted == Some(t)
+    }
+
+    /// Forgets a run.
+    pub(super) fn restart(&mut self) {
+        (self.later, self.lifted, self.grazes) = (None, None, None);
+    }
+
     /// Does what is due where the function has fallen to zero, unless an action at the same instant has dealt with it: contacts that close together
     /// are hit together, and whether one that was to lift off still does when velocities have jumped is for its new reaction to say.
     pub(crate) fn act<M: Simulate>(&mut self, change: &mut Change<'_, M>) {
@@ -166,10 +200,15 @@ impl Guard {
             Law::Stick { .. } if holds && !jumped && later.is_some_and(|reaction| reaction != 0.0) => {
                 change.release_to(name, -later.unwrap_or_default());
             }
-            Law::Contact(_) | Law::Stick { .. } if holds => change.release(name),
+            Law::Contact(_) | Law::Stick { .. } if holds => {
+                (self.lifted, self.grazes) = (Some(change.state().t()), None);
+                change.release(name);
+            }
+            Law::Contact(_) if self.grazes_at(change.state().t()) => change.catch(name),
             Law::Stick { .. } if jumped => change.engage(name),
             Law::Stick { .. } => change.catch(name),
             Law::Contact(_) => {
+                self.grazes = None;
                 let rate = change.model().velocity_residual(change.state())[self.constraint.first];
                 if rate < 0.0 || !jumped {
                     change.close(self.constraint);
@@ -180,7 +219,7 @@ impl Guard {
 
     /// Whether a constraint that has just been switched cannot stay as it is: a contact that would pull, sticking that would break at once.
     pub(crate) fn is_untenable<M: Simulate>(&self, state: &M::State, value: f64) -> bool {
-        self.holds(state) && value < 0.0
+        self.holds(state) && value < 0.0 && !self.grazes_at(state.t())
     }
 }
 

@@ -10,6 +10,8 @@
 //! * Events that follow each other in ever shorter time are an error that names the time they approach.
 //! * Contacts whose reactions of least norm push bear what they have to, unique or not. One of them that pulls may do so for another choice of reactions
 //!   only: then which one lifts off is not decided, and that is an error.
+//! * A contact that lifts off and would be back before it is seen to open has grazed zero with its reaction, and goes on holding for as long
+//!   as that takes: neither a gap nor a pull of that size is resolved.
 //! * A guard (see `guard.rs`) acts where its function falls through zero. Where its constraint was switched, the function is another
 //!   one, and starts afresh; a guard that leaves zero to the wrong side acts again at once, and doing so twice at one instant is an error.
 
@@ -163,6 +165,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
     /// Forgets a run, for another one with the same functions and actions.
     pub(crate) fn restart(&mut self) {
         self.zeno.fill(Zeno::default());
+        self.functions.guards.iter_mut().for_each(Guard::restart);
         self.found.clear();
     }
 
@@ -276,7 +279,10 @@ impl<'m, M: Simulate> Watch<'m, M> {
     ) -> Result<(Option<(f64, f64)>, f64), Fault> {
         let value = self.start_values[index];
         if let Standing::Sign(sign) = self.standing[index] {
-            return Ok((None, sign));
+            return match self.functions.grazes_until(index, &state(0.0)) {
+                Some(until) if sign < 0.0 => self.grazing(index, until, state),
+                _ => Ok((None, sign)),
+            };
         }
         let Self { functions, values, .. } = self;
         let is_position = functions.is_position(index, &state(0.0));
@@ -284,9 +290,12 @@ impl<'m, M: Simulate> Watch<'m, M> {
         let left = leave(value, noise, |theta| functions.value(index, &state(theta), values))?;
         if is_position && matches!(self.standing[index], Standing::JustFired(_)) && !left.is_seen_to_rise() {
             let drift = (2.0 * value.abs()).max(LIFT * (1.0 + max_abs(knot.y.q.as_slice())));
-            if let Some(start) = lifts(drift, |theta| functions.value(index, &state(theta), values))? {
-                return Ok((Some(start), 1.0));
-            }
+            let until = match lifts(drift, |theta| functions.value(index, &state(theta), values))? {
+                Lift::Opens(start) => return Ok((Some(start), 1.0)),
+                Lift::Falls(theta) => theta,
+                Lift::Stays => 1.0,
+            };
+            self.functions.graze(index, knot.t, state(until).t());
         }
         let (Leave::Slope { theta, value: now } | Leave::Tangent { theta, value: now }) = left else {
             return self.hidden_departure(index, left);
@@ -309,6 +318,23 @@ impl<'m, M: Simulate> Watch<'m, M> {
             _ => {}
         }
         Ok((Some((theta, now)), now.signum()))
+    }
+
+    /// A contact whose reaction has grazed zero, and is negative: it is followed again from when on it should be
+    /// closed, and released where it is negative there.
+    fn grazing(
+        &mut self,
+        index: usize,
+        until: f64,
+        state: &impl Fn(f64) -> M::State,
+    ) -> Result<(Option<(f64, f64)>, f64), Fault> {
+        let (from, to) = (state(0.0).t(), state(1.0).t());
+        let theta = ((until - from) / (to - from)).clamp(0.0, 1.0);
+        let value = self.functions.value(index, &state(theta), &mut self.values)?;
+        if value < 0.0 && theta < 1.0 {
+            self.found.push(Crossing { index, theta, direction: Direction::Falling });
+        }
+        Ok((Some((theta, value)), if value < 0.0 { -1.0 } else { 1.0 }))
     }
 
     /// A function that is not seen to leave zero. An open contact that does not rise, or is back before that is seen, touches again at once.
@@ -422,7 +448,11 @@ impl<'m, M: Simulate> Watch<'m, M> {
             self.functions.check_open(index, after)?;
         }
         let at_zero = !holds && (fired || value <= 0.0 || value.abs() <= 1e-13 * self.sizes[index]);
-        Ok(if at_zero || value == 0.0 {
+        let guard = &self.functions.guards[index - self.functions.first_guard()];
+        // About zero, whatever rounding makes of it.
+        Ok(if holds && guard.grazes_at(after.t()) {
+            Standing::Sign(-1.0)
+        } else if at_zero || value == 0.0 {
             Standing::JustFired(Direction::Falling)
         } else {
             Standing::Sign(value.signum())
@@ -447,21 +477,31 @@ impl<'m, M: Simulate> Watch<'m, M> {
     }
 }
 
-/// Where a contact that has just opened is seen to be open, and its gap there, if that falls no further than by what has drifted before: lift-off
+/// What becomes of a contact that has just opened.
+enum Lift {
+    /// It is seen to be open at θ, by this gap.
+    Opens((f64, f64)),
+    /// It closes further than by what has drifted before, at θ.
+    Falls(f64),
+    /// Neither within the step.
+    Stays,
+}
+
+/// Where a contact that has just opened is seen to be open, if its gap falls no further than by what has drifted before: lift-off
 /// is gentle, Φ grows with t³, and Φ̇ at rounding or drift level decides nothing.
-fn lifts(drift: f64, mut gap: impl FnMut(f64) -> Result<f64, Fault>) -> Result<Option<(f64, f64)>, Fault> {
+fn lifts(drift: f64, mut gap: impl FnMut(f64) -> Result<f64, Fault>) -> Result<Lift, Fault> {
     let mut theta = SIMULTANEOUS;
     while theta <= 1.0 {
         let value = gap(theta)?;
         if value > drift {
-            return Ok(Some((theta, value)));
+            return Ok(Lift::Opens((theta, value)));
         }
         if value < -drift {
-            return Ok(None);
+            return Ok(Lift::Falls(theta));
         }
         theta *= 2.0;
     }
-    Ok(None)
+    Ok(Lift::Stays)
 }
 
 /// Rounding errors of a function near the start of a step, of positions alone or of velocities too: what it is taken of is rounded, and so are the times.
