@@ -95,6 +95,57 @@ impl Block {
     }
 }
 
+/// A wheel on a spring that pulls it the shorter way round: beyond half a turn it jumps.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad)]
+#[units(inertia: kg * m^2, k: N * m)]
+struct ShorterWay {
+    inertia: f64,
+    k: f64,
+}
+
+#[dynamics]
+impl ShorterWay {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.inertia * q.theta.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.k * q.theta.sin().atan2(q.theta.cos()).powi(2)
+    }
+}
+
+/// A particle in a valley of three lobes, with the angle about the origin or without.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: [m; 2], y: [m; 2])]
+#[units(m: kg, k: N / m)]
+struct Lobes {
+    m: f64,
+    k: f64,
+}
+
+#[dynamics]
+impl Lobes {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (vec2(q.x[0], q.y[0]).dt().norm_squared() + vec2(q.x[1], q.y[1]).dt().norm_squared())
+    }
+    #[potential]
+    fn round(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.k * (q.x[0].powi(2) + q.y[0].powi(2) + q.x[1].powi(2) + q.y[1].powi(2))
+    }
+    #[potential]
+    fn by_angle(&self, q: &Coordinates<Self>) -> Expr {
+        let angle = q.y[0].atan2(q.x[0]);
+        0.2 * self.k * (q.x[0].powi(2) + q.y[0].powi(2)) * (2.0 * angle).cos()
+    }
+    #[potential]
+    fn without(&self, q: &Coordinates<Self>) -> Expr {
+        0.2 * self.k * (q.x[1].powi(2) - q.y[1].powi(2))
+    }
+}
+
 const TOLERANCES: [f64; 4] = [1e-6, 1e-8, 1e-10, 1e-12];
 
 /// Runs at every tolerance with every method whose steps follow the error.
@@ -159,6 +210,42 @@ fn a_force_that_jumps_pushes_to_and_fro() {
             motion.summary().rejected
         );
         assert!(error < 1e-10, "{name} at {tolerance:e}: {error:e}");
+    });
+}
+
+/// Over the jump of the angle the motion is that of a spring wound anew: θ = 2πn once in every turn. Series went past it and lost half of the energy.
+#[test]
+fn the_cut_of_an_angle_is_a_jump() {
+    let model = ShorterWay { inertia: 1.0, k: 1.0 };
+    let speed = 4.0;
+    let start = model.state().theta_rate(speed).build().unwrap();
+    let turn = 2.0 * (PI / speed).asin();
+    with_all_methods!(model, start, 10.0 * turn, |method, tolerance, motion| {
+        let error = (motion.end().theta() - 20.0 * PI).abs();
+        assert!(error < 1e3 * tolerance + 1e-11, "{method}, {tolerance:e}: {error:e}");
+    });
+    for tolerance in [1e-4, 1e-8, 1e-12] {
+        let run =
+            model.simulate(start).until(10.0 * turn).tolerance(tolerance).method(methods::Taylor::default()).run();
+        let motion = run.unwrap_or_else(|e| panic!("{e}"));
+        let error = (motion.end().theta() - 20.0 * PI).abs();
+        assert!(error < 1e3 * tolerance + 1e-11, "{tolerance:e}: {error:e}");
+        // The energy is that of either side, also on the cut.
+        let drift = model.energy_function(&motion.end()) / model.energy_function(&start) - 1.0;
+        assert!(drift.abs() < 1e3 * tolerance + 1e-11, "{drift:e}");
+    }
+    assert!(ShorterWay::REPORT.contains("sin(theta) = 0 with cos(theta) < 0"), "{}", ShorterWay::REPORT);
+}
+
+/// What turns full circle in the cosine of an angle crosses its cut without harm.
+#[test]
+fn a_cut_that_changes_nothing_costs_no_accuracy() {
+    let model = Lobes { m: 1.0, k: 1.0 };
+    let start = model.state().x([1.0, 1.0]).y_rate([0.8, 0.8]).build().unwrap();
+    with_all_methods!(model, start, 20.0, |method, tolerance, motion| {
+        let end = motion.end();
+        let error = (end.x(0) - end.x(1)).hypot(end.y(0) - end.y(1));
+        assert!(error < 1e3 * tolerance + 1e-11, "{method}, {tolerance:e}: {error:e}");
     });
 }
 

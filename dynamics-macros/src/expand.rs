@@ -41,8 +41,8 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
     }
 }
 
-/// `#[dynamics] impl X { .. }`: hands the block to the bridge, a macro of the struct's own name.
-pub(crate) fn attribute(arguments: TokenStream, item: TokenStream) -> TokenStream {
+/// `#[dynamics] impl X { .. }` in this line and column: hands the block to the bridge, a macro of the struct's own name.
+pub(crate) fn attribute(arguments: TokenStream, item: TokenStream, place: [usize; 2]) -> TokenStream {
     let mut diagnostics = Diagnostics::new();
     if !arguments.is_empty() {
         diagnostics.error(Place::of(&arguments), &messages::attribute_arguments());
@@ -68,7 +68,7 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream) -> TokenStrea
             // Which of a generic struct's types is meant rustc would have to be told; that it is generic is an error already.
             let marked = path.segments.iter().all(|segment| segment.arguments.is_none());
             path.segments.iter_mut().for_each(|segment| segment.arguments = syn::PathArguments::None);
-            let once = emit::once(&path, &item, marked);
+            let once = emit::once(&path, &item, marked, place);
             quote!(#errors #once)
         }
         Err(error) => {

@@ -20,7 +20,8 @@ pub fn derive_dynamics(item: TokenStream) -> TokenStream {
 /// Describes a model by the energies, forces and outputs in its impl block, and derives its equations of motion.
 #[proc_macro_attribute]
 pub fn dynamics(arguments: TokenStream, item: TokenStream) -> TokenStream {
-    expand::attribute(arguments.into(), item.into()).into()
+    let here = proc_macro::Span::call_site();
+    expand::attribute(arguments.into(), item.into(), [here.line(), here.column()]).into()
 }
 
 /// Where the struct's tokens and the impl's meet; called by generated code alone.

@@ -62,10 +62,10 @@ pub(crate) fn mark(name: &Ident, generics: &syn::Generics) -> TokenStream {
 
 /// Calls the bridge of the struct with this path with the impl block `item`, unless another block of the module has done so.
 ///
-/// Each block defines a module of the same name with a macro that lets pass what has the block's key and answers others with their
-/// error. `marked`: asks for the [`mark()`] of the derive. Of two modules of one name the first counts: the second is an error of rustc's, and its block meets the first block's macro. Two
+/// Each block defines a module of the same name with a macro that lets pass what has the block's key, made of its tokens and the `place` where it
+/// stands, and answers others with their error. `marked`: asks for the [`mark()`] of the derive. Of two modules of one name the first counts: the second is an error of rustc's, and its block meets the first block's macro. Two
 /// blocks for one struct in different modules meet only in the impls that both would have, where `OnlyOneDynamicsImplPerModel` names the cause.
-pub(crate) fn once(path: &Path, item: &TokenStream, marked: bool) -> TokenStream {
+pub(crate) fn once(path: &Path, item: &TokenStream, marked: bool, place: [usize; 2]) -> TokenStream {
     let segments: Vec<String> = path.segments.iter().map(|s| super::plain(&s.ident)).collect();
     let (name, at) = (segments.join("_"), path.segments.last().map_or_else(Span::call_site, |s| s.ident.span()));
     let only = Ident::new(&format!("only_one_dynamics_impl_for_{name}"), at);
@@ -73,7 +73,7 @@ pub(crate) fn once(path: &Path, item: &TokenStream, marked: bool) -> TokenStream
         let mark = Ident::new(MARK, at);
         quote!(const _: () = #path::#mark;)
     });
-    let key = format_ident!("key_{:016x}", fingerprint(&item.to_string()));
+    let key = format_ident!("key_{:016x}", fingerprint(&format!("{place:?} {item}")));
     let error = syn::Error::new(at, messages::two_impls(segments.join("::"))).to_compile_error();
     quote! {
         #[doc(hidden)]

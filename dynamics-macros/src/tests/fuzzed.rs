@@ -23,7 +23,7 @@ fn an_impl_block_beyond_the_parser_is_refused_and_not_parsed() {
         ("fn() -> ", ""),
     ] {
         let implementation = deep(before, after);
-        assert!(expand::attribute(TokenStream::new(), implementation.clone()).to_string().contains("A ! {"));
+        assert!(expand::attribute(TokenStream::new(), implementation.clone(), [1, 1]).to_string().contains("A ! {"));
         let both = quote::quote!({ #[coordinates(x)] struct A { m: f64 } } { #implementation });
         assert!(expand::model(both).to_string().contains("compile_error"), "{before}");
     }
@@ -32,7 +32,7 @@ fn an_impl_block_beyond_the_parser_is_refused_and_not_parsed() {
 #[test]
 fn self_is_no_name_of_a_model() {
     let item = "impl Self::N { }".parse().expect("balanced");
-    assert!(expand::attribute(TokenStream::new(), item).to_string().contains("compile_error"));
+    assert!(expand::attribute(TokenStream::new(), item, [1, 1]).to_string().contains("compile_error"));
 }
 
 #[test]

@@ -89,6 +89,18 @@ impl Branches {
         }
     }
 
+    /// The angle of (x, y), which goes on beyond ±π where the sign of y is held.
+    #[inline(always)]
+    #[must_use]
+    pub fn atan2(self, kink: usize, y: f64, x: f64) -> f64 {
+        let angle = math::atan2(y, x);
+        let below = self.below >> kink & 1 == 1;
+        if !self.holds(kink) || x >= 0.0 || below == (angle < 0.0) {
+            return angle;
+        }
+        if below { angle - core::f64::consts::TAU } else { angle + core::f64::consts::TAU }
+    }
+
     /// The smaller of a and b; the kink's value is a − b, or b − a where they are exchanged.
     #[inline(always)]
     #[must_use]

@@ -34,6 +34,8 @@ pub const MOST_KINKS: usize = 64;
 pub struct Hazards {
     /// Changes of branch.
     pub switches: Vec<Switch>,
+    /// Arguments y, x of atan2: where y = 0 and x < 0 it jumps by a turn.
+    pub cuts: Vec<(NodeId, NodeId)>,
     /// Smooth functions with their arguments: they may be made of pieces.
     pub functions: Vec<(FunctionId, NodeId)>,
     /// Expressions by which something is divided, except those that are positive in every state.
@@ -63,6 +65,7 @@ impl Hazards {
         }
         let positive = |id: NodeId| least(g, id, DEPTH) == Some(Sign::Positive);
         found.switches.retain(|s| s.right.is_some() || !positive(s.left));
+        found.cuts.retain(|(_, x)| least(g, *x, DEPTH).is_none());
         found.denominators.retain(|d| !positive(*d));
         found.domains.retain(|d| least(g, *d, DEPTH).is_none());
         found
@@ -72,10 +75,11 @@ impl Hazards {
     /// smooth. Nothing where there are more than [`MOST_KINKS`] of them. What depends on the solution itself is left out.
     #[must_use]
     pub fn kinks(&self, g: &mut Graph) -> Vec<Kink> {
-        if self.switches.len() + self.functions.len() > MOST_KINKS {
+        let switches = self.followed();
+        if switches.len() + self.functions.len() > MOST_KINKS {
             return Vec::new();
         }
-        let switches = self.switches.iter().map(|s| match s.right {
+        let switches = switches.iter().map(|s| match s.right {
             None => Kink { value: s.left, switch: Some(*s), function: None },
             Some(right) => Kink { value: g.sub(s.left, right), switch: Some(*s), function: None },
         });
@@ -94,7 +98,16 @@ impl Hazards {
     pub fn are_followed(&self, g: &Graph) -> bool {
         let on_solution = |id: NodeId| g.dependence(id).on(SOLUTION);
         let unknown = |s: &Switch| on_solution(s.left) || s.right.is_some_and(on_solution);
-        self.switches.len() + self.functions.len() <= MOST_KINKS && !self.switches.iter().any(unknown)
+        let switches = self.followed();
+        switches.len() + self.functions.len() <= MOST_KINKS && !switches.iter().any(unknown)
+    }
+
+    /// The changes of branch and, for the cuts, those of the sign of y. Where x > 0 that changes nothing; but a value that changes its sign on the cut
+    /// alone would itself have to jump.
+    fn followed(&self) -> Vec<Switch> {
+        let mut all = self.switches.clone();
+        self.cuts.iter().for_each(|(y, _)| push(&mut all, Switch { left: *y, right: None }));
+        all
     }
 
     fn look(&mut self, g: &Graph, node: Node) {
@@ -102,6 +115,9 @@ impl Hazards {
             Node::Select { left, right, .. } => self.switch(g, left, Some(right)),
             Node::Binary(Binary::Min | Binary::Max, left, right) => self.switch(g, left, Some(right)),
             Node::Unary(Unary::Abs | Unary::Signum, a) => self.switch(g, a, None),
+            Node::Binary(Binary::Atan2, y, x) if !g.dependence(y).within(Dependence::PARAMETERS) => {
+                push(&mut self.cuts, (y, x));
+            }
             Node::Smooth { function, argument, .. } if !g.is_constant(argument) => {
                 push(&mut self.functions, (function, argument));
             }
@@ -161,7 +177,7 @@ impl Branch {
                 (left, Some(right))
             }
             Node::Binary(Binary::Min | Binary::Max, left, right) => (left, Some(right)),
-            Node::Unary(Unary::Abs | Unary::Signum, a) => (a, None),
+            Node::Unary(Unary::Abs | Unary::Signum, a) | Node::Binary(Binary::Atan2, a, _) => (a, None),
             _ => return None,
         };
         let mut orders = kinks.iter().map(|kink| kink.switch?.order(g, left, right)).enumerate();

@@ -419,6 +419,8 @@ impl<'a> Expansion<'a> {
             }
             // (x² + y²) c′ = x y′ − y x′.
             Binary::Atan2 => {
+                // Across its cut the value of order 0 is another one.
+                self.chooses = true;
                 let below = self.squares(a, b);
                 let (up, down) = (self.integral(b, a)?, self.integral(a, b)?);
                 let of_r = self.order.sub(up, down);

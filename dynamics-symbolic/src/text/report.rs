@@ -234,11 +234,12 @@ fn watch(out: &mut String, model: &Model, equations: &Equations) {
         let right = s.right.map_or_else(|| Some("0".to_owned()), text)?;
         Some(format!("{} = {right}", text(s.left)?))
     });
+    let cuts = hazards.cuts.iter().map(|(y, x)| Some(format!("{} = 0 with {} < 0", text(*y)?, text(*x)?)));
     let end = match hazards.are_followed(&model.graph) {
         true => "; steps end there",
         false => "; an event there keeps the order of the method",
     };
-    line("not smooth where", switches.collect(), end);
+    line("not smooth where", switches.chain(cuts).collect(), end);
     line("divides by", hazards.denominators.iter().map(|d| text(*d)).collect(), "");
     line("roots and logs of", hazards.domains.iter().map(|d| text(*d)).collect(), "");
 }

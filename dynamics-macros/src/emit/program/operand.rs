@@ -181,6 +181,7 @@ impl Printer<'_> {
             Node::Unary(Unary::Signum, a) => format!("branches.signum({kink},{})", v(a)),
             Node::Binary(Binary::Min, a, b) => format!("branches.min({kink},{exchanged},{},{})", v(a), v(b)),
             Node::Binary(Binary::Max, a, b) => format!("branches.max({kink},{exchanged},{},{})", v(a), v(b)),
+            Node::Binary(Binary::Atan2, y, x) => format!("branches.atan2({kink},{},{})", v(y), v(x)),
             node => unreachable!("{node:?} is no choice"),
         }
     }
