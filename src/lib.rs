@@ -59,6 +59,9 @@ pub use dynamics_runtime::*;
 /// Everything that a model and its use need: `use dynamics::prelude::*;`.
 pub mod prelude {
     pub use dynamics_macros::{Dynamics, dynamics};
+    pub use dynamics_macros::{
+        dissipation, drawing, event, force, holonomic, kinetic, lagrangian, nonholonomic, output, potential, redundant,
+    };
     pub use dynamics_runtime::TimeDerivative as _;
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::Analyze as _;

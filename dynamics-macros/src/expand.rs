@@ -78,6 +78,17 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream, place: [usize
     }
 }
 
+/// `#[kinetic]` and the like, where no `#[dynamics]` has taken them off: on a method the missing attribute is the derive's to tell; anywhere else they
+/// do nothing.
+pub(crate) fn role(name: &str, item: TokenStream) -> TokenStream {
+    let is_method = |f: syn::ImplItemFn| f.sig.receiver().is_some();
+    if !is_shallow(&item) || syn::parse2(item.clone()).is_ok_and(is_method) {
+        return item;
+    }
+    let error = syn::Error::new(Span::call_site(), messages::role_outside(name)).to_compile_error();
+    quote!(#error #item)
+}
+
 /// Whether `syn` may see the tokens; what is too deep is reported by whoever parses in earnest.
 fn is_shallow(tokens: &TokenStream) -> bool {
     let mut depth = Diagnostics::new();

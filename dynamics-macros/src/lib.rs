@@ -24,6 +24,47 @@ pub fn dynamics(arguments: TokenStream, item: TokenStream) -> TokenStream {
     expand::attribute(arguments.into(), item.into(), [here.line(), here.column()]).into()
 }
 
+/// Roles of functions: `#[dynamics]` reads them and takes them off. Without it rustc would know none of them, an error for each, while what is missing is
+/// one attribute, which the derive names.
+macro_rules! roles {
+    ($($(#[$text:meta])* $role:ident)*) => {
+        $(
+            $(#[$text])*
+            #[proc_macro_attribute]
+            pub fn $role(_: TokenStream, item: TokenStream) -> TokenStream {
+                expand::role(stringify!($role), item.into()).into()
+            }
+        )*
+    };
+}
+
+roles! {
+    /// A kinetic energy, `Expr`: T is the sum over all functions with this role.
+    kinetic
+    /// A potential energy, `Expr`: V is the sum over all functions with this role.
+    potential
+    /// A Lagrangian, `Expr`, where T − V is not the natural form.
+    lagrangian
+    /// A Rayleigh function D, `Expr`: the generalized force is −∂D/∂q̇.
+    dissipation
+    /// Applied forces, `Force`.
+    force
+    /// What is zero on every motion, in terms of coordinates and time: `Expr`, a vector, or an array of them. `#[holonomic(switched)]` is engaged and
+    /// released while the model runs.
+    holonomic
+    /// What is zero on every motion and linear in the velocities: `Expr`, a vector, or an array of them; `#[nonholonomic(integrable)]`,
+    /// `#[nonholonomic(switched)]`.
+    nonholonomic
+    /// Beside `#[holonomic]` or `#[nonholonomic]`: it repeats other constraints, and that is meant.
+    redundant
+    /// A named result, `Expr` or a vector.
+    output
+    /// A value whose zero crossings are located, `Expr`.
+    event
+    /// How the model is drawn.
+    drawing
+}
+
 /// Where the struct's tokens and the impl's meet; called by generated code alone.
 #[doc(hidden)]
 #[proc_macro]

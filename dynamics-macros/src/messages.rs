@@ -68,6 +68,7 @@ catalogue! {
     cfg_in_model(name) "`#[{name}]` is not known to the macro, which would derive the model as if it held; keep it out of the model: choose by a parameter, or put functions that the model does not use into an `impl` block of their own";
     lagrangian_beside(role, function) "`#[lagrangian]` stands for T − V as a whole, yet `{function}` is marked `#[{role}]`; put everything into `#[lagrangian]`, or use `#[kinetic]` and `#[potential]` alone";
     role_with_arguments(name) "`#[{name}]` takes no arguments; write it bare";
+    role_outside(name) "`#[{name}]` says nothing here; put it on a method in the `impl` block with `#[dynamics]`";
     role_twice(name, function) "`{function}` is marked `#[{name}]` twice; remove one";
     two_roles(function, first, second) "`{function}` is both `#[{first}]` and `#[{second}]`; give each role its own function";
     duplicate_role(name, first) "`#[{name}]` is already on `{first}`; a model has only one";

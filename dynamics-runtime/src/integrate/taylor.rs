@@ -10,6 +10,9 @@
 //! * **Error estimate**: the last two terms. The step is chosen before it is made, as the longest for which both are permitted; at its end the
 //!   accelerations of the model are compared with those of the series. Where the model chooses (`if`, min, max, abs, signum) the series is that of the
 //!   branch at its start: there the comparison is also made within the step, and steps are repeated shorter until the branch is the right one.
+//! * **Where there is no series**: at the edge of a contact max(δ, 0)^1.5 accelerations are finite and their derivatives are not, and just beside
+//!   it a series converges no farther than back to it. There a step keeps the accelerations of its start, as short as what they change by permits;
+//!   the next ones grow with their distance.
 //! * **Dense output**: the series itself, of full order, at no cost.
 //! * **Stability**: the disk of radius about (p!)^(1/p), 8.3 for p = 20, on the left.
 //! * **Rounding**: what is lost when a step is added to the state is carried to the next step (Kahan's sum).
@@ -41,6 +44,8 @@ const MOST_DEFECT: f64 = 50.0;
 const GROSS_DEFECT: f64 = 1e4;
 /// Relative rounding errors of accelerations that are no matter of the step: none is known for models that choose, where a jump is what is sought.
 const GROSS_ROUNDING: f64 = 1e-8;
+/// Steps below this part of the time, or of the unit in which they are looked for, are none that series can be asked for.
+const LEAST_PART: f64 = 1e-13;
 /// Where within a step the branches of a model that chooses are compared, besides its end.
 const WITHIN: [f64; 3] = [0.25, 0.5, 0.75];
 
@@ -49,7 +54,13 @@ const WITHIN: [f64; 3] = [0.25, 0.5, 0.75];
 pub struct Taylor<V> {
     /// The order that was asked for.
     asked: Option<usize>,
+    /// The order that the tolerance asks for.
+    planned: usize,
     series: Series<V>,
+    /// Part of its unit of time for which the series is good.
+    reach: f64,
+    /// The series ends with the accelerations of its start: there are no more terms.
+    short: bool,
     /// The start of the series, if there is one.
     from: Option<Knot<V>>,
     /// What the start of the series lost by rounding.
@@ -146,10 +157,10 @@ impl<V: Vector> Taylor<V> {
         Self { asked: order.map(|p| p.clamp(LEAST_ORDER, MOST_ORDER)), ..Self::new() }
     }
 
-    /// The order of the last series.
+    /// The order of series.
     #[must_use]
     pub fn order(&self) -> usize {
-        self.series.order
+        self.planned
     }
 
     /// What tolerances close to rounding leave of a step: truncation errors, which add up, stay below rounding errors, which do not.
@@ -165,7 +176,7 @@ impl<V: Vector> Taylor<V> {
         let loosest = tolerances.absolute.max(tolerances.relative);
         // Rounded up.
         let by_tolerance = 2 + (-0.5 * ORDER_FACTOR * math::ln(loosest.clamp(1e-300, 1.0))) as usize;
-        self.series.order = self.asked.unwrap_or(by_tolerance.clamp(LEAST_ORDER, MOST_ORDER));
+        self.planned = self.asked.unwrap_or(by_tolerance.clamp(LEAST_ORDER, MOST_ORDER));
         self.tolerances = Some(*tolerances);
     }
 
@@ -184,23 +195,68 @@ impl<V: Vector> Taylor<V> {
             _ => Phase::zeros(),
         };
         self.from = None;
-        let order = self.series.order;
+        let order = self.planned;
+        (self.series.order, self.short) = (order, false);
         self.series.scale = scale;
         for _ in 0..8 {
             let Series { q, u, scale, .. } = &mut self.series;
             (q[0], u[0]) = (start.y.q, start.y.u);
             let rows = ..=order;
             if !system.series(start.t, &start.y, &start.a, *scale, &mut q[rows], &mut u[rows])? {
-                (q[order], u[order]) = (nan(), nan());
-                break;
+                (q[order], u[order], self.reach) = (nan(), nan(), f64::NAN);
+                self.from = Some(*start);
+                return Ok(());
             }
             if self.series.row(order).is_finite() {
                 break;
             }
             self.series.scale *= 1e-4;
         }
+        self.reach = self.reach(tolerances);
+        let is_long = self.reach * self.series.scale.abs() >= LEAST_PART * scale.abs().max(start.t.abs());
+        if !is_long || !self.series.row(order).is_finite() {
+            self.shorten(start, scale);
+        }
         self.from = Some(*start);
         Ok(())
+    }
+
+    /// Keeps the accelerations of the start, without further terms.
+    #[cold]
+    fn shorten(&mut self, start: &Knot<V>, scale: f64) {
+        let Series { q, u, .. } = &mut self.series;
+        (q[0], u[0]) = (start.y.q, start.y.u);
+        for i in 0..V::LEN {
+            (q[1][i], u[1][i]) = (start.y.u[i] * scale, start.a[i] * scale);
+            (q[2][i], u[2][i]) = (0.5 * start.a[i] * scale * scale, 0.0);
+        }
+        (self.series.order, self.series.scale, self.short) = (2, scale, true);
+    }
+
+    /// What the accelerations within a short series are beside those of its start.
+    #[cold]
+    fn short_error<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        (s, h): (f64, f64),
+        tolerances: &Tolerances,
+    ) -> Result<f64, S::Error> {
+        let mut most = start.a;
+        (0..V::LEN).for_each(|i| most[i] = (self.acceleration[i] - start.a[i]).abs());
+        for part in WITHIN {
+            let y = zip(&start.y, &self.series.change(part * s), |y, x| y + x);
+            let a = system.accelerations(start.t + part * h, &y.q, &y.u)?;
+            for i in 0..V::LEN {
+                let change = (a[i] - start.a[i]).abs();
+                // Not a number is no small change.
+                most[i] = if change <= most[i] { most[i] } else { change };
+            }
+        }
+        for i in 0..V::LEN {
+            (self.error.q[i], self.error.u[i]) = (0.5 * h * h * most[i], h * most[i]);
+        }
+        Ok(tolerances.norm(&self.error, &start.y, &self.end.0))
     }
 
     /// Part of the unit of time after which one of the last two terms is as large as permitted.
@@ -218,6 +274,10 @@ impl<V: Vector> Taylor<V> {
         };
         add(&self.series.q, &y.q);
         add(&self.series.u, &y.u);
+        if last + before == f64::INFINITY {
+            // So near to where there is no series that there is none.
+            return 0.0;
+        }
         let of = |squares: f64, k: usize| -math::log2_roughly(squares / count) / (2 * k) as f64;
         let (last, before) = (of(last, p), of(before, p - 1));
         // `min` would drop what is not a number.
@@ -270,6 +330,9 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         let (rows, phase) = ([V::zeros(); ROWS], Phase::zeros());
         Self {
             asked: None,
+            planned: LEAST_ORDER,
+            reach: f64::NAN,
+            short: false,
             series: Series { q: rows, u: rows, order: LEAST_ORDER, scale: 1.0, length: 1.0 },
             from: None,
             lost: phase,
@@ -290,7 +353,10 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
     ) -> Option<f64> {
         // What fails here fails again when the step is made.
         self.expand(system, start, h, tolerances).ok()?;
-        let reach = self.reach(tolerances) * self.margin();
+        if self.short {
+            return None;
+        }
+        let reach = self.reach * self.margin();
         let most = MOST_GROWTH * (h / self.series.scale).abs();
         (!reach.is_nan()).then(|| (SAFETY * reach).min(most) * self.series.scale.abs())
     }
@@ -319,6 +385,12 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         self.end = (end, lost);
         if !end.is_finite() {
             return Ok((end, f64::NAN));
+        }
+        if self.short {
+            self.acceleration = system.accelerations(start.t + h, &end.q, &end.u)?;
+            self.stages[1] = Phase { q: end.u, u: self.acceleration };
+            let error = self.short_error(system, start, (s, h), tolerances)?;
+            return Ok((end, error));
         }
         let p = self.series.order;
         let power = math::powi(s, p as i32);
@@ -362,6 +434,9 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
     /// |h λ| where one mode makes the last coefficients, as it does where stability bounds the step, against the border of stability (p!)^(1/p). Then
     /// xₖ = (h λ)ᵏ/k! times the mode; two orders are compared because those of one parity may vanish.
     fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+        if self.short {
+            return None;
+        }
         let (p, u) = (self.series.order, &self.series.u);
         let square = |k: usize| u[k].as_slice().iter().map(|x| x * x).sum::<f64>();
         let ratio = |k: usize| math::sqrt(math::sqrt(square(k) / square(k - 2)) * (k * (k - 1)) as f64);

@@ -1,0 +1,10 @@
+use dynamics::prelude::*;
+
+#[kinetic]
+fn kinetic(v: Expr) -> Expr {
+    0.5 * v.powi(2)
+}
+
+fn main() {
+    println!("{:?}", kinetic(Expr::ZERO).value());
+}

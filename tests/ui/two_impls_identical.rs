@@ -1,0 +1,37 @@
+use dynamics::prelude::*;
+
+#[derive(Dynamics)]
+#[coordinates(x: m)]
+struct Falling {
+    m: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Falling {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.x
+    }
+}
+
+#[dynamics]
+impl Falling {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * q.x
+    }
+}
+
+fn main() {
+    let start = Falling { m: 1.0, g: 9.81 }.state().x(1.0).build();
+    println!("{start:?}");
+}
