@@ -140,3 +140,40 @@ fn a_tangent_line_is_told_from_one_that_crosses() {
         assert_eq!(analysis.findings, []);
     }
 }
+
+/// A slider that is drawn in from its dead point: tangent at t = 0, where motions start, and at no other time.
+#[test]
+fn a_dead_point_at_the_start_is_one_at_that_time() {
+    let mut b = Builder::new("Drawn");
+    let q: Vec<NodeId> = ["theta", "phi", "x"].iter().map(|name| b.coordinate(name)).collect();
+    for c in &mut b.model.coordinates[..2] {
+        c.unit = "rad".into();
+    }
+    let [crank, rod, speed] = ["crank", "rod", "speed"].map(|name| b.parameter(name));
+    (0..3).for_each(|i| b.nominal(i, [0.1, 0.3, 0.05][i as usize]));
+    let (s, c, sp, cp) = (b.sin(q[0]), b.cos(q[0]), b.sin(q[1]), b.cos(q[1]));
+    let polar = |b: &mut Builder, length, s, c| (b.mul(length, c), b.mul(length, s));
+    let ((px, py), (rx, ry)) = (polar(&mut b, crank, s, c), polar(&mut b, rod, sp, cp));
+    let (along, up) = (b.add(px, rx), b.sub(py, ry));
+    let gap = b.sub(along, q[2]);
+    constrain(&mut b, "closure", HOLONOMIC, &[gap, up]);
+    let time = b.g().symbol(dynamics_symbolic::graph::Symbol::Time);
+    let (out, way) = (b.add(crank, rod), b.mul(speed, time));
+    let place = b.sub(out, way);
+    let drive = b.sub(q[2], place);
+    constrain(&mut b, "drive", HOLONOMIC, &[drive]);
+    let analysis = analyse(&b.model);
+    assert_eq!((&analysis.findings[..], analysis.rank, analysis.least.all), (&[][..], 3, 2));
+    let one = b.ratio(1, 1);
+    let t = b.kinetic(one, &q);
+    b.energy("kinetic", dynamics_symbolic::mechanics::EnergyRole::Kinetic, t);
+    let report = words(&compile(b.model).unwrap_or_else(|found| panic!("{found:?}")).report);
+    for said in [
+        "degrees of freedom 1 in velocities, 0 in positions at some times or on some branches, 0 else; 3 coordinates, 2 of 3 rows",
+        "reactions all unique, but where fewer rows are independent unique: closure[1]; not unique, the smallest are given: closure[0], drive",
+        "drive: holonomic, moving degrees",
+        "solved by generated code",
+    ] {
+        assert!(report.contains(said), "{said}\n{report}");
+    }
+}

@@ -343,18 +343,19 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
     }
     let lost = superfluous.iter().filter(|r| holonomic(r)).count();
     let places: Vec<usize> = look.order.iter().copied().filter(holonomic).collect();
-    let tangent = look.manifold.as_ref().map_or_else(Vec::new, |m| m.tangent.clone());
+    let touching = look.manifold.as_ref().map_or(&[][..], |m| &m.tangent);
     // Rows that are tangent hold more positions than their rank says.
-    let held = || look.manifold.iter().filter(|m| !m.tangent.is_empty()).flat_map(|m| m.held.iter().copied());
+    let held = || look.manifold.iter().filter(|_| !touching.is_empty()).flat_map(|m| m.held.iter().copied());
     let most = Ranks { all: rank, holonomic: held().max().unwrap_or(places.len() - lost) };
     let met = look.manifold.iter().flat_map(|m| m.samples.iter().zip(&m.held)).map(|(s, held)| Ranks {
         all: manifold::rank(rows, s, &look.order),
-        holonomic: if tangent.is_empty() { manifold::rank(rows, s, &places) } else { *held },
+        holonomic: if touching.is_empty() { manifold::rank(rows, s, &places) } else { *held },
     });
     let least = met.fold(most, |least, here| Ranks {
         all: least.all.min(here.all),
         holonomic: least.holonomic.min(here.holonomic),
     });
+    let tangent = touching.iter().copied().filter(|r| superfluous.contains(r)).collect();
     Analysis {
         findings: Vec::new(),
         rows: rows.len(),

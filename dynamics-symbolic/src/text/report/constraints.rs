@@ -78,8 +78,9 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
     let n = model.coordinates.len();
     let rows = match (analysis.least.all, analysis.rank, analysis.rows) {
         (least, rank, rows) if least < rank => {
-            let some = counted(rows, "row");
-            format!("{least} of {some} of constraints independent on some branches of the assembly, {rank} on others")
+            let (some, others) = branches(model, derived);
+            let rows = counted(rows, "row");
+            format!("{least} of {rows} of constraints independent {some} of the assembly, {rank} {others}")
         }
         (_, rank, rows) if rows == rank => format!("{} of constraints", counted(rows, "independent row")),
         (_, rank, rows) => format!("{rank} of {} of constraints independent", counted(rows, "row")),
@@ -88,25 +89,21 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
         format!("{}; {}, {rows}{}", size(model, derived, analysis), counted(n, "coordinate"), seen(derived, analysis));
     entry(out, "degrees of freedom", &text);
     if analysis.least.all < analysis.rank {
-        let text = match analysis.branch_meant {
-            true => {
-                "the branches on which rows repeat others are the ones meant by `#[redundant]`: which the start is on decides"
+        let (branch, lost) =
+            ("which branch the start is on decides", "where fewer rows are independent the multipliers are not unique");
+        let text = match (analysis.branch_meant, is_fixed(model, derived)) {
+            (true, _) => {
+                format!("the branches on which rows repeat others are the ones meant by `#[redundant]`: {branch}")
             }
-            false => {
-                "which branch the start is on decides; where fewer rows are independent the multipliers are not unique"
-            }
+            (false, true) => format!("{branch}; {lost}"),
+            (false, false) => lost.to_owned(),
         };
-        entry(out, "", text);
+        entry(out, "", &text);
     }
     if !analysis.tangent.is_empty() {
         let names = rows_text(model, &analysis.tangent);
-        entry(
-            out,
-            "",
-            &format!(
-                "tangent rows hold positions, not velocities: where forces push across {names}, runs end with an error"
-            ),
-        );
+        let text = "tangent rows hold positions, not velocities: where forces push across";
+        entry(out, "", &format!("{text} {names}, runs end with an error"));
     }
     match analysis.integrable {
         Some(n) if n > 0 => {
@@ -119,6 +116,18 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
     }
 }
 
+fn is_fixed(model: &Model, derived: &ConstraintEquations) -> bool {
+    derived.velocity_offset.iter().all(|node| model.graph.is_zero(*node))
+}
+
+/// Where a rank is met that is not met everywhere: constraints that move may lose it in passing.
+fn branches(model: &Model, derived: &ConstraintEquations) -> (&'static str, &'static str) {
+    match is_fixed(model, derived) {
+        true => ("on some branches", "on others"),
+        false => ("at some times or on some branches", "else"),
+    }
+}
+
 /// The degrees of freedom, with switched constraints on and off, and what follows where there are none.
 fn size(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> String {
     let n = model.coordinates.len();
@@ -127,11 +136,12 @@ fn size(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> St
         (velocities, positions) if positions == velocities => velocities.to_string(),
         (velocities, positions) => format!("{velocities} in velocities, {positions} in positions"),
     };
+    let (some, others) = branches(model, derived);
     // The largest freedom first: what moves on one branch is not held still.
     let size = |most: Ranks, least: Ranks| match one(least) {
         text if free(most) == free(least) => text,
         text if analysis.branch_meant => format!("{text} where rows repeat others, {} on other branches", one(most)),
-        text => format!("{text} on some branches, {} on others", one(most)),
+        text => format!("{text} {some}, {} {others}", one(most)),
     };
     let on = size(Ranks { all: analysis.rank, holonomic: analysis.holonomic_rank }, analysis.least);
     let text = if model.constraints.iter().any(|c| c.switched) {
@@ -140,7 +150,7 @@ fn size(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> St
     } else {
         on
     };
-    let moving = derived.velocity_offset.iter().any(|node| !model.graph.is_zero(*node));
+    let moving = !is_fixed(model, derived);
     let Ranks { all, holonomic } = analysis.least_always;
     match (all >= n, holonomic >= n, moving) {
         (false, ..) => text,
@@ -252,7 +262,9 @@ fn reactions(out: &mut String, model: &Model, analysis: &Analysis) {
         format!("; unique as a generalized force of the whole constraint: {}", shortened(&sums))
     };
     let all_on = if model.constraints.iter().any(|c| c.switched) { "with all constraints on, " } else { "" };
-    let text = format!("{all_on}unique: {kept}; not unique, the smallest are given: {lost}{sums}");
+    let elsewhere = analysis.rank == analysis.rows && !analysis.branch_meant;
+    let few = if elsewhere { "all unique, but where fewer rows are independent " } else { "" };
+    let text = format!("{all_on}{few}unique: {kept}; not unique, the smallest are given: {lost}{sums}");
     entry(out, "reactions", &text);
 }
 
