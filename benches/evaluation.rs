@@ -1,14 +1,20 @@
-//! Accelerations of derived models beside hand-written Rust: nanoseconds per call, medians of one interleaved run, and the difference
-//! of the results. `cargo bench --bench evaluation`.
+//! Accelerations of derived models beside hand-written Rust: nanoseconds per call and the error of the results in units of rounding.
+//! `cargo bench --bench evaluation`; with `RUSTFLAGS="-C target-cpu=native"` what the machine at hand can do.
 //!
-//! The machine decides the nanoseconds; the ratios inside one run are what can be compared.
+//! The machine decides the nanoseconds; the ratios inside one run are what can be compared. Other people's work disturbs one way only, so
+//! that the quickest of many passes counts, taken in turn with those of the other candidates.
 
 #[path = "evaluation/by_hand.rs"]
 mod by_hand;
-#[path = "evaluation/loops.rs"]
-mod loops;
+#[macro_use]
 #[path = "evaluation/models.rs"]
 mod models;
+#[path = "evaluation/long.rs"]
+mod long;
+#[path = "evaluation/loops.rs"]
+mod loops;
+#[path = "evaluation/real.rs"]
+mod real;
 #[path = "evaluation/states.rs"]
 mod states;
 
@@ -17,149 +23,188 @@ use std::time::Instant;
 
 use dynamics::model::Vector;
 use dynamics::prelude::*;
+use long::{Chain5Accurate, Chain10Accurate, Chain20, Chain50, DoublePendulumAccurate};
 use models::{Chain5, Chain10, DoublePendulum};
+use real::{Inlined, Pair, Real, Standard};
 use states::{states, states_near};
 
-/// Timed passes of each candidate; the median counts.
-const ROUNDS: usize = 61;
+/// Timed passes of each candidate.
+const ROUNDS: usize = 300;
+/// Nanoseconds of a pass, about.
+const PASS: f64 = 0.5e6;
 
-/// Writes the accelerations at some states, one after the other as an integrator asks for them: each is a black box, or two would be
+/// A state as (q, u).
+type Place<const N: usize> = ([f64; N], [f64; N]);
+
+/// Writes the accelerations at all states, one after the other as an integrator asks for them: each is a black box, or two would be
 /// evaluated side by side.
-type Evaluate<'a, S, const N: usize> = dyn Fn(&[S], &mut [[f64; N]]) + 'a;
+type Evaluate<const N: usize> = Box<dyn Fn(&mut [[f64; N]])>;
 
-/// One way to evaluate accelerations at a state given as q and u.
-struct Candidate<'a, S, const N: usize> {
+/// One way to evaluate accelerations.
+struct Candidate<const N: usize> {
     name: &'static str,
-    evaluate: Box<Evaluate<'a, S, N>>,
+    evaluate: Evaluate<N>,
 }
 
-fn compare<S, const N: usize>(model: &str, states: &[S], candidates: &[Candidate<'_, S, N>]) {
-    let mut results = vec![vec![[0.0; N]; states.len()]; candidates.len()];
-    for (candidate, result) in candidates.iter().zip(&mut results) {
-        (candidate.evaluate)(states, result);
-    }
+/// Times the candidates and prints them beside each other; `exact` gives what is right, with 31 digits.
+fn compare<const N: usize>(model: &str, exact: &[[f64; N]], candidates: &[Candidate<N>]) {
+    let mut results = vec![vec![[0.0; N]; exact.len()]; candidates.len()];
     let once = |index: usize, result: &mut Vec<[f64; N]>, passes: usize| {
         let start = Instant::now();
         for _ in 0..passes {
-            (candidates[index].evaluate)(black_box(states), black_box(result));
+            (candidates[index].evaluate)(black_box(result));
         }
-        start.elapsed().as_secs_f64() * 1e9 / (passes * states.len()) as f64
+        start.elapsed().as_secs_f64() * 1e9 / (passes * exact.len()) as f64
     };
-    let warm = once(0, &mut results[0], 20);
-    let passes = ((1.0e6 / (warm * states.len() as f64)) as usize).max(1);
-    let mut times = vec![Vec::with_capacity(ROUNDS); candidates.len()];
-    for _ in 0..ROUNDS {
-        for index in 0..candidates.len() {
-            let time = once(index, &mut results[index], passes);
-            times[index].push(time);
-        }
-    }
-    let medians: Vec<f64> = times
-        .iter_mut()
-        .map(|times| {
-            times.sort_by(f64::total_cmp);
-            times[ROUNDS / 2]
+    let mut best = vec![f64::INFINITY; candidates.len()];
+    let passes: Vec<usize> = (0..candidates.len())
+        .map(|index| {
+            let warm = once(index, &mut results[index], 20);
+            ((PASS / (warm * exact.len() as f64)) as usize).max(1)
         })
         .collect();
+    for _ in 0..ROUNDS {
+        for index in 0..candidates.len() {
+            best[index] = best[index].min(once(index, &mut results[index], passes[index]));
+        }
+    }
     for (index, candidate) in candidates.iter().enumerate() {
-        let scale = results[0].iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
-        let error = results[index]
-            .iter()
-            .flatten()
-            .zip(results[0].iter().flatten())
-            .fold(0.0f64, |m, (a, b)| m.max((a - b).abs() / scale));
-        println!(
-            "{model:<16} {:<28} {:>8.1} ns {:>6.2} {:>10.1e}",
-            candidate.name,
-            medians[index],
-            medians[index] / medians[0],
-            error
-        );
+        let (ratio, [error, worst]) = (best[index] / best[0], errors(&results[index], exact));
+        println!("{model:<16} {:<30} {:>8.1} ns {ratio:>6.2} {error:>6.1} {worst:>8.1}", candidate.name, best[index]);
     }
 }
 
-/// The derived model as a candidate.
+/// The largest difference at each state, in units of 2⁻⁵² of the state's largest acceleration: their median, and the largest. NaN counts as
+/// large.
+fn errors<const N: usize>(results: &[[f64; N]], exact: &[[f64; N]]) -> [f64; 2] {
+    let of_state = |(result, exact): (&[f64; N], &[f64; N])| {
+        let scale = exact.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let differences = result.iter().zip(exact).map(|(a, b)| (a - b).abs());
+        differences.max_by(f64::total_cmp).unwrap_or(0.0) / (scale * f64::EPSILON)
+    };
+    let mut errors: Vec<f64> = results.iter().zip(exact).map(of_state).collect();
+    errors.sort_by(f64::total_cmp);
+    [errors[errors.len() / 2], errors[errors.len() - 1]]
+}
+
+/// A derived model as a candidate.
 macro_rules! derived {
-    ($model:expr, $n:literal) => {{
-        let constants = $model.constants().expect("a regular model");
-        Candidate::<_, $n> {
-            name: "derived",
-            evaluate: Box::new(move |states, results| {
+    ($name:literal, $model:expr, $states:expr) => {{
+        let (model, states) = ($model, $states);
+        let constants = model.constants().expect("a regular model");
+        Candidate {
+            name: $name,
+            evaluate: Box::new(move |results| {
                 for (state, result) in states.iter().zip(results) {
-                    match $model.accelerations_with(&constants, black_box(state)) {
-                        Ok(a) => *result = a.into(),
-                        Err(_) => *result = [f64::NAN; $n],
-                    }
+                    *result = model.accelerations_with(&constants, black_box(state)).map_or([f64::NAN; _], Into::into);
                 }
             }),
         }
     }};
 }
 
+fn places<S: ModelState, const N: usize>(states: &[S]) -> Vec<Place<N>> {
+    let array = |x: &S::Vector| Vector::as_slice(x).try_into().expect("N coordinates");
+    states.iter().map(|state| (array(state.q()), array(state.u()))).collect()
+}
+
 /// A hand-written function of (q, u) as a candidate.
-fn by_hand<S: ModelState, const N: usize>(
+fn by_hand<T: Real + 'static, const N: usize>(
     name: &'static str,
-    function: impl Fn(&[f64; N], &[f64; N]) -> [f64; N] + 'static,
-) -> Candidate<'static, S, N> {
+    places: &[Place<N>],
+    function: impl Fn(&[T; N], &[T; N]) -> [T; N] + 'static,
+) -> Candidate<N> {
+    let places: Vec<([T; N], [T; N])> = places.iter().map(|(q, u)| (q.map(T::of), u.map(T::of))).collect();
     Candidate {
         name,
-        evaluate: Box::new(move |states, results| {
-            for (state, result) in states.iter().map(black_box).zip(results) {
-                let (q, u) = (Vector::as_slice(state.q()), Vector::as_slice(state.u()));
-                *result = function(q.try_into().expect("N coordinates"), u.try_into().expect("N velocities"));
+        evaluate: Box::new(move |results| {
+            for ((q, u), result) in places.iter().map(black_box).zip(results) {
+                *result = function(q, u).map(Real::to_f64);
             }
         }),
     }
 }
 
-fn main() {
-    println!("{:<16} {:<28} {:>11} {:>6} {:>10}", "model", "accelerations", "time", "ratio", "difference");
-    let model = &DoublePendulum { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
+/// What is right.
+fn exact<const N: usize>(places: &[Place<N>], function: impl Fn(&[Pair; N], &[Pair; N]) -> [Pair; N]) -> Vec<[f64; N]> {
+    places.iter().map(|(q, u)| function(&q.map(Pair::of), &u.map(Pair::of)).map(Real::to_f64)).collect()
+}
+
+fn double_pendulum() {
+    let model = DoublePendulum { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
+    let accurate = DoublePendulumAccurate { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
+    let states_of = states::<State<DoublePendulum>, 2>();
+    let places = places(&states_of);
     compare(
         "double pendulum",
-        &states::<State<DoublePendulum>, 2>(),
-        &[derived!(model, 2), by_hand("by hand, closed form", by_hand::double_pendulum)],
-    );
-    let model =
-        &Chain5 { cart: 2.0, m: std::array::from_fn(by_hand::mass), l: std::array::from_fn(by_hand::length), g: 9.81 };
-    compare(
-        "chain 5",
-        &states::<State<Chain5>, 6>(),
+        &exact(&places, by_hand::double_pendulum),
         &[
-            derived!(model, 6),
-            by_hand("by hand, dense LDLᵀ", by_hand::chain_dense::<5, 6>),
-            by_hand("by hand, rod tensions", by_hand::chain_tensions::<5, 6>),
+            derived!("derived", model, states_of),
+            derived!("derived, sin_cos = accurate", accurate, states::<State<DoublePendulumAccurate>, 2>()),
+            by_hand("closed form, inlined sines", &places, by_hand::double_pendulum::<Inlined>),
+            by_hand("closed form", &places, by_hand::double_pendulum::<Standard>),
         ],
     );
-    let model =
-        &Chain10 { cart: 2.0, m: std::array::from_fn(by_hand::mass), l: std::array::from_fn(by_hand::length), g: 9.81 };
-    compare(
-        "chain 10",
-        &states::<State<Chain10>, 11>(),
-        &[
-            derived!(model, 11),
-            by_hand("by hand, dense LDLᵀ", by_hand::chain_dense::<10, 11>),
-            by_hand("by hand, rod tensions", by_hand::chain_tensions::<10, 11>),
-        ],
-    );
-    let model = &loops::andrews::PUBLISHED;
+}
+
+/// A chain of links, with what else is a candidate.
+macro_rules! compare_chain {
+    ($model:ident, $links:literal, $n:literal, $name:literal $(, $accurate:ident)?) => {{
+        let (m, l) = (std::array::from_fn(by_hand::mass), std::array::from_fn(by_hand::length));
+        let states_of = states::<State<$model>, $n>();
+        let places = places(&states_of);
+        compare(
+            $name,
+            &exact(&places, by_hand::chain_tensions::<Pair, $links, $n>),
+            &[
+                derived!("derived", $model { cart: 2.0, m, l, g: 9.81 }, states_of),
+                $(derived!(
+                    "derived, sin_cos = accurate",
+                    $accurate { cart: 2.0, m, l, g: 9.81 },
+                    states::<State<$accurate>, $n>()
+                ),)?
+                by_hand("rod tensions, inlined sines", &places, by_hand::chain_tensions::<Inlined, $links, $n>),
+                by_hand("rod tensions", &places, by_hand::chain_tensions::<Standard, $links, $n>),
+                by_hand("dense LDLᵀ", &places, by_hand::chain_dense::<Standard, $links, $n>),
+            ],
+        );
+    }};
+}
+
+fn mechanisms() {
+    let states_of = states_near::<State<loops::andrews::Andrews>, 7>(&loops::andrews::START, 0.05);
+    let at = places(&states_of);
     compare(
         "Andrews",
-        &states_near::<State<loops::andrews::Andrews>, 7>(&loops::andrews::START, 0.05),
+        &exact(&at, loops::andrews_loops),
         &[
-            derived!(model, 7),
-            by_hand("by hand, whole matrix, LU", loops::andrews_whole),
-            by_hand("by hand, loop by loop", loops::andrews_loops),
+            derived!("derived", loops::andrews::PUBLISHED, states_of),
+            by_hand("loop by loop, inlined sines", &at, loops::andrews_loops::<Inlined>),
+            by_hand("loop by loop", &at, loops::andrews_loops::<Standard>),
+            by_hand("whole matrix, LU", &at, loops::andrews_whole),
         ],
     );
-    let model = &loops::slider_crank();
+    let states_of = states_near::<State<loops::SliderCrank>, 3>(&loops::SLIDER_START, 0.3);
+    let at = places(&states_of);
     compare(
         "slider-crank",
-        &states_near::<State<loops::SliderCrank>, 3>(&loops::SLIDER_START, 0.3),
+        &exact(&at, loops::slider_loops),
         &[
-            derived!(model, 3),
-            by_hand("by hand, whole matrix, LU", loops::slider_whole),
-            by_hand("by hand, loop by loop", loops::slider_loops),
+            derived!("derived", loops::slider_crank(), states_of),
+            by_hand("loop by loop, inlined sines", &at, loops::slider_loops::<Inlined>),
+            by_hand("loop by loop", &at, loops::slider_loops::<Standard>),
+            by_hand("whole matrix, LU", &at, loops::slider_whole),
         ],
     );
+}
+
+fn main() {
+    println!("errors at {} states, in eps of the largest acceleration there", states::STATES);
+    println!("{:<16} {:<30} {:>11} {:>6} {:>6} {:>8}", "model", "accelerations", "time", "ratio", "median", "largest");
+    double_pendulum();
+    compare_chain!(Chain5, 5, 6, "chain 5", Chain5Accurate);
+    compare_chain!(Chain10, 10, 11, "chain 10", Chain10Accurate);
+    compare_chain!(Chain20, 20, 21, "chain 20");
+    compare_chain!(Chain50, 50, 51, "chain 50");
+    mechanisms();
 }

@@ -120,7 +120,7 @@ pub mod __private {
     pub use dynamics_runtime::reaction::{Reaction, Reactions, type_of};
     pub use dynamics_runtime::series::{self, expand, expand_constrained};
     pub use dynamics_runtime::unconstrained;
-    pub use dynamics_runtime::{Expr, SmoothFunction, math};
+    pub use dynamics_runtime::{Expr, SmoothFunction, math, sin_cos};
     pub use nalgebra::{ArrayStorage, SMatrix, SVector};
 
     /// Keeps its items where the façade has the feature `alloc`.

@@ -9,9 +9,10 @@ pub(crate) use double_pendulum::DoublePendulum;
 
 /// A cart with a chain of links in absolute angles.
 macro_rules! chain {
-    ($name:ident, $links:literal) => {
+    ($name:ident, $links:literal, $($sines:ident)?) => {
         /// A cart with a chain of links in absolute angles.
         #[derive(Clone, Debug, Dynamics)]
+        $(#[model(sin_cos = $sines)])?
         #[coordinates(x, theta: [_; $links])]
         pub(crate) struct $name {
             pub(crate) cart: f64,
@@ -46,5 +47,5 @@ macro_rules! chain {
     };
 }
 
-chain!(Chain5, 5);
-chain!(Chain10, 10);
+chain!(Chain5, 5,);
+chain!(Chain10, 10,);

@@ -3,7 +3,7 @@
 use dynamics::prelude::*;
 
 /// States per pass, so that no branch predictor learns them.
-const STATES: usize = 64;
+pub(crate) const STATES: usize = 64;
 
 /// The state number `k`: angles and rates of moderate size, none special.
 fn value(k: usize, i: usize, n: usize, rate: bool) -> f64 {

@@ -34,6 +34,8 @@ pub(crate) struct Surface {
     pub(crate) vis: Visibility,
     /// Path of the façade crate.
     pub(crate) krate: Path,
+    /// Whether sines and cosines are the platform's.
+    pub(crate) accurate: bool,
     /// Generalized coordinates as declared.
     pub(crate) coordinates: Vec<Slot>,
     /// Inputs as declared.

@@ -287,6 +287,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>) -
         block: implementation.map(|i| [i.item.impl_token.span, i.item.brace_token.span.join()]),
         vis: declaration.visibility.clone(),
         krate: declaration.crate_path.clone().unwrap_or_else(|| syn::parse_quote!(::dynamics)),
+        accurate: declaration.accurate,
         coordinates: declaration.coordinates.iter().map(slot).collect(),
         inputs: declaration.inputs.iter().map(slot).collect(),
         parameters,

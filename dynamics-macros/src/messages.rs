@@ -50,7 +50,7 @@ catalogue! {
     entry_twice(attribute, name) "`{attribute}` names `{name}` twice; keep one entry";
     nominal_of_function(name) "`{name}` is a smooth function, which has no nominal value; leave it out";
     nominal_shape(name, form) "the nominal value of `{name}` has another shape than the field; write {form}";
-    model_argument() "`model` takes one argument; write `#[model(crate = path::to::dynamics)]`";
+    model_argument() "`model` takes `crate` and `sin_cos`, each once; write `#[model(crate = path::to::dynamics)]` or `#[model(sin_cos = accurate)]`";
     keyword_as_name(name, what) "`{name}` is a keyword of Rust; choose another name for the {what}";
     reserved_name(name, what) "`{name}` cannot be {what}: the state has something of that name already; choose another name";
     duplicate_name(name, other) "`{name}` is {other} already; choose another name";

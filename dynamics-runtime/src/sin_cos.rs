@@ -1,6 +1,8 @@
 //! Sine and cosine together, inlined and without a branch that depends on the angle: the standard library's call is most of the
-//! time of a small model.
+//! time of a small model. Derived models evaluate [`lanes`] of angles, where nothing else is asked for (`#[model(sin_cos = accurate)]`).
 //!
+//! * **Time** of a pair, against 11 ns of glibc's: four side by side 2.2 ns with fused products in vectors of four, 6 ns in plain x86-64; one by
+//!   itself 8 ns and 10 ns. Alone in a chain of dependent operations: 20 ns and 27 ns against 22 ns. Double pendulum with two: 0.6 and 0.75 of the time.
 //! * **Range**: |x| ≤ 2²⁰ (about 10⁶); beyond, and for infinities and NaN, [`accurate`], the standard library's or `libm`'s.
 //! * **Reduction**: k = round(2x/π), x − kπ/2 as a sum r + c of two numbers. With a fused multiply–add the first subtraction is exact,
 //!   since it leaves a multiple of the last place of x smaller than one; π/2 in three parts of 53 bits is then enough. Without it π/2 is taken in three parts, of which the
@@ -44,6 +46,69 @@ pub fn fast(x: f64) -> (f64, f64) {
     if !(-FAR..=FAR).contains(&x) {
         return far(x);
     }
+    near(x)
+}
+
+/// Sines and cosines of several angles side by side, each the same as [`fast`] has it.
+///
+/// Nothing depends on the angle, so that compilers evaluate two or four angles in one vector, as the target has them: four then take little
+/// longer than one.
+#[inline(always)]
+#[must_use]
+pub fn lanes<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
+    let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
+    let mut i = 0;
+    while i < N {
+        match N - i {
+            1 => (sines[i], cosines[i]) = fast(x[i]),
+            2 => place([i, i + 1], side_by_side([x[i], x[i + 1]]), &mut sines, &mut cosines),
+            // Three are four, one of them twice: what is no vector takes longer than the vector.
+            rest => {
+                let at = core::array::from_fn(|k| i + if k < rest { k } else { rest - 1 });
+                place::<4>(at, side_by_side(at.map(|k| x[k])), &mut sines, &mut cosines);
+            }
+        }
+        i += 4;
+    }
+    (sines, cosines)
+}
+
+/// Writes sines and cosines to their places.
+#[inline(always)]
+fn place<const K: usize>(at: [usize; K], values: ([f64; K], [f64; K]), sines: &mut [f64], cosines: &mut [f64]) {
+    for ((at, s), c) in at.into_iter().zip(values.0).zip(values.1) {
+        (sines[at], cosines[at]) = (s, c);
+    }
+}
+
+/// One vector of angles.
+#[inline(always)]
+fn side_by_side<const K: usize>(x: [f64; K]) -> ([f64; K], [f64; K]) {
+    let mut all_near = true;
+    for x in x {
+        all_near &= (-FAR..=FAR).contains(&x);
+    }
+    if all_near { each(x, near) } else { far_apart(x) }
+}
+
+#[cold]
+#[inline(never)]
+fn far_apart<const K: usize>(x: [f64; K]) -> ([f64; K], [f64; K]) {
+    each(x, fast)
+}
+
+#[inline(always)]
+fn each<const K: usize>(x: [f64; K], function: impl Fn(f64) -> (f64, f64)) -> ([f64; K], [f64; K]) {
+    let (mut sines, mut cosines) = ([0.0; K], [0.0; K]);
+    for i in 0..K {
+        (sines[i], cosines[i]) = function(x[i]);
+    }
+    (sines, cosines)
+}
+
+/// [`fast`] where |x| ≤ [`FAR`].
+#[inline(always)]
+fn near(x: f64) -> (f64, f64) {
     let (quarter, r, c) = if FUSED { reduce_fused(x) } else { reduce(x) };
     turn(quarter, sine(r, c), cosine(r, c))
 }
@@ -190,6 +255,35 @@ mod tests {
                 assert!((r - r2 + (c - c2)).abs() <= rest + rounding, "{x}: {r} {c}, {r2} {c2}");
             }
             x *= 1.000_37;
+        }
+    }
+
+    /// Alone or beside others, near and far: the same bits.
+    #[test]
+    fn beside_others_an_angle_has_the_same_sine() {
+        fn check<const N: usize>(x: [f64; N]) {
+            let (sines, cosines) = lanes(x);
+            for (i, x) in x.into_iter().enumerate() {
+                let (s, c) = fast(x);
+                assert_eq!([sines[i], cosines[i]].map(f64::to_bits), [s, c].map(f64::to_bits), "{x}, {i} of {N}");
+            }
+        }
+        fn all(x: impl Fn(usize) -> f64) {
+            check::<0>([]);
+            check::<1>(core::array::from_fn(&x));
+            check::<2>(core::array::from_fn(&x));
+            check::<3>(core::array::from_fn(&x));
+            check::<4>(core::array::from_fn(&x));
+            check::<7>(core::array::from_fn(&x));
+            check::<18>(core::array::from_fn(&x));
+        }
+        for k in 0..200 {
+            all(|i| (k * 18 + i) as f64 * 0.017 - 30.0);
+        }
+        for far in [f64::NAN, f64::INFINITY, 1e300, -2e6, FAR, -0.0, 5e-324] {
+            for at in 0..18 {
+                all(|i| if i == at { far } else { 0.3 * i as f64 });
+            }
         }
     }
 

@@ -2,10 +2,12 @@
 
 use super::*;
 
-/// Bars 1 : 2 : 1 : 2 crossed: the antiparallelogram, which passes a flat position twice in a turn of its short bars.
+/// Bars 1 : 2 : 1 : 2 crossed: the antiparallelogram, which passes a flat position twice in a turn of its short bars. With the platform's sines:
+/// where steps end beside the flat position is a matter of the last bits.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(a: rad, b: rad, c: rad)]
 #[units(short: m, long: m, inertia: kg * m^2)]
+#[model(sin_cos = accurate)]
 struct Crossed {
     short: f64,
     long: f64,

@@ -4,10 +4,12 @@
 use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
 
-/// Four bars by their angles: crank `a`, coupler `b`, rocker `c`, over a ground of length `d`.
+/// Four bars by their angles: crank `a`, coupler `b`, rocker `c`, over a ground of length `d`. With the platform's sines: runs below are those
+/// that went wrong by the last bits of what was evaluated.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, coupler: rad, rocker: rad)]
 #[units(inertia: kg * m^2, a: m, b: m, c: m, d: m, weight: N)]
+#[model(sin_cos = accurate)]
 struct FourBar {
     inertia: [f64; 3],
     a: f64,

@@ -10,6 +10,9 @@ mod counts;
 mod loops;
 #[path = "../../evaluation/models.rs"]
 mod models;
+#[path = "../../evaluation/real.rs"]
+#[allow(dead_code, reason = "what is timed beside runs on it")]
+mod real;
 #[path = "../../evaluation/states.rs"]
 mod states;
 #[path = "../../../tests/models/work_precision.rs"]

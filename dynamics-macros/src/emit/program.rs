@@ -19,6 +19,8 @@ pub(super) use parts::{Body, Printed};
 
 /// Most `let`s of one block.
 const BLOCK: usize = 256;
+/// Most angles of one call: two vectors of two doubles, or one of four.
+const LANES: usize = 4;
 /// Operations above which a program is cut into functions.
 const SPLIT: usize = 4_000;
 /// Operations of one such function.
@@ -96,7 +98,7 @@ impl<'a> Printer<'a> {
     fn steps(&mut self, steps: &[Step], wanted: &BTreeSet<NodeId>) -> String {
         self.find_inline(steps, wanted);
         if steps.len() <= BLOCK {
-            return steps.iter().map(|step| self.step(step)).collect();
+            return self.lines(steps);
         }
         let blocks: Vec<&[Step]> = steps.chunks(BLOCK).collect();
         let mut needed = vec![wanted.clone(); blocks.len()];
@@ -128,7 +130,7 @@ impl<'a> Printer<'a> {
 
     /// One block that returns those of its values that are needed later.
     fn block(&mut self, steps: &[Step], needed: &BTreeSet<NodeId>) -> String {
-        let body: String = steps.iter().map(|step| self.step(step)).collect();
+        let body = self.lines(steps);
         let out: String = steps
             .iter()
             .flat_map(defined)
@@ -136,6 +138,36 @@ impl<'a> Printer<'a> {
             .map(|id| format!("{},", self.value(id)))
             .collect();
         format!("let ({out})={{{body}({out})}};\n")
+    }
+
+    /// Steps one after the other; sines and cosines that stand together are evaluated side by side.
+    fn lines(&mut self, mut steps: &[Step]) -> String {
+        let mut lines = String::new();
+        while let [step, rest @ ..] = steps {
+            let run = steps.iter().take_while(|step| matches!(step, Step::SinCos { .. })).count();
+            if run > 1 && !self.access.accurate {
+                let (together, rest) = steps.split_at(run.min(LANES));
+                lines.push_str(&self.sines_and_cosines(together));
+                steps = rest;
+            } else {
+                lines.push_str(&self.step(step));
+                steps = rest;
+            }
+        }
+        lines
+    }
+
+    /// Several angles in one call.
+    fn sines_and_cosines(&mut self, steps: &[Step]) -> String {
+        let (mut angles, mut sines, mut cosines) = (String::new(), String::new(), String::new());
+        for step in steps {
+            let Step::SinCos { angle, sin, cos } = step else { continue };
+            angles += &format!("{},", self.value(*angle));
+            let mut name = |id: &Option<NodeId>| id.map_or_else(|| "_".to_owned(), |id| self.define(id));
+            sines += &format!("{},", name(sin));
+            cosines += &format!("{},", name(cos));
+        }
+        format!("let ([{sines}],[{cosines}])=__sin_cos::lanes([{angles}]);\n")
     }
 
     fn step(&mut self, step: &Step) -> String {
@@ -161,11 +193,12 @@ impl<'a> Printer<'a> {
 
     fn sin_cos(&mut self, angle: NodeId, sin: Option<NodeId>, cos: Option<NodeId>) -> String {
         let angle = self.value(angle);
+        let (module, both) = if self.access.accurate { ("__math", "sin_cos") } else { ("__sin_cos", "fast") };
         let mut name = |id: Option<NodeId>| id.map(|id| self.define(id));
         match (name(sin), name(cos)) {
-            (Some(sin), Some(cos)) => format!("let ({sin},{cos})=__math::sin_cos({angle});\n"),
-            (Some(sin), None) => format!("let {sin}=__math::sin({angle});\n"),
-            (None, Some(cos)) => format!("let {cos}=__math::cos({angle});\n"),
+            (Some(sin), Some(cos)) => format!("let ({sin},{cos})={module}::{both}({angle});\n"),
+            (Some(sin), None) => format!("let {sin}={module}::sin({angle});\n"),
+            (None, Some(cos)) => format!("let {cos}={module}::cos({angle});\n"),
             (None, None) => String::new(),
         }
     }

@@ -72,6 +72,8 @@ pub(crate) struct Nominal {
 #[derive(Default)]
 pub(super) struct Attributes {
     pub(super) crate_path: Option<Path>,
+    /// `sin_cos = accurate`.
+    pub(super) accurate: bool,
     pub(super) coordinates: Vec<Quantity>,
     pub(super) inputs: Vec<Quantity>,
     pub(super) units: Vec<(Ident, UnitText)>,
@@ -105,7 +107,7 @@ pub(super) fn read(attributes: &[Attribute], d: &mut Diagnostics) -> Attributes 
             "inputs" => all.inputs = quantities(tokens, "input", d),
             "units" => all.units = units(tokens, d),
             "nominal" => all.nominal = assignments(tokens, d),
-            _ => all.crate_path = model(tokens, d),
+            _ => model(tokens, &mut all, d),
         }
     }
     all
@@ -273,22 +275,34 @@ fn assignments(tokens: TokenStream, d: &mut Diagnostics) -> Vec<(Ident, Expr)> {
     }
 }
 
-/// `crate = path`.
-fn model(tokens: TokenStream, d: &mut Diagnostics) -> Option<Path> {
-    let parser = |input: ParseStream<'_>| -> syn::Result<Path> {
-        input.parse::<Token![crate]>()?;
-        input.parse::<Token![=]>()?;
-        let path = input.call(Path::parse_mod_style)?;
-        input.parse::<Option<Token![,]>>()?;
-        Ok(path)
+/// Entries of `#[model(..)]`, each once: `crate = path`, `sin_cos = accurate` or `sin_cos = fast`.
+fn model(tokens: TokenStream, all: &mut Attributes, d: &mut Diagnostics) {
+    let (mut crate_path, mut accurate) = (None, None);
+    let mut entry = |input: ParseStream<'_>| -> syn::Result<()> {
+        let once = if input.peek(Token![crate]) {
+            input.parse::<Token![crate]>()?;
+            input.parse::<Token![=]>()?;
+            crate_path.replace(input.call(Path::parse_mod_style)?).is_none()
+        } else {
+            let name: Ident = input.parse()?;
+            input.parse::<Token![=]>()?;
+            let value: Ident = input.parse()?;
+            let known = name == "sin_cos" && (value == "accurate" || value == "fast");
+            known && accurate.replace(value == "accurate").is_none()
+        };
+        if once { Ok(()) } else { Err(input.error("an entry of its own")) }
     };
-    match parser.parse2(tokens.clone()) {
-        Ok(path) => Some(path),
-        Err(_) => {
-            d.error(Place::of(tokens), &messages::model_argument());
-            None
+    let parser = |input: ParseStream<'_>| -> syn::Result<()> {
+        entry(input)?;
+        while input.parse::<Option<Token![,]>>()?.is_some() && !input.is_empty() {
+            entry(input)?;
         }
+        Ok(())
+    };
+    if parser.parse2(tokens.clone()).is_err() {
+        d.error(Place::of(tokens), &messages::model_argument());
     }
+    (all.crate_path, all.accurate) = (crate_path, accurate == Some(true));
 }
 
 /// Finds the field that an attribute's entry names.

@@ -19,6 +19,8 @@ pub(crate) struct Declaration {
     pub(crate) visibility: Visibility,
     /// `#[model(crate = path)]`: where `dynamics` is found.
     pub(crate) crate_path: Option<Path>,
+    /// `#[model(sin_cos = accurate)]`: sines and cosines are the platform's.
+    pub(crate) accurate: bool,
     /// Generalized coordinates in the order of q.
     pub(crate) coordinates: Vec<Quantity>,
     /// Inputs in order.
@@ -141,6 +143,7 @@ pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration 
         name: item.ident.clone(),
         visibility: item.vis.clone(),
         crate_path: attributes.crate_path,
+        accurate: attributes.accurate,
         coordinates: attributes.coordinates,
         inputs: attributes.inputs,
         fields,

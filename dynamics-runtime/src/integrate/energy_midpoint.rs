@@ -19,6 +19,10 @@ use crate::model::Vector;
 
 /// Below this part of the energy's size, motion is too slow to take up what is missing of it: at turning points, where the rule itself errs least.
 const SLOW: f64 = 1e-13;
+/// As much of the energies is rounding.
+const ROUNDED: f64 = 8.0 * f64::EPSILON;
+/// Iterations after which only rounding is missing of the energy, if it is as small as that: what is slow takes it up by corrections without end.
+const FIRST: u32 = 3;
 
 /// The midpoint rule that keeps the energy, order 2.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +69,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
         let energy = system.energy(start.t, y0);
         // Positions follow from velocities, here as in every iteration: where velocities stand, all stands.
         let mut end = Self::end(y0, h, &start.a, &y0.u, 0.0);
-        let (mut beta, mut course) = (0.0, FixedPoint::new());
+        let (mut beta, mut course, mut iteration) = (0.0, FixedPoint::new(), 0);
         loop {
             let middle = zip(y0, &end, |a, b| 0.5 * (a + b));
             let a = system.accelerations(middle_t, &middle.q, &middle.u)?;
@@ -77,15 +81,20 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
                 let rest = Phase { q: middle.q, u: V::zeros() };
                 let at = |y: &Phase<V>, system: &mut S| system.energy(middle_t, y).unwrap_or(energy);
                 // T of the middle: E is quadratic in u.
-                let motion = at(&middle, system) - at(&rest, system);
+                let at_rest = at(&rest, system);
+                let motion = at(&middle, system) - at_rest;
                 if motion.abs() > SLOW * energy.abs() {
-                    beta += missing(&Self::end(y0, h, &a, &middle.u, beta), system) / (2.0 * h * motion);
+                    let missing = missing(&Self::end(y0, h, &a, &middle.u, beta), system);
+                    let rounding = ROUNDED * energy.abs().max(at_rest.abs());
+                    if iteration < FIRST || missing.abs() > rounding {
+                        beta += missing / (2.0 * h * motion);
+                    }
                 }
             }
             let new = Self::end(y0, h, &a, &middle.u, beta);
             let values = (0..V::LEN).map(|l| (end.u[l], new.u[l], y0.u[l]));
             let next = course.after(share(values));
-            end = new;
+            (end, iteration) = (new, iteration + 1);
             // What is not finite makes an end that is not, and that is what is said then.
             self.solved = next != Course::Lost || !end.is_finite();
             if next != Course::Again || !end.is_finite() {

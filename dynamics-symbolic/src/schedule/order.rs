@@ -1,4 +1,7 @@
-//! Scheduling: depth-first from the results, so that a step stands close to its first use; deterministic.
+//! Scheduling: sines and cosines first, then depth-first from the results, so that a step stands close to its first use; deterministic.
+//!
+//! Sines and cosines whose angles are known at the same time stand together: back ends evaluate them side by side, which is where an inlined
+//! sine is several times faster than one call after the other, and what follows need not wait for one of them in its middle.
 
 use std::collections::BTreeMap;
 
@@ -88,39 +91,108 @@ impl Groups {
     }
 }
 
+/// Programs with more operations are cut into functions by back ends, which hand over every value that is needed later: there sines and
+/// cosines stay where they are used.
+const TOGETHER: usize = 4_000;
+
 /// Steps for `results`, except what is `done`.
 fn emit(g: &Graph, groups: &Groups, results: &[NodeId], done: &mut [bool]) -> Vec<Step> {
-    let mut steps = Vec::new();
-    // (node, whether its arguments are done).
-    let mut stack: Vec<(NodeId, bool)> = results.iter().rev().map(|r| (*r, false)).collect();
-    while let Some((id, ready)) = stack.pop() {
-        if done[id.index()] || is_leaf(g, id) {
-            continue;
+    let mut order = Order { g, groups, done, steps: Vec::new() };
+    for angles in order.levels(results) {
+        order.visit(&angles);
+        for angle in angles {
+            order.sin_cos(angle);
         }
-        if !ready {
-            stack.push((id, true));
-            let children: Vec<NodeId> = g.node(id).children().collect();
-            stack.extend(children.into_iter().rev().map(|c| (c, false)));
-            continue;
+    }
+    order.visit(results);
+    order.steps
+}
+
+/// Steps in the order in which they are computed.
+struct Order<'a> {
+    g: &'a Graph,
+    groups: &'a Groups,
+    done: &'a mut [bool],
+    steps: Vec<Step>,
+}
+
+impl Order<'_> {
+    /// The angles whose sines and cosines `results` need: those that need none themselves, those that need only these, and so on. Levels of
+    /// a single angle are left where they are used.
+    fn levels(&self, results: &[NodeId]) -> Vec<Vec<NodeId>> {
+        let needed = self.needed(results);
+        if needed.len() > TOGETHER {
+            return Vec::new();
         }
-        match g.node(id) {
-            Node::Unary(Unary::Sin | Unary::Cos, angle) => {
-                let (sin, cos) = groups.sin_cos[&angle];
-                [sin, cos].into_iter().flatten().for_each(|x| done[x.index()] = true);
-                steps.push(Step::SinCos { angle, sin, cos });
+        let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
+        let mut levels: Vec<Vec<NodeId>> = Vec::new();
+        for id in needed {
+            let below = self.g.node(id).children().filter_map(|child| depths.get(&child)).max().copied().unwrap_or(0);
+            let Node::Unary(Unary::Sin | Unary::Cos, angle) = self.g.node(id) else {
+                depths.insert(id, below);
+                continue;
+            };
+            depths.insert(id, below + 1);
+            levels.resize(levels.len().max(below + 1), Vec::new());
+            if !levels[below].contains(&angle) {
+                levels[below].push(angle);
             }
-            Node::Smooth { function, argument, .. } => {
-                let orders = groups.smooth[&(function, argument)];
-                orders.into_iter().flatten().for_each(|x| done[x.index()] = true);
-                steps.push(Step::Smooth { orders });
+        }
+        levels.retain(|angles| angles.len() > 1);
+        levels
+    }
+
+    /// What is not done of what `results` need, arguments first.
+    fn needed(&self, results: &[NodeId]) -> Vec<NodeId> {
+        let mut seen = vec![false; self.g.len()];
+        let mut stack = results.to_vec();
+        while let Some(id) = stack.pop() {
+            if !self.done[id.index()] && !is_leaf(self.g, id) && !core::mem::replace(&mut seen[id.index()], true) {
+                stack.extend(self.g.node(id).children());
             }
-            _ => {
-                done[id.index()] = true;
-                steps.push(Step::Node(id));
+        }
+        self.g.ids().filter(|id| seen[id.index()]).collect()
+    }
+
+    /// The sine and cosine of an angle that is known, as far as they are wanted.
+    fn sin_cos(&mut self, angle: NodeId) {
+        let (sin, cos) = self.groups.sin_cos[&angle];
+        let wanted = [sin, cos].into_iter().flatten();
+        if wanted.clone().all(|x| self.done[x.index()]) {
+            return;
+        }
+        wanted.for_each(|x| self.done[x.index()] = true);
+        self.steps.push(Step::SinCos { angle, sin, cos });
+    }
+
+    /// Depth-first.
+    fn visit(&mut self, results: &[NodeId]) {
+        // (node, whether its arguments are done).
+        let mut stack: Vec<(NodeId, bool)> = results.iter().rev().map(|r| (*r, false)).collect();
+        while let Some((id, ready)) = stack.pop() {
+            if self.done[id.index()] || is_leaf(self.g, id) {
+                continue;
+            }
+            if !ready {
+                stack.push((id, true));
+                let children: Vec<NodeId> = self.g.node(id).children().collect();
+                stack.extend(children.into_iter().rev().map(|c| (c, false)));
+                continue;
+            }
+            match self.g.node(id) {
+                Node::Unary(Unary::Sin | Unary::Cos, angle) => self.sin_cos(angle),
+                Node::Smooth { function, argument, .. } => {
+                    let orders = self.groups.smooth[&(function, argument)];
+                    orders.into_iter().flatten().for_each(|x| self.done[x.index()] = true);
+                    self.steps.push(Step::Smooth { orders });
+                }
+                _ => {
+                    self.done[id.index()] = true;
+                    self.steps.push(Step::Node(id));
+                }
             }
         }
     }
-    steps
 }
 
 impl Cost {
@@ -143,5 +215,65 @@ impl Cost {
             }
         }
         cost
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::Symbol;
+
+    fn angles_in_order(steps: &[Step]) -> Vec<Option<NodeId>> {
+        let angle = |step: &Step| if let Step::SinCos { angle, .. } = step { Some(*angle) } else { None };
+        steps.iter().map(angle).collect()
+    }
+
+    /// What of a sum of these has a place in the program, sines by their angles.
+    fn order(build: impl FnOnce(&mut Graph, [NodeId; 3]) -> (NodeId, Vec<NodeId>)) {
+        let mut g = Graph::default();
+        let q = [0, 1, 2].map(|i| g.symbol(Symbol::Coordinate(i)));
+        let (result, together) = build(&mut g, q);
+        let program = schedule(&g, "test", &[result], Staging::Inline);
+        let angles = angles_in_order(&program.body);
+        let first = angles.iter().position(Option::is_some).expect("there are sines");
+        let run: Vec<NodeId> = angles[first..].iter().map_while(|angle| *angle).collect();
+        assert_eq!(run, together);
+        // Each step once, after its arguments.
+        let mut done: Vec<NodeId> = Vec::new();
+        for step in &program.body {
+            let (defined, read): (Vec<NodeId>, Vec<NodeId>) = match step {
+                Step::Node(id) => (vec![*id], g.node(*id).children().collect()),
+                Step::SinCos { angle, sin, cos } => (sin.iter().chain(cos).copied().collect(), vec![*angle]),
+                Step::Smooth { .. } => unreachable!("there is none"),
+            };
+            assert!(read.iter().all(|id| is_leaf(&g, *id) || done.contains(id)));
+            assert!(defined.iter().all(|id| !done.contains(id)));
+            done.extend(defined);
+        }
+        assert!(done.contains(&result));
+    }
+
+    #[test]
+    fn sines_stand_together() {
+        order(|g, [x, y, z]| {
+            let (sum, product) = (g.add(x, y), g.mul(x, z));
+            let [a, b, c] = [sum, z, product].map(|angle| g.unary(Unary::Sin, angle));
+            let scaled = g.mul(a, x);
+            let divided = g.div(scaled, b).expect("not zero");
+            let result = g.add(divided, c);
+            (result, vec![sum, z, product])
+        });
+    }
+
+    #[test]
+    fn a_sine_of_a_sine_stands_with_its_own_kind() {
+        order(|g, [x, y, z]| {
+            let inner = [x, y, z].map(|angle| g.unary(Unary::Cos, angle));
+            let first = g.add(inner[0], inner[1]);
+            let second = g.mul(inner[1], inner[2]);
+            let [a, b] = [first, second].map(|angle| g.unary(Unary::Sin, angle));
+            let result = g.mul(a, b);
+            (result, vec![x, y, z])
+        });
     }
 }

@@ -29,6 +29,8 @@ pub(in super::super) struct Access<'a> {
     /// Whether it is for Taylor coefficients: sums of lanes come in blocks, and a sum with a product is written as one operation, for targets
     /// that have it.
     pub(super) coefficients: bool,
+    /// Whether sines and cosines are the platform's.
+    pub(super) accurate: bool,
 }
 
 impl<'a> Access<'a> {
@@ -42,19 +44,28 @@ impl<'a> Access<'a> {
             parameters: surface.parameters.iter().map(|place| quote!(model #place).to_string()).collect(),
             functions: surface.functions.iter().map(|field| quote!(model.#field).to_string()).collect(),
             coefficients: false,
+            accurate: surface.accurate,
         }
     }
 
     /// Programs of Taylor coefficients: what they need of order 0 stands in an array `z`.
-    pub(in super::super) fn of_coefficients(private: TokenStream, graph: &'a Graph, kept: usize) -> Self {
+    pub(in super::super) fn of_coefficients(surface: &Surface, graph: &'a Graph, kept: usize) -> Self {
         let parameters = (0..kept).map(|i| format!("z[{i}]")).collect();
-        Self { graph, private, parameters, functions: Vec::new(), branches: None, coefficients: true }
+        Self {
+            graph,
+            branches: None,
+            private: surface.private(),
+            parameters,
+            functions: Vec::new(),
+            coefficients: true,
+            accurate: surface.accurate,
+        }
     }
 
     /// What statements refer to by short names.
     pub(super) fn imports(&self) -> TokenStream {
         let private = &self.private;
-        quote!(use #private::{SmoothFunction as __Smooth, math as __math};)
+        quote!(use #private::{SmoothFunction as __Smooth, math as __math, sin_cos as __sin_cos};)
     }
 
     /// Whether there are choices that a state can hold, named `branches`.

@@ -33,7 +33,7 @@ impl Emission<'_> {
         let (chooses, n, lanes) = (series.chooses, self.degrees(), series.lanes);
         let start = self.body(&[]).whole(&series.start);
         let (kept, count) = (&start.results, start.results.len());
-        let access = Access::of_coefficients(self.private.clone(), &series.graph, count);
+        let access = Access::of_coefficients(self.surface, &series.graph, count);
         let next = self.coefficients(&access, &series.next);
         let (coefficients, factors) = next.results.split_at(n);
         let (left, right) = factors.split_at(lanes);
@@ -95,8 +95,8 @@ impl Emission<'_> {
         let (kept, guarded) = results.split_at(results.len() - 2 * guards.len());
         let count = kept.len();
         let unguarded = self.unguarded(guards, guarded);
-        let of_motion = Access::of_coefficients(private.clone(), &series.graph, count);
-        let of_places = Access::of_coefficients(private.clone(), &constrained.graph, count);
+        let of_motion = Access::of_coefficients(self.surface, &series.graph, count);
+        let of_places = Access::of_coefficients(self.surface, &constrained.graph, count);
         let closures = Closures { emission: self, n, rows, shared: constrained.shared };
         let residue = closures.residue(&self.coefficients(&of_places, &constrained.residue));
         let right = closures.right(&self.coefficients(&of_motion, &constrained.right));
