@@ -64,7 +64,7 @@ macro_rules! evaluated {
 /// Seven angles, one of them large in some of the rounds.
 fn angles(round: u32) -> [f64; 7] {
     let mut angles = std::array::from_fn(|i| 0.377 * f64::from(round) - 20.0 + 1.7 * i as f64);
-    if round % 5 == 0 {
+    if round.is_multiple_of(5) {
         angles[round as usize % 7] = 1.3 * 10f64.powi(4 + (round / 5) as i32);
     }
     angles
