@@ -329,3 +329,64 @@ fn one_rod_too_many_concerns_its_bay_alone() {
     let state = model.state().x([0.0, 1.0, 2.0, 0.0, 1.0, 2.0]).y([0.0, 0.0, 0.0, 0.7, 0.7, 0.7]).build().unwrap();
     assert_eq!(agree(Truss::REPORT, &model, &state), (11, vec!["pin", "bay"]));
 }
+
+/// Sarrus' linkage: two hinged chains in upright planes carry a platform straight up.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(p: [m; 3], yaw: rad, pitch: rad, roll: rad, a: [rad; 2], b: [rad; 2])]
+#[units(mass: kg, inertia: kg * m^2, link: m, half: m)]
+#[nominal(link = 1.0, half = 0.3)]
+struct Sarrus {
+    mass: f64,
+    inertia: f64,
+    link: f64,
+    half: f64,
+}
+
+#[dynamics]
+impl Sarrus {
+    fn attitude(&self, q: &Coordinates<Self>) -> Mat3 {
+        Mat3::rotation_z(q.yaw) * Mat3::rotation_y(q.pitch) * Mat3::rotation_x(q.roll)
+    }
+    fn middle(&self, q: &Coordinates<Self>) -> Vec3 {
+        vec3(q.p[0], q.p[1], q.p[2])
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let spin = self.attitude(q).dt() * self.attitude(q).transpose();
+        let omega = vec3(spin[(2, 1)], spin[(0, 2)], spin[(1, 0)]);
+        0.5 * self.mass * self.middle(q).dt().norm_squared() + 0.5 * self.inertia * omega.norm_squared()
+    }
+    #[holonomic]
+    fn chain_x(&self, q: &Coordinates<Self>) -> Vec3 {
+        let (out, up) = (q.a[0].cos() + q.a[1].cos(), q.a[0].sin() + q.a[1].sin());
+        self.middle(q) + self.half * self.attitude(q).column(0)
+            - vec3(self.half + self.link * out, Expr::ZERO, self.link * up)
+    }
+    #[holonomic]
+    fn chain_y(&self, q: &Coordinates<Self>) -> Vec3 {
+        let (out, up) = (q.b[0].cos() + q.b[1].cos(), q.b[0].sin() + q.b[1].sin());
+        self.middle(q) + self.half * self.attitude(q).column(1)
+            - vec3(Expr::ZERO, self.half + self.link * out, self.link * up)
+    }
+    #[holonomic]
+    fn hinge_x(&self, q: &Coordinates<Self>) -> Vec2 {
+        let y = self.attitude(q).column(1);
+        vec2(y.x, y.z)
+    }
+    #[holonomic]
+    #[redundant]
+    fn hinge_y(&self, q: &Coordinates<Self>) -> Vec2 {
+        let x = self.attitude(q).column(0);
+        vec2(x.y, x.z)
+    }
+}
+
+/// Which rows can be left out differs from one assembly to the next; how many does not.
+#[test]
+fn sarrus_linkage_has_one_freedom_in_velocities_and_positions() {
+    let model = Sarrus { mass: 2.0, inertia: 0.1, link: 1.0, half: 0.3 };
+    let start = model.state().p([0.0, 0.0, 1.8]).a_guess([1.0, 2.0]).b_guess([1.0, 2.0]).assemble().unwrap();
+    assert_eq!(by_singular_values(&model, &start).0, 9);
+    let words = Sarrus::REPORT.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("degrees of freedom 1; 10 coordinates, 9 of 10 rows"), "{}", Sarrus::REPORT);
+}

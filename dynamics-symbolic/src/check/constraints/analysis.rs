@@ -344,13 +344,15 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
     let lost = superfluous.iter().filter(|r| holonomic(r)).count();
     let places: Vec<usize> = look.order.iter().copied().filter(holonomic).collect();
     let touching = look.manifold.as_ref().map_or(&[][..], |m| &m.tangent);
-    // Rows that are tangent hold more positions than their rank says.
-    let held = || look.manifold.iter().filter(|_| !touching.is_empty()).flat_map(|m| m.held.iter().copied());
+    // What is held at the states that were found; which rows can be left out may differ from one to the next. Rows that are tangent hold more than
+    // their rank says.
+    let held = || look.manifold.iter().flat_map(|m| m.held.iter().copied());
     let most = Ranks { all: rank, holonomic: held().max().unwrap_or(places.len() - lost) };
-    let met = look.manifold.iter().flat_map(|m| m.samples.iter().zip(&m.held)).map(|(s, held)| Ranks {
-        all: manifold::rank(rows, s, &look.order),
-        holonomic: if touching.is_empty() { manifold::rank(rows, s, &places) } else { *held },
-    });
+    let met = look
+        .manifold
+        .iter()
+        .flat_map(|m| m.samples.iter().zip(&m.held))
+        .map(|(s, held)| Ranks { all: manifold::rank(rows, s, &look.order), holonomic: *held });
     let least = met.fold(most, |least, here| Ranks {
         all: least.all.min(here.all),
         holonomic: least.holonomic.min(here.holonomic),
