@@ -3,10 +3,12 @@
 use dynamics::motion::{Contact, Jumping, SimulationErrorKind};
 use dynamics::prelude::*;
 
-/// A slider-crank whose crank may lack a flywheel.
+/// A slider-crank whose crank may lack a flywheel. With the platform's sines: with others a run of equal bars comes so near to its dead point
+/// that a constraint is not finite there, and that is what it names.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad, phi: rad, x: m)]
 #[units(crank: m, rod: m, flywheel: kg * m^2, slider: kg)]
+#[model(sin_cos = accurate)]
 struct SliderCrank {
     crank: f64,
     rod: f64,
