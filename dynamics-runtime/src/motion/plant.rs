@@ -6,7 +6,7 @@ use super::upkeep::Upkeep;
 use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::weakness;
 use crate::error::SolveError;
-use crate::integrate::{Dense, Hold, Knot, Phase, Settled, Step, System, Tolerances, by_state, increment, zip};
+use crate::integrate::{Dense, Hold, Kept, Knot, Phase, Settled, Step, System, Tolerances, by_state, increment, zip};
 use crate::model::{Branches, Constraints, Expansion, Model, ModelState, Modes, Vector};
 
 /// Input values as a function of time and state.
@@ -24,6 +24,10 @@ pub(crate) enum EvaluationError {
 const FAR: f64 = 1.0;
 /// How much larger than what is violated such a move may be: constraints that are so near to losing rank decide nothing any more.
 const WEAK: f64 = 1e6;
+
+/// An interpolant that violates constraints by more permitted errors than this, in one of these parts of its step, has stages that are off.
+const STRAYED: f64 = 10.0;
+const PROBES: [f64; 4] = [0.15, 0.4, 0.65, 0.85];
 
 /// q̈ of a model whose inputs are held or come from a law, and whose constraints are kept by a formulation.
 pub(crate) struct Plant<'r, 'm, M: Constraints> {
@@ -86,6 +90,24 @@ impl<M: Constraints> Plant<'_, '_, M> {
             state = with_inputs::<M>(self.law, state);
         }
         state
+    }
+
+    /// Whether states between the ends of a step have to be settled. Near a singular position one more stage, which only the interpolant has, may lie
+    /// right beside it, where nothing gives it accelerations to the tolerance; the ends know nothing of it.
+    pub(crate) fn settles_between<D: Dense<M::Vector> + ?Sized>(
+        &mut self,
+        dense: &D,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> bool {
+        let Kept { stages, between, .. } = step.kept;
+        between
+            || stages
+                && PROBES.iter().any(|&theta| {
+                    let y = dense.at(theta);
+                    let state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
+                    self.upkeep.violation(self.model, &state, tolerances) > STRAYED
+                })
     }
 
     #[cold]

@@ -32,7 +32,13 @@ impl<'m, M: Simulate> Motion<'m, M> {
     ) -> Self {
         let times: Vec<f64> = states.iter().map(|(state, _)| state.t()).collect();
         let step = |i: usize| times.get(i + 1).map_or(0.0, |next| next - times[i]);
-        let record = |(i, (state, accelerations))| Record { state, accelerations, h: step(i), kept: Kept::default() };
+        let record = |(i, (state, accelerations))| Record {
+            state,
+            accelerations,
+            h: step(i),
+            kept: Kept::default(),
+            usual: None,
+        };
         let reason = "because the constraints leave no freedom".to_string();
         let (start, end) = (times[0], times[times.len() - 1]);
         let trajectory = Trajectory {
@@ -48,7 +54,6 @@ impl<'m, M: Simulate> Motion<'m, M> {
             has_law: false,
             formulation: Some((Formulation::Projected, reason)),
             upkept: Upkept::default(),
-            usual: None,
             consistent: true,
             error: None,
             fixed: false,

@@ -14,7 +14,7 @@ use super::simulate::Simulate;
 use super::upkeep::Upkeep;
 use crate::constrain;
 use crate::integrate::System as _;
-use crate::integrate::{Hermite, Method, Step};
+use crate::integrate::{Dense as _, Hermite, Knot, Method, Phase, Step};
 use crate::model::{Branches, Model, ModelState, Vector};
 
 /// The motion of a model, as a simulation computed it.
@@ -258,7 +258,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
 
     /// The plant as it was during the step that leaves a record.
     pub(super) fn plant(&self, index: usize) -> Plant<'_, 'm, M> {
-        let state = &self.trajectory.records[index].state;
+        let Record { state, usual, .. } = &self.trajectory.records[index];
         Plant {
             model: self.model,
             constants: &self.constants,
@@ -268,14 +268,14 @@ impl<'m, M: Simulate> Motion<'m, M> {
             evaluations: 0,
             branches: Branches::FREE,
             known: Branches::FREE,
-            upkeep: self.upkeep(),
+            upkeep: self.upkeep(*usual),
         }
     }
 
-    fn upkeep(&self) -> Upkeep<M> {
+    fn upkeep(&self, usual: Option<f64>) -> Upkeep<M> {
         let run = (self.start_time(), self.end_time());
         let mut upkeep = Upkeep::new(self.formulation(), f64::INFINITY, self.constants, run);
-        upkeep.usual = self.trajectory.usual;
+        upkeep.usual = usual;
         upkeep.under_way = true;
         upkeep
     }
@@ -296,7 +296,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
         Step { start: from.knot(), end: to.knot(), h: from.h, kept: from.kept }
     }
 
-    fn interpolant(&self, index: usize) -> Interpolant<M::Vector> {
+    fn interpolant(&self, index: usize) -> Cached<M::Vector> {
         let step = self.step(index);
         let Step { start, end, h, .. } = &step;
         let plant = &mut self.plant(index);
@@ -304,13 +304,15 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let driver = self.trajectory.driver_of(index).filter(|_| self.is_repeatable());
         let again = driver.and_then(|driver| driver.interpolate(plant, &step, tolerances));
         // A step that was made once can be made again unless the law changed its mind; both ends are known in any case.
-        again.unwrap_or_else(|| {
+        let interpolant = again.unwrap_or_else(|| {
             let mut first = *start;
             if !self.is_repeatable() || plant.attempting(&mut first, *h).is_err() {
                 first = *start;
             }
             Box::new(Hermite::new(start.y, &first.a, &end.y, &end.a, *h))
-        })
+        });
+        let settles = !M::ROWS.is_empty() && plant.settles_between(&*interpolant, &step, tolerances);
+        Cached { index, interpolant, settles }
     }
 }
 
@@ -320,10 +322,17 @@ fn nan<V: Vector>() -> V {
     out
 }
 
+/// The interpolant of the step that leaves a record, and whether states on it have to be settled.
+struct Cached<V> {
+    index: usize,
+    interpolant: Interpolant<V>,
+    settles: bool,
+}
+
 /// States of a motion at times of one's choosing; remembers the interpolant of the last step.
 pub struct Sampler<'a, 'm, M: Simulate> {
     motion: &'a Motion<'m, M>,
-    cached: Option<(usize, Interpolant<M::Vector>)>,
+    cached: Option<Cached<M::Vector>>,
     /// Puts states onto the constraints, where `.consistent_output()` or the step asks for it.
     upkeep: Option<Upkeep<M>>,
 }
@@ -337,27 +346,62 @@ impl<M: Simulate> Sampler<'_, '_, M> {
             inputs.as_mut_slice().fill(f64::NAN);
             return M::State::new(t, nan(), nan(), inputs);
         };
-        let Record { state, h, kept, .. } = trajectory.records[index];
+        let Record { state, h, .. } = trajectory.records[index];
         if h == 0.0 || state.t() == t {
             return self.motion.complete(state);
         }
-        if self.cached.as_ref().is_none_or(|(cached, _)| *cached != index) {
-            self.cached = Some((index, self.motion.interpolant(index)));
+        if self.cached.as_ref().is_none_or(|cached| cached.index != index) {
+            self.cached = Some(self.motion.interpolant(index));
         }
-        let (_, interpolant) = self.cached.as_ref().expect("stored just above");
-        // A time before the start by rounding is the start.
-        let theta = ((t - state.t()) / h).max(0.0);
-        let y = interpolant.at(theta);
-        let mut between = M::State::new(t, y.q, y.u, *state.inputs());
-        *between.modes_mut() = state.modes();
-        if (trajectory.consistent || kept.between) && !M::ROWS.is_empty() {
-            let upkeep = self.upkeep.get_or_insert_with(|| self.motion.upkeep());
-            // Constraints may contain inputs; the law sees those that are held.
-            let mut settled = self.motion.complete(between);
-            upkeep.settle_between(self.motion.model, &mut settled, &trajectory.tolerances);
-            (*between.q_mut(), *between.u_mut()) = (*settled.q(), *settled.u());
+        let (mut between, settled) = self.between(index, t);
+        if !settled && let Some(y) = self.bridged(index, (t - state.t()) / h) {
+            (*between.q_mut(), *between.u_mut()) = (y.q, y.u);
         }
         self.motion.complete(between)
+    }
+
+    /// The state in the step that leaves a record; and whether it is where it belongs, as far as it was to be put there.
+    fn between(&mut self, index: usize, t: f64) -> (M::State, bool) {
+        let trajectory = &self.motion.trajectory;
+        let Record { state, h, usual, .. } = trajectory.records[index];
+        let Cached { interpolant, settles, .. } = self.cached.as_ref().expect("the caller has stored it");
+        // A time before the start by rounding is the start.
+        let y = interpolant.at(((t - state.t()) / h).max(0.0));
+        let mut between = M::State::new(t, y.q, y.u, *state.inputs());
+        *between.modes_mut() = state.modes();
+        if !(trajectory.consistent || *settles) || M::ROWS.is_empty() {
+            return (between, true);
+        }
+        let upkeep = self.upkeep.get_or_insert_with(|| self.motion.upkeep(usual));
+        upkeep.usual = usual;
+        // Constraints may contain inputs; the law sees those that are held.
+        let mut settled = self.motion.complete(between);
+        let done = upkeep.settle_between(self.motion.model, &mut settled, &trajectory.tolerances);
+        (*between.q_mut(), *between.u_mut()) = (*settled.q(), *settled.u());
+        (between, done)
+    }
+
+    /// Right beside a singular position rounding decides where a state ends that is put onto the constraints: from states on both sides of it, with their
+    /// accelerations.
+    #[cold]
+    fn bridged(&mut self, index: usize, theta: f64) -> Option<Phase<M::Vector>> {
+        const WIDTHS: [f64; 3] = [0.01, 0.03, 0.09];
+        let Record { state: start, h, .. } = self.motion.trajectory.records[index];
+        WIDTHS.iter().find_map(|width| {
+            let (a, b) = ((theta - width).max(0.0), (theta + width).min(1.0));
+            let [from, to] = [a, b].map(|part| {
+                let (state, settled) = self.between(index, start.t() + part * h);
+                let state = self.motion.complete(state);
+                let knot = Knot {
+                    t: state.t(),
+                    y: Phase { q: *state.q(), u: *state.u() },
+                    a: self.motion.accelerations_of(&state),
+                };
+                (settled && knot.a.as_slice().iter().all(|a| a.is_finite())).then_some(knot)
+            });
+            let (from, to) = (from?, to?);
+            Some(Hermite::new(from.y, &from.a, &to.y, &to.a, (b - a) * h).at((theta - a) / (b - a)))
+        })
     }
 }
 

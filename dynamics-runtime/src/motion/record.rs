@@ -22,6 +22,8 @@ pub(crate) struct Record<M: Model> {
     pub(crate) h: f64,
     /// How that step was kept on the constraints.
     pub(crate) kept: Kept,
+    /// How much projections amplified residuals before it, in the mean: what was settled in it, and is when it is made again, follows from that.
+    pub(crate) usual: Option<f64>,
 }
 
 // By hand, because a derive would ask the same of the model.
@@ -37,19 +39,19 @@ impl<M: Model> Record<M> {
     pub(crate) fn new(knot: &Knot<M::Vector>, held: M::Inputs, modes: Modes) -> Self {
         let mut state = M::State::new(knot.t, knot.y.q, knot.y.u, held);
         *state.modes_mut() = modes;
-        Self { state, accelerations: knot.a, h: 0.0, kept: Kept::default() }
+        Self { state, accelerations: knot.a, h: 0.0, kept: Kept::default(), usual: None }
     }
 
     /// Where a step starts.
-    pub(crate) fn of(step: &Step<M::Vector>, held: M::Inputs, modes: Modes) -> Self {
-        Self { h: step.h, kept: step.kept, ..Self::new(&step.start, held, modes) }
+    pub(crate) fn of(step: &Step<M::Vector>, held: M::Inputs, modes: Modes, usual: Option<f64>) -> Self {
+        Self { h: step.h, kept: step.kept, usual, ..Self::new(&step.start, held, modes) }
     }
 
     /// A start where nothing could be evaluated.
     pub(crate) fn unmoved(start: M::State) -> Self {
         let mut unknown = M::Vector::zeros();
         unknown.as_mut_slice().fill(f64::NAN);
-        Self { state: start, accelerations: unknown, h: 0.0, kept: Kept::default() }
+        Self { state: start, accelerations: unknown, h: 0.0, kept: Kept::default(), usual: None }
     }
 
     pub(crate) fn knot(&self) -> Knot<M::Vector> {
@@ -126,8 +128,6 @@ pub(crate) struct Trajectory<M: Model> {
     /// How constraints were kept, and why so.
     pub(crate) formulation: Option<(Formulation, String)>,
     pub(crate) upkept: Upkept,
-    /// How much projections amplified residuals, in the mean.
-    pub(crate) usual: Option<f64>,
     /// States between steps are put onto the constraints.
     pub(crate) consistent: bool,
     /// Its error, where a second run estimated it.

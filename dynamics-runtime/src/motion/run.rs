@@ -238,16 +238,20 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     /// Gives a finished step to the sink.
     fn hand_over(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<Flow, Kind> {
         let Plan { plant, options: StepOptions { tolerances, .. }, .. } = &mut *self.plan;
-        let from = Record::of(step, plant.held, plant.modes);
+        let from = Record::of(step, plant.held, plant.modes, plant.upkeep.usual);
         let to = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
-        let mut dense = None;
-        sink.step(from, &to, &mut |theta| {
+        let (mut dense, mut step) = (None, *step);
+        let flow = sink.step(from, &to, &mut |theta| {
             if dense.is_none() {
-                dense = Some(self.stepper.dense(plant, step).map_err(evaluation::<M>)?);
+                let built = self.stepper.dense(plant, &step).map_err(evaluation::<M>)?;
+                step.kept.between = plant.settles_between(&built, &step, tolerances);
+                dense = Some(built);
             }
             let dense = dense.as_ref().expect("built just above");
-            Ok(plant.within(dense, step, tolerances, theta))
-        })
+            Ok(plant.within(dense, &step, tolerances, theta))
+        });
+        self.plan.plant.upkeep.learn();
+        flow
     }
 
     /// A step with its events: ends it at the first one that calls for an action.
@@ -260,6 +264,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             Ok(dense) => dense,
             Err(error) => return Err(self.take_back(&step, at(evaluation::<M>(error)))),
         };
+        step.kept.between = plant.settles_between(&dense, &step, &options.tolerances);
         let plant = RefCell::new(plant);
         let state = |theta: f64| plant.borrow_mut().within(&dense, &step, &options.tolerances, theta);
         if let Err(kind) = watch.scan(&step, S::SCAN, state) {

@@ -364,7 +364,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             resumes: None,
         };
         let (counts, relay, result) = sail(&driver, &mut plan, sink);
-        let (upkept, usual) = (plan.plant.upkeep.upkept, plan.plant.upkeep.usual);
+        let upkept = plan.plant.upkeep.upkept;
         let second = (self.estimates && result.is_ok()).then(|| {
             let second = SecondRun::of(&checked.options, driver.method());
             plan.restart(plant(), second.options(checked.options), checked.hands_over);
@@ -386,7 +386,6 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             has_law: law.is_some(),
             formulation: checked.formulation,
             upkept,
-            usual,
             consistent: self.consistent,
             error: None,
             fixed: checked.options.fixed.is_some(),

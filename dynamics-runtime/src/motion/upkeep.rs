@@ -87,8 +87,11 @@ pub(crate) struct Upkeep<M: Constraints> {
     embedding: Option<Embedding<M>>,
     /// The contacts of the run, which take part in every impact where they touch.
     pub(super) contacts: Vec<Closing>,
-    /// Mean of the sensitivities of the projections so far, on a logarithmic scale.
+    /// Mean of the sensitivities of the projections that ended steps so far, on a logarithmic scale. It is the same in all of a step, in every attempt to
+    /// make it and in its interpolant, so that it can be made again.
     pub(crate) usual: Option<f64>,
+    /// The sensitivity of the projection that ended the step which was tried last.
+    latest: Option<f64>,
     constants: M::Constants,
     /// By how much the end of the step that was tried last moved onto the constraints, in parts of what the tolerance permits.
     pub(super) moved: Option<f64>,
@@ -124,6 +127,7 @@ impl<M: Constraints> Upkeep<M> {
             embedding: None,
             contacts: Vec::new(),
             usual: None,
+            latest: None,
             constants,
             moved: None,
             held: None,
@@ -340,7 +344,7 @@ impl<M: Constraints> Upkeep<M> {
     /// Computes dependent coordinates and velocities of a stage from the independent ones.
     pub(crate) fn restore(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
         if let Some(tolerances) = self.held {
-            self.settle_between(model, state, &tolerances);
+            let _ = self.settle_between(model, state, &tolerances);
             return Ok(());
         }
         let workspace = &mut self.workspace;
@@ -394,15 +398,18 @@ impl<M: Constraints> Upkeep<M> {
     }
 
     /// Puts a state between the ends of a step onto the constraints, unless rounding errors would make it worse than it is: near a position
-    /// where the constraints lose rank they decide where it ends.
-    pub(crate) fn settle_between(&mut self, model: &M, state: &mut M::State, tolerances: &Tolerances) {
+    /// where the constraints lose rank they decide where it ends. Whether they leave it right to the tolerances.
+    pub(crate) fn settle_between(&mut self, model: &M, state: &mut M::State, tolerances: &Tolerances) -> bool {
         let mut settled = *state;
-        let Ok(sensitivity) = self.project(model, &mut settled) else { return };
+        let Ok(sensitivity) = self.project(model, &mut settled) else { return false };
         let usual = *self.usual.get_or_insert(sensitivity);
         let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u().as_slice());
-        if noise_beside(&settled, sensitivity, usual) <= permitted {
+        let moved = settled.u().as_slice().iter().zip(state.u().as_slice()).map(|(to, from)| (to - from).abs());
+        let noise = noise_beside(&settled, sensitivity, usual);
+        if noise <= moved.fold(permitted, math::max) {
             *state = settled;
         }
+        noise <= permitted
     }
 
     /// Φ is known to ε(1 + |q|). Where corrections are A times as large as usual, the direction that is nearly lost is wrong by A of that, and,
@@ -412,8 +419,16 @@ impl<M: Constraints> Upkeep<M> {
             return 0.0;
         }
         let usual = *self.usual.get_or_insert(sensitivity);
-        self.usual = Some(math::powf(usual, 1.0 - FADE) * math::powf(sensitivity, FADE));
+        self.latest = Some(sensitivity);
         noise_beside(state, sensitivity, usual)
+    }
+
+    /// A step is over: its sensitivity joins the mean.
+    #[inline]
+    pub(super) fn learn(&mut self) {
+        if let (Some(usual), Some(latest)) = (self.usual, self.latest.take()) {
+            self.usual = Some(math::powf(usual, 1.0 - FADE) * math::powf(latest, FADE));
+        }
     }
 
     /// Checks a start, and puts it onto the constraints where the formulation keeps it there.
