@@ -4,7 +4,8 @@
 //!
 //! The double pendulum, Kepler's problem with e = 0.9, Andrews' mechanism with its six constraints, a stiff spring pendulum, the flyball governor and the
 //! car axis. Each is measured against a reference whose uncertainty is drawn as a line. Where `benches/peers/run.sh` has measured other solvers on
-//! this machine, their curves stand beside. `--quick` takes few tolerances and no repeats.
+//! this machine, their curves stand beside, and what was wanted of this library against them is compared with what is. `--quick` takes few
+//! tolerances and no repeats.
 
 #[path = "../tests/models/andrews.rs"]
 #[allow(dead_code, reason = "tests use more of it")]
@@ -33,6 +34,16 @@ struct Session {
     outside: Vec<PathBuf>,
     page: Page,
     files: common::Files,
+    verdicts: Vec<String>,
+}
+
+/// What is wanted of the best own curve against the best of others.
+struct Wanted<'a> {
+    /// The others: a part of their names.
+    others: &'a [&'a str],
+    part: ErrorOf,
+    /// Errors, and the part of the others' time that is wanted for them.
+    ratios: &'a [(f64, f64)],
 }
 
 impl Session {
@@ -46,12 +57,12 @@ impl Session {
         outside.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
         outside.sort();
         let page = Page::new("Speed against accuracy");
-        Ok(Self { quick, outside, page, files: common::Files::of("work_precision") })
+        Ok(Self { quick, outside, page, files: common::Files::of("work_precision"), verdicts: Vec::new() })
     }
 
-    /// Runs a study, adds what was measured elsewhere, shows it.
-    fn study<'m, M: Simulate>(&mut self, name: &str, study: WorkPrecision<'m, M>) -> Result<Study<'m, M>> {
-        let decades = if self.quick { 4..=12 } else { 3..=13 };
+    /// Runs a study down to tolerances of ten to the minus `finest`, adds what was measured elsewhere, shows it.
+    fn study<'m, M: Simulate>(&mut self, name: &str, finest: i32, study: WorkPrecision<'m, M>) -> Result<Study<'m, M>> {
+        let decades = if self.quick { 4..=12 } else { 3..=finest };
         let tolerances = decades.step_by(if self.quick { 2 } else { 1 }).map(|k| 10f64.powi(-k));
         let effort = if self.quick { Duration::ZERO } else { Duration::from_millis(100) };
         let mut study = study.problem(name).tolerances(tolerances).effort(effort).run()?;
@@ -68,9 +79,34 @@ impl Session {
         study.write_json_lines(self.files.path(&format!("{file}.jsonl")))?;
         Ok(study)
     }
+
+    /// Says whether what was wanted is reached. Nothing where the others were not measured here.
+    fn wanted<M: Simulate>(&mut self, study: &Study<'_, M>, own: impl Fn(&str) -> bool, wanted: &Wanted<'_>) {
+        let Wanted { others, part, ratios } = *wanted;
+        for &(error, most) in ratios {
+            let best = |outside: bool| {
+                let curves = study.curves().iter().filter(|curve| curve.outside == outside);
+                let named = curves.filter(|curve| match outside {
+                    true => others.iter().any(|other| curve.name.contains(other)),
+                    false => own(&curve.name),
+                });
+                let costs = named.filter_map(|c| Some((study.cost(&c.name, part, error, Cost::Time)?, &c.name)));
+                costs.min_by(|(a, _), (b, _)| a.total_cmp(b))
+            };
+            let (Some((ours, own)), Some((theirs, other))) = (best(false), best(true)) else { continue };
+            let (ratio, verdict) = (ours / theirs, if ours <= most * theirs { "reached" } else { "missed" });
+            self.verdicts.push(format!(
+                "{} to {error:e} in {part}: {own} {:.1} µs, {other} {:.1} µs: ratio {ratio:.2}, wanted {most}: {verdict}",
+                study.problem(),
+                1e6 * ours,
+                1e6 * theirs,
+            ));
+        }
+    }
 }
 
 const DOP853: &str = "DOP853 (order 8)";
+const AS_ODE: [&str; 2] = ["DOP853, as ODE", "Verner 9(8), as ODE"];
 const DP5: &str = "Dormand–Prince 5(4)";
 
 /// Explicit methods that choose their step.
@@ -83,7 +119,11 @@ fn main() -> common::Outcome {
     smooth(&mut session)?;
     constrained(&mut session)?;
     stiff(&mut session)?;
-    let Session { page, mut files, .. } = session;
+    let Session { mut page, mut files, verdicts, .. } = session;
+    for verdict in &verdicts {
+        println!("{verdict}");
+        page = page.text(verdict);
+    }
     page.write_html(files.path("work_precision.html"))?;
     files.list();
     Ok(())
@@ -97,8 +137,10 @@ fn smooth(session: &mut Session) -> Result<()> {
     let known = [-1.1686859741349935, -1.060871322324049, 2.716951800644156, -0.7111210975850546];
     let study = model.work_precision(start).until(10.0).reference(end(&model, 10.0, known));
     let study = study.methods(explicit()).methods([methods::Taylor::default().into(), methods::Rk4.into()]);
-    let study = session.study("double pendulum", study.steps(steps.map(|k| 10.0 / f64::from(1 << k))))?;
+    let study = session.study("double pendulum", 14, study.steps(steps.map(|k| 10.0 / f64::from(1 << k))))?;
     wins(&study, 1e-9);
+    let heyoka = |ratios| Wanted { others: &["heyoka"], part: ErrorOf::State, ratios };
+    session.wanted(&study, |_| true, &heyoka(&[(1e-6, 0.7), (1e-9, 0.8), (1e-12, 0.8)]));
     let rk4 = study.cost("RK4 (order 4)", ErrorOf::State, 1e-7, Cost::Evaluations).ok_or("RK4 reaches 1e-7")?;
     let dop853 = study.cost(DOP853, ErrorOf::State, 1e-7, Cost::Evaluations).ok_or("DOP853 reaches 1e-7")?;
     println!("RK4 needs {:.1} times the evaluations of DOP853 for an error of 1e-7", rk4 / dop853);
@@ -112,8 +154,9 @@ fn smooth(session: &mut Session) -> Result<()> {
     let even = [methods::Taylor::default().into(), methods::Composition8.into(), methods::Gauss6.into()];
     let steps = if session.quick { 9..11 } else { 8..14 };
     let steps = steps.map(|k| 20.0 / f64::from(1 << k));
-    let study = session.study("Kepler e = 0.9", study.methods(even).steps(steps))?;
+    let study = session.study("Kepler e = 0.9", 14, study.methods(even).steps(steps))?;
     wins(&study, 1e-9);
+    session.wanted(&study, |_| true, &heyoka(&[(1e-3, 1.0), (1e-6, 1.0), (1e-9, 1.0), (1e-12, 1.0)]));
     Ok(())
 }
 
@@ -139,14 +182,23 @@ fn constrained(session: &mut Session) -> Result<()> {
     let start = model.state().beta(beta).theta(theta).gamma(gamma).phi(phi).delta(delta).omega(omega).epsilon(epsilon);
     let start = start.build()?;
     let study = model.work_precision(start).until(0.03).methods(explicit());
+    let study = study.methods([methods::Taylor::default().into()]);
     let study = study.variant("DOP853, embedded", methods::Dop853, |s| s.formulation(Formulation::Embedded));
-    let study = session.study("Andrews", study)?;
+    // What other solvers are given: accelerations, and nothing that holds the constraints.
+    let study = study.variant(AS_ODE[0], methods::Dop853, |s| s.formulation(Formulation::Augmented));
+    let study = study.variant(AS_ODE[1], methods::Verner9, |s| s.formulation(Formulation::Augmented));
+    let study = session.study("Andrews", 13, study)?;
     // Forces of up to hundreds of newtons.
     digits(&study, 100.0);
+    let right_hand_sides = &["ode_solvers", "differential-equations", "diffsol", "heyoka"];
+    let part = ErrorOf::Positions;
+    let [ode, dae] = [0.4, 0.05].map(|ratio| [(1e-6, ratio), (1e-9, ratio)]);
+    session.wanted(&study, |name| AS_ODE.contains(&name), &Wanted { others: right_hand_sides, part, ratios: &ode });
+    session.wanted(&study, |name| !AS_ODE.contains(&name), &Wanted { others: &["IDA"], part, ratios: &dae });
 
     let model = car_axis::model();
     let start = car_axis::start(&model);
-    let study = session.study("car axis", model.work_precision(start).until(3.0).methods(explicit()))?;
+    let study = session.study("car axis", 13, model.work_precision(start).until(3.0).methods(explicit()))?;
     digits(&study, 4.7e-3);
     Ok(())
 }
@@ -171,16 +223,20 @@ fn stiff(session: &mut Session) -> Result<()> {
     let start = model.state().x(1.0).build()?;
     let known = [0.27509447648273956, -0.961417492433867, -4.175584765727931, -1.1947781965932027];
     let study = model.work_precision(start).until(10.0).reference(end(&model, 10.0, known)).methods(explicit());
-    let study = session
-        .study("stiff spring pendulum", study.methods([methods::Radau5.into(), methods::Taylor::default().into()]))?;
+    let study = session.study(
+        "stiff spring pendulum",
+        13,
+        study.methods([methods::Radau5.into(), methods::Taylor::default().into()]),
+    )?;
     bound(&study);
+    session.wanted(&study, |_| true, &Wanted { others: &[""], part: ErrorOf::State, ratios: &[(1e-6, 1.0)] });
 
     let model = governor::model();
     let angle = std::f64::consts::FRAC_PI_6;
     let start = model.state().s(0.5).b([angle; 2]).psi_rate(std::f64::consts::TAU);
     let start = start.slider_rate(std::f64::consts::TAU).arm_rate([std::f64::consts::TAU; 2]).build()?;
     let study = model.work_precision(start).until(1.0).methods(explicit()).methods([methods::Radau5.into()]);
-    bound(&session.study("flyball governor", study)?);
+    bound(&session.study("flyball governor", 13, study)?);
     Ok(())
 }
 

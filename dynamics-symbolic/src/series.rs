@@ -114,7 +114,7 @@ pub fn expand_free(graph: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) ->
 }
 
 /// Lanes that are summed together at run time.
-const BLOCK: usize = 8;
+const BLOCK: usize = 4;
 
 /// [`expand_free`] by one way to write sums of products of sines and cosines.
 fn expand_with(

@@ -12,7 +12,7 @@ use super::super::Surface;
 use super::Printer;
 
 /// Lanes of a block of Cauchy sums, as the runtime has it.
-pub(in super::super) const WIDTH: usize = 8;
+pub(in super::super) const WIDTH: usize = 4;
 
 /// Where a function finds what it does not compute.
 pub(in super::super) struct Access<'a> {

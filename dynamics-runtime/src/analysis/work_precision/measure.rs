@@ -8,6 +8,7 @@ use super::reference::{End, Found};
 use super::study::{Curve, Measured, Point};
 use super::{Candidate, WorkPrecision};
 use crate::analysis::runs::{self, in_a_line, reaches};
+use crate::integrate::Method;
 use crate::motion::{Simulate, Simulation};
 
 /// All methods at all their tolerances or steps.
@@ -59,7 +60,8 @@ fn first_run<'m, M: Simulate>(
     Ok(Measured {
         errors: reached.errors(&reference.end),
         time: counts.wall_time.unwrap_or_default(),
-        evaluations: Some(counts.evaluations),
+        // A series is worth many evaluations and counts as none.
+        evaluations: (motion.method() != Method::Taylor).then_some(counts.evaluations),
         steps: Some(counts.steps),
         rejected: Some(counts.rejected),
         stiff_at: counts.stiff_at,

@@ -81,7 +81,7 @@ pub struct Measured {
     pub errors: Errors,
     /// Median of the repeats.
     pub time: Duration,
-    /// Evaluations of the accelerations, where known.
+    /// Evaluations of the accelerations, where known, and where they are what a step costs: not of Taylor series.
     pub evaluations: Option<u64>,
     /// Accepted steps, where known.
     pub steps: Option<u64>,
