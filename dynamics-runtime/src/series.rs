@@ -177,6 +177,7 @@ fn cauchy<const B: usize>(left: &[Row<B>], right: &[Row<B>]) -> Row<B> {
 
 /// [`cauchy`] of W blocks from block `first` on; even and odd terms apart, as one addition waits for the one before.
 #[inline(always)]
+#[allow(clippy::needless_range_loop, reason = "lanes of several arrays side by side, as in the formula")]
 fn blocks<const B: usize, const W: usize>(left: &[Row<B>], right: &[Row<B>], first: usize) -> [[f64; WIDTH]; W] {
     let (mut even, mut odd) = ([[0.0; WIDTH]; W], [[0.0; WIDTH]; W]);
     let (pairs, single) = left.as_chunks::<2>();
@@ -196,12 +197,8 @@ fn blocks<const B: usize, const W: usize>(left: &[Row<B>], right: &[Row<B>], fir
             }
         }
     }
-    for b in 0..W {
-        for i in 0..WIDTH {
-            even[b][i] += odd[b][i];
-        }
-    }
-    even
+    let add = |b: usize| core::array::from_fn(|i| even[b][i] + odd[b][i]);
+    core::array::from_fn(add)
 }
 
 #[cfg(test)]
@@ -216,7 +213,7 @@ mod tests {
         let (mut q, mut u) = (rows, rows);
         (q[0][0], u[0][0]) = (1.0, 1.0);
         expand::<1, 1>(&[1.0], 0.5, &mut q, &mut u, |_, q, _, _, sums| {
-            let factors = [[q[0], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]];
+            let factors = [[q[0], 0.0, 0.0, 0.0]];
             ([2.0 * q[0] + sums[0][0]], factors, factors)
         });
         for k in 0..ORDER {

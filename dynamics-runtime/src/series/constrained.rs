@@ -113,10 +113,10 @@ mod tests {
         let a = [twice * place[0], -1.0 + twice * place[1]];
         let scale = 0.5;
         let ([x0, y0], l0) = (place, lambda);
-        let lanes = |a: f64, b: f64| [[a, b, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]];
+        let lanes = |a: f64, b: f64| [[a, b, 0.0, 0.0]];
         let recurrences = Recurrences {
-            residue: |_: &[f64; 2], s: &[[f64; 8]; 1]| [s[0][0] + s[0][1]],
-            right: |_: f64, q: &[f64; 2], _: &[f64; 2], _: &[f64; 2], _: &[f64; 0], s: &[[f64; 8]; 1]| {
+            residue: |_: &[f64; 2], s: &[[f64; WIDTH]; 1]| [s[0][0] + s[0][1]],
+            right: |_: f64, q: &[f64; 2], _: &[f64; 2], _: &[f64; 2], _: &[f64; 0], s: &[[f64; WIDTH]; 1]| {
                 ([2.0 * (s[0][0] + q[0] * l0), 2.0 * (s[0][1] + q[1] * l0)], [])
             },
             // a − 2 q₀ λ = f, 2 q₀·a = g with |q₀| = 1.
@@ -124,10 +124,16 @@ mod tests {
                 let l = 0.25 * (r[2] - 2.0 * (x0 * r[0] + y0 * r[1]));
                 [r[0] + 2.0 * x0 * l, r[1] + 2.0 * y0 * l, l]
             },
-            next: |_: f64, q: &[f64; 2], _: &[f64; 2], _: &[f64; 2], s: &[f64; 3], _: &[f64; 0], _: &[[f64; 8]; 1]| {
-                (lanes(q[0], q[1]), lanes(s[2], s[2]))
+            next: |_: f64,
+                   q: &[f64; 2],
+                   _: &[f64; 2],
+                   _: &[f64; 2],
+                   s: &[f64; 3],
+                   _: &[f64; 0],
+                   _: &[[f64; WIDTH]; 1]| { (lanes(q[0], q[1]), lanes(s[2], s[2])) },
+            ahead: |_: f64, q: &[f64; 2], _: &[f64; 2], _: &[[f64; WIDTH]; 1]| {
+                ((lanes(q[0], q[1]), lanes(q[0], q[1])), [])
             },
-            ahead: |_: f64, q: &[f64; 2], _: &[f64; 2], _: &[[f64; 8]; 1]| ((lanes(q[0], q[1]), lanes(q[0], q[1])), []),
         };
         expand_constrained(&a, scale, &mut q, &mut u, recurrences);
         for k in 1..=ORDER {
