@@ -1,12 +1,17 @@
 //! The generalized-α method: order 2 in positions, velocities and multipliers from the first step on, damping as theory says, steps of changing size, and no
 //! success where its equations are not solved.
 
+mod common;
+
 use std::convert::Infallible;
 
+use common::{DoublePendulum, at_rest_or_not};
 use dynamics_runtime::integrate::{
     Dop853, GeneralizedAlpha, Phase, StepError, StepOptions, Stepper, System, Tolerances,
 };
 use dynamics_runtime::integrate::{Knot, Settled};
+use dynamics_runtime::methods;
+use dynamics_runtime::motion::Simulate;
 use nalgebra::{Matrix3, SVector, Vector3};
 
 type V1 = SVector<f64, 1>;
@@ -272,4 +277,28 @@ fn steps_do_not_allocate() {
     assert_eq!(info.count_total, 0);
     let Knot { t, .. } = *stepper.now();
     assert_eq!(t, 1.0);
+}
+
+/// States between steps, events, runs that go back in time, and an estimate of the error, as with any method.
+#[test]
+fn simulations_have_all_that_others_have() {
+    let (model, start) = (DoublePendulum::UNIT, at_rest_or_not([1.0, -0.5], [0.3, 1.0]));
+    let reference = model.simulate(start).until(2.0).tolerance(1e-12).event("level", |s| s.q[0]).run().unwrap();
+    for rho in [0.0, 0.8, 1.0] {
+        let method = methods::GeneralizedAlpha { rho };
+        let run = model.simulate(start).until(2.0).fixed_step(1e-3).method(method).event("level", |s| s.q[0]);
+        let motion = run.estimate_error().run().unwrap();
+        let error = |t: f64| (motion.at(t).q - reference.at(t).q).norm() + (motion.at(t).u - reference.at(t).u).norm();
+        let worst = (0..400).map(|k| error(0.005 * f64::from(k) + 0.0003)).fold(0.0, f64::max);
+        let found = motion.global_error().unwrap();
+        let told = found.coordinates.error.max(found.velocities.error);
+        println!("rho {rho}: {worst:.1e}, told {told:.1e}");
+        assert!(worst < 2e-3 && told > 0.2 * worst && told < 5.0 * worst, "{worst:e}, {told:e}");
+        assert_eq!(motion.events().len(), reference.events().len());
+        for (event, exact) in motion.events().iter().zip(reference.events()) {
+            assert!((event.before.t - exact.before.t).abs() < 1e-4);
+        }
+        let back = model.simulate(motion.end()).until(0.0).fixed_step(1e-3).method(method).run().unwrap();
+        assert!((back.end().q - start.q).norm() + (back.end().u - start.u).norm() < 1e-3, "{:?}", back.end());
+    }
 }

@@ -196,8 +196,8 @@ fn implicit_end_values() {
     let references = [Reference { t: 0.03, q: &Q_END, u: &U_END, multipliers: &LAMBDA_END }];
     let promises = [
         promise(Projected, 1e-6, [1e-4, 1e-2, 1e-2], [1e-12; 2]),
-        promise(Projected, 1e-8, [1e-6, 1e-4, 1e-4], [1e-12; 2]),
-        promise(Embedded, 1e-8, [1e-6, 1e-4, 1e-4], [1e-12; 2]),
+        promise(Projected, 1e-8, [1e-7, 1e-6, 1e-6], [1e-12; 2]),
+        promise(Embedded, 1e-8, [1e-7, 1e-6, 1e-6], [1e-12; 2]),
         promise(Projected, 1e-10, [1e-8, 1e-6, 1e-6], [1e-12; 2]),
         promise(BaumgarteTied, 1e-8, [1e-6, 1e-4, 1e-4], [1e-5, 1e-2]),
     ];

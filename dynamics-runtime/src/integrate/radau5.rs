@@ -12,6 +12,13 @@
 //! * **Dense output**: the collocation polynomial of order 3 for u, its integral, of order 4, for q.
 //! * **Stability**: A-, B- and L-stable: what is stiff is damped, oscillations too. It is no method for oscillations that matter.
 //! * **Cost**: 3 evaluations of q̈ per iteration, 2 to 5 iterations a step, and 1 at its end; 2N + 1 for a Jacobian by differences.
+//! * **Constraints**: the stages solve the system with Φ̈ = 0, its multipliers eliminated, and the end is projected. The stabilised form of index 2 (Gear, Gupta & Leimkuhler), in
+//!   which λ and a multiplier of Φ = 0 are unknowns of the stages, was measured beside it on the car axis, 1,200 fixed steps: the same errors of q (6e-9)
+//!   and u (2e-7), but its own λ has order 3 and is wrong by 2e-5, those of the state, as they are here, have order 5 and are wrong by 4e-8. It would cost larger matrices for
+//!   that, and drift is at rounding either way.
+//! * **Moderate accuracy**: an ESDIRK method of order 4 and a Rosenbrock method of order 4 were measured, too. On a pendulum on a stiff damped spring (k = 1e8) errors of their steps, each
+//!   within its tolerance, all have one sign and add up to a thousand times the tolerance and more, for stages of order 2 see a stiff direction that turns as a constraint of index 3;
+//!   here it is ten times.
 //! * **Source**: Hairer & Wanner, *Solving ODE II*, 2nd ed., §IV.8; code `radau5.f`; Gustafsson, ACM TOMS 20 (1994) 496.
 
 use super::linear::{
