@@ -307,3 +307,39 @@ fn pins_pass_flat_positions() {
         }
     }
 }
+
+/// Constraints as they are (index 3) at change points: with fixed steps and step control the generalized-α method stays on the branch, with its order, or says that it cannot.
+#[test]
+fn generalized_alpha_stays_on_its_branch_or_says_so() {
+    let (mut passed, mut said) = (0, 0);
+    for (weight, incline) in [(2.0, 0.0), (2.0, 0.4), (0.0, 0.0)] {
+        let model = Parallelogram::new(weight, incline);
+        let (start, end) = (model.start(1.0, -1.0), 7.3);
+        let truth = model.truth(1.0, -1.0, end);
+        for rho in [0.0, 0.5, 0.8, 0.95] {
+            let method = methods::GeneralizedAlpha { rho };
+            let run = || model.simulate(start).until(end).method(method);
+            let fixed =
+                [0.05, 0.037, 0.02, 0.013, 0.01, 0.0073, 0.005].map(|h| (run().fixed_step(h).run(), 8.0 * h * h));
+            let adaptive = [1e-2, 1e-3, 1e-4].map(|e| (run().tolerance(e).run(), 30.0 * e));
+            for (k, (run, bound)) in fixed.into_iter().chain(adaptive).enumerate() {
+                let case = format!("{weight} {incline} rho {rho}, run {k}");
+                match run {
+                    Ok(motion) => {
+                        passed += 1;
+                        let error = (motion.end().crank() - truth).abs();
+                        println!("{case}: {error:.1e} of {bound:.1e}");
+                        assert!(error < bound, "{case}: {error:e}");
+                        assert!((motion.end().crank() - motion.end().rocker()).abs() < 1e-6, "{case}");
+                    }
+                    Err(error) => {
+                        said += 1;
+                        println!("{case}: {error}");
+                    }
+                }
+            }
+        }
+    }
+    println!("{passed} passed, {said} said so");
+    assert!(passed > 115, "{passed} passed, {said} said so");
+}

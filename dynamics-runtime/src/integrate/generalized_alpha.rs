@@ -45,6 +45,9 @@ const STEADY: f64 = 1.3;
 const LEFT: f64 = 1e-2;
 /// Corrections of positions by this part of what they are summed from are rounding errors.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// Those that shrink no faster than by this factor are, if they are as small as this part: near singular positions constraints amplify rounding errors.
+const STALLS: f64 = 0.5;
+const STALLED: f64 = 1e-10;
 /// Steps so many times as long as the one before start afresh: what they would take over from that is little but rounding errors.
 const LONGER: f64 = 4.0;
 /// Constraints may bend the way of a step by no more than this part of it: another way of closing a mechanism would be found then.
@@ -352,7 +355,8 @@ impl<V: Vector> GeneralizedAlpha<V> {
             if iteration > 1 {
                 rate = size / before;
             }
-            let rounded = iteration > 1 && largest(&moved.q) <= ROUNDING * self.summands(start, h);
+            let noise = if iteration > 2 && rate > STALLS { STALLED } else { ROUNDING };
+            let rounded = iteration > 1 && largest(&moved.q) <= noise * self.summands(start, h);
             if size == 0.0 || rounded || rate < 1.0 && rate / (1.0 - rate) * size <= enough {
                 if rate > FAST {
                     self.factored_for = (0.0, 0.0);
