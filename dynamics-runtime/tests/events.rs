@@ -448,3 +448,35 @@ fn gates_narrower_than_a_step_are_seen() {
         }
     }
 }
+
+/// Two functions that are zero at one place: one is located by the interpolant, the other ends the step, whose end the method itself finds. What is
+/// listed is in the order of time.
+#[test]
+fn events_are_listed_in_the_order_of_time() {
+    let oscillator = Oscillator { omega: 1.0 };
+    for end in [30.0, -30.0] {
+        for tolerance in [1e-3, 1e-5, 1e-8] {
+            for k in 0..20 {
+                let place = 0.9 - 0.09 * f64::from(k);
+                let run = oscillator.simulate(at_rest_or_not([1.0], [0.3])).until(end).tolerance(tolerance);
+                let run = run.method(methods::Dop853).event("passes", move |s| s.q[0] - place);
+                let run =
+                    run.event("acts", move |s| s.q[0] - place).on_event("acts", Direction::Any, |_| Flow::Continue);
+                let motion = run.run().unwrap();
+                let times: Vec<f64> = motion.events().iter().map(|event| event.time() * end.signum()).collect();
+                assert!(times.len() > 15 && times.is_sorted(), "{end} {tolerance:e} {place}: {times:?}");
+            }
+        }
+    }
+}
+
+/// A function of time alone that is zero at the start, and steps that are longer than the time to its next zero.
+#[test]
+fn an_action_that_changes_nothing_within_the_first_step_is_none_that_repeats() {
+    let oscillator = Oscillator { omega: 1.0 };
+    let run = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).tolerance(1e-3).method(methods::Dop853);
+    let run = run.first_step(0.5).event("tick", |s| (41.0 * s.t).sin());
+    let motion = run.on_event("tick", Direction::Any, |_| Flow::Continue).run().unwrap();
+    assert_eq!(motion.events().iter().filter(|event| event.name == "tick").count(), 130);
+    assert!((motion.end().q[0] - 10.0_f64.cos()).abs() < 1e-2);
+}

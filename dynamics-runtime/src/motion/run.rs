@@ -270,13 +270,15 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         if let Err(kind) = watch.scan(&step, S::SCAN, state) {
             return Err(self.take_back(&step, at(kind)));
         }
-        let passive = watch.first_acting().unwrap_or(watch.found.len());
-        for crossing in &watch.found[..passive] {
-            sink.event(passed(watch.name(crossing.index), crossing, state(crossing.theta)));
-        }
         let acting = watch.first_acting();
+        let passive = &watch.found[..acting.unwrap_or(watch.found.len())];
+        let mut events: Vec<_> = passive
+            .iter()
+            .map(|crossing| passed(watch.name(crossing.index), crossing, state(crossing.theta)))
+            .collect();
         let Some(acting) = acting else {
             watch.carry_on();
+            events.into_iter().for_each(|event| sink.event(event));
             return self.hand_over(sink, &step).map_err(at);
         };
         self.plan.watch.cut_after(acting);
@@ -286,6 +288,14 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             Ok(moves) => moves,
             Err(halt) => return Err(self.take_back(&whole, halt)),
         };
+        let end = self.now();
+        for event in &mut events {
+            // By the interpolant it is later than the end that the method itself has found: at the same instant.
+            if (event.time() - end.t()) * h > 0.0 {
+                (event.before, event.after) = (end, end);
+            }
+        }
+        events.into_iter().for_each(|event| sink.event(event));
         let flow = if moves { self.hand_over(sink, &step).map_err(at)? } else { Flow::Continue };
         let acted = self.act(sink, acting, step.h)?;
         Ok(if flow == Flow::Stop { flow } else { acted })

@@ -204,6 +204,27 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Calls `action` at every crossing of an event in the given direction, as [`Simulation::on_event`] does, with a [`Change`], which can
     /// also hit, engage and release constraints. The state that is left has to fulfil the constraints that hold then.
+    ///
+    /// What cannot be done (a name that is not known) ends the run with an error; the action itself returns nothing, or a [`Flow`]:
+    ///
+    /// ```
+    /// use dynamics_runtime::motion::{Direction, Flow, Simulate, SimulationError};
+    ///
+    /// /// A hook catches what passes it, once, and lets go of it at a signal; a wall ends the run.
+    /// fn caught<M: Simulate>(model: &M, start: M::State) -> Result<M::State, SimulationError<M>> {
+    ///     let run = model.simulate(start).until(5.0);
+    ///     let run = run.on_event_with("at_hook", Direction::Rising, |change| change.engage("hook"));
+    ///     let run = run.on_event_with("signal", Direction::Any, |change| change.release("hook"));
+    ///     let run = run.on_event_with("at_wall", Direction::Falling, |change| {
+    ///         change.impact("wall", 0.5);
+    ///         let lost: f64 = change.impacts().iter().map(|impact| impact.energy_lost).sum();
+    ///         if lost > 10.0 { Flow::Stop } else { Flow::Continue }
+    ///     });
+    ///     Ok(run.run()?.end())
+    /// }
+    /// ```
+    ///
+    /// The guide to constraints runs such a model.
     pub fn on_event_with<R: Into<Flow>>(
         mut self,
         name: &str,

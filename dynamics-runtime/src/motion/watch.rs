@@ -427,7 +427,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
                     Standing::JustFired(c.direction)
                 }
                 // A reset that leaves the ball where it starts, on the floor and at rest, does nothing against what pulls it down.
-                Some(_) if before == after && self.standing[index] == Standing::ZeroAtStart => {
+                Some(c) if c.theta == 0.0 && before == after && self.standing[index] == Standing::ZeroAtStart => {
                     return Err(self.repeats(index));
                 }
                 Some(c) if !moved => Standing::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 }),
