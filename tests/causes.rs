@@ -1,5 +1,6 @@
 //! Failures that say what they come from, and not only what the method met; and that what they advise works.
 
+use dynamics::constrain::solve_once;
 use dynamics::motion::{Contact, Jumping, SimulationErrorKind};
 use dynamics::prelude::*;
 
@@ -419,4 +420,100 @@ fn a_tension_that_grazes_zero_is_passed() {
     let start = model.state().y(-1.0).x_rate((4.99f64 * 9.81).sqrt()).build().unwrap();
     let motion = model.simulate(start).until(3.0).tolerance(1e-10).contact("string", 0.0).run().unwrap();
     assert!(motion.events().len() == 4 && motion.summary().energy_lost > 5e-5, "{}", motion.summary());
+}
+
+/// A bar whose ends run on a floor, and its middle on a shelf: that repeats the ends where the shelf is no higher than the floor.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, tilt: rad)]
+#[units(mass: kg, inertia: kg * m^2, half: m, shelf: m, g: m / s^2)]
+#[nominal(half = 0.5, shelf = 0.0)]
+struct Shelved {
+    mass: f64,
+    inertia: f64,
+    half: f64,
+    shelf: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Shelved {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared() + 0.5 * self.inertia * q.tilt.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * q.y
+    }
+    #[holonomic]
+    fn ends(&self, q: &Coordinates<Self>) -> [Expr; 2] {
+        [q.y - self.half * q.tilt.sin(), q.y + self.half * q.tilt.sin()]
+    }
+    #[holonomic]
+    #[redundant]
+    fn middle(&self, q: &Coordinates<Self>) -> Expr {
+        q.y - self.shelf
+    }
+}
+
+/// What is declared to repeat others, and does at the nominal values, contradicts them at other values alone: there a start says so.
+#[test]
+fn a_repetition_at_nominal_values_is_no_contradiction() {
+    let model = Shelved { mass: 2.0, inertia: 0.1, half: 0.5, shelf: 0.0, g: 9.81 };
+    let start = model.state().x_rate(0.3).build().unwrap();
+    let motion = model.simulate(start).until(2.0).run().unwrap();
+    assert!((motion.end().x() - 0.6).abs() < 1e-12 && motion.end().y().abs() < 1e-15);
+    let raised = Shelved { shelf: 0.1, ..model };
+    let error = raised.state().x_rate(0.3).assemble().unwrap_err();
+    assert!(matches!(error, StateError::NotAssembled { .. }), "{error}");
+}
+
+/// A bob on three rods, one more than it takes.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(mass: kg, l: m, g: m / s^2)]
+#[nominal(l = 1.0)]
+struct Truss {
+    mass: f64,
+    l: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Truss {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * q.y
+    }
+    #[holonomic]
+    fn sides(&self, q: &Coordinates<Self>) -> [Expr; 2] {
+        let bob = vec2(q.x, q.y);
+        let place = vec2(self.l, 0.0);
+        [(bob - place).norm_squared() - 2.0 * self.l.powi(2), (bob + place).norm_squared() - 2.0 * self.l.powi(2)]
+    }
+    #[holonomic]
+    #[redundant]
+    fn middle(&self, q: &Coordinates<Self>) -> Expr {
+        (vec2(q.x, q.y) - vec2(0.0, self.l)).norm_squared() - 4.0 * self.l.powi(2)
+    }
+}
+
+/// What is missed counts beside what forces would do: 10⁻⁹⁶ m/s² of it, from velocities of 10⁻⁴⁸ m/s, is none, though nothing moves.
+#[test]
+fn a_contradiction_is_larger_than_rounding() {
+    let model = Truss { mass: 1.0, l: 1.0, g: 9.81 };
+    let at_rest = model.state().y(-1.0).build().unwrap();
+    let solve = |u: f64| {
+        let mut state = at_rest;
+        state.u[0] = u;
+        solve_once(&model, &model.constants().unwrap(), &state)
+    };
+    for u in [0.0, 1e-48, 1e-20, 1e-8] {
+        let solved = solve(u).unwrap_or_else(|e| panic!("{u:e}: {e}"));
+        assert!(solved.accelerations.norm() < 1e-14, "{solved:?}");
+    }
 }

@@ -92,7 +92,7 @@ pub(crate) struct Miss {
     pub(crate) size: f64,
     /// Norm of γ in the same scale.
     pub(crate) scale: f64,
-    /// Norm of a in the same scale: what Φ_q a is rounded at.
+    /// Norm of a in the same scale, or of what the forces alone would make it: what Φ_q a is rounded at.
     pub(crate) reach: f64,
     /// The row that is missed most.
     pub(crate) row: usize,
@@ -216,6 +216,7 @@ impl<'w> System<'w> {
         let mut miss = self.miss(scale);
         // Qᵀ S Q, then its last part against ZᵀM̂Z z.
         (0..n).for_each(|j| self.x[j] = self.scale[j] * force[j]);
+        let forced = norm(self.x);
         self.rows.rotate(self.x);
         for i in k..n {
             let known = dot(&self.mass[i * n..i * n + k], &self.y[..k]);
@@ -235,7 +236,7 @@ impl<'w> System<'w> {
         for i in 0..m {
             lambda[self.active.get(i)] = self.weight[i] * self.b[i];
         }
-        miss.reach = norm(self.y);
+        miss.reach = norm(self.y).max(forced);
         a.copy_from_slice(self.y);
         self.rows.rotate_back(a);
         a.iter_mut().zip(&*self.scale).for_each(|(a, s)| *a *= s);

@@ -170,10 +170,17 @@ struct Set<'a> {
 
 impl Set<'_> {
     fn look(&self, order: &[usize], project: bool) -> Look {
-        let (rank, general) = self.samples.dependents(self.rows, order);
-        let contradictory = general.iter().any(|d| d.verdict == Verdict::Contradicts);
-        let possible = project && !contradictory && order.len() <= manifold::LIMIT;
+        let (rank, mut general) = self.samples.dependents(self.rows, order);
+        let contradicts = |d: &Dependent| d.verdict == Verdict::Contradicts;
+        let contradictory = general.iter().any(contradicts);
+        // What is declared to repeat others may do so for some values of the parameters alone: the nominal ones decide.
+        let meant = general.iter().all(|d| !contradicts(d) || self.redundant(d.row));
+        let possible = project && meant && order.len() <= manifold::LIMIT;
         let manifold = possible.then(|| Manifold::of(self.model, self.rows, order));
+        let manifold = manifold.filter(|m| !contradictory || (m.nominal && !m.samples.is_empty()));
+        if manifold.is_some() {
+            general.iter_mut().filter(|d| contradicts(d)).for_each(|d| d.verdict = Verdict::Open);
+        }
         let ranks = manifold.as_ref().and_then(|m| m.ranks(self.rows, order));
         Look { order: order.to_vec(), rank, general, manifold, ranks }
     }
