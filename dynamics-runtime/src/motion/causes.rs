@@ -56,6 +56,7 @@ fn collapses(kind: &Kind) -> bool {
                 | SolveError::OffConstraint { .. }
                 | SolveError::VanishingGradient { .. }
                 | SolveError::BranchUndetermined { .. }
+                | SolveError::ConstraintNotFinite { .. }
         ),
         _ => false,
     }
