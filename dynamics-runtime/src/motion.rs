@@ -26,6 +26,7 @@ pub(crate) mod query;
 pub(crate) mod record;
 mod run;
 mod second;
+mod sides;
 mod simulate;
 mod singular;
 mod summary;

@@ -141,7 +141,7 @@ fn released(surface: &Surface) -> TokenStream {
     let found = at_name(surface, quote!(#complete::switched(#name)));
     quote! {
         /// Releases a switched constraint: the state need not fulfil it. A nonholonomic one of one row is released to the side to which the
-        /// velocities slip, others and what is at rest to that of growing values. That no switched constraint has this name is said by
+        /// velocities slip, at rest to the side to which it is pushed; others, and what is not pushed, to that of growing values. That no switched constraint has this name is said by
         /// [`Self::build`] and [`Self::assemble`].
         #vis fn release(mut self, #name: &'static #private::str) -> Self {
             match #found {

@@ -19,7 +19,7 @@ mod velocities;
 use super::gradients::vanishing_row;
 use super::held::active_rows;
 use super::memory::norm;
-use super::{Gradients, distance, with_workspace};
+use super::{Gradients, distance, solve_once, with_workspace};
 use crate::error::StateError;
 use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Vector};
 use room::Room;
@@ -67,16 +67,39 @@ fn slipping<M: Constraints>(modes: Modes) -> impl Iterator<Item = (usize, usize)
 }
 
 /// Releases nonholonomic constraints that are released to the side to which the velocities slip, but for those whose bit is set in `given`.
-/// What is at rest, and what has more than one row, stays as it is.
+/// What is at rest goes to the side to which it is pushed where it does not rub: against its reaction if it held. What is not pushed, or not known to
+/// be (an input that has no value yet, a reaction that is not unique), and what has more than one row stays as it is.
 pub fn set_sides<M: Constraints>(model: &M, state: &mut M::State, given: u32) {
     let modes = state.modes();
     if modes.all_hold() {
         return;
     }
     let slips = model.velocity_residual(state);
+    let mut rest = 0u32;
     for (row, index) in slipping::<M>(modes).filter(|(_, index)| given >> index & 1 == 0) {
         if slips[row].abs() > 0.0 {
             state.modes_mut().release(index, slips[row]);
+        } else {
+            rest |= 1 << index;
+        }
+    }
+    if rest != 0 {
+        let mut held = *state;
+        (0..Modes::MOST).filter(|index| rest >> index & 1 == 1).for_each(|index| held.modes_mut().engage(index));
+        set_sides_at_rest(model, state, &held);
+    }
+}
+
+/// The sides of what is released in a state and holds in the same one, `held`: against the reactions.
+fn set_sides_at_rest<M: Constraints>(model: &M, state: &mut M::State, held: &M::State) {
+    let Ok(constants) = model.constants() else { return };
+    let Ok(solved) = solve_once(model, &constants, held) else { return };
+    if solved.diagnosis.is_some_and(|diagnosis| !diagnosis.unique()) {
+        return;
+    }
+    for (row, index) in slipping::<M>(state.modes()).filter(|(_, index)| held.modes().holds(*index)) {
+        if solved.multipliers[row].abs() > 0.0 {
+            state.modes_mut().release(index, -solved.multipliers[row]);
         }
     }
 }

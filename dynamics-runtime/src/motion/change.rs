@@ -25,6 +25,9 @@ pub struct Impact {
     pub energy_lost: f64,
 }
 
+/// Friction that changes accelerations by no more than this part of 1 + |q̈| decides nothing at the instant at which its contact lifts off.
+const NEGLIGIBLE: f64 = 1e-9;
+
 /// How a constraint is struck.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Blow {
@@ -270,6 +273,18 @@ impl<'c, M: Simulate> Change<'c, M> {
             change.state.modes_mut().release(index, side);
             Ok(())
         });
+    }
+
+    /// Whether a constraint that holds has no reaction, and has accelerations that are the same for either side once it is released, but for what the
+    /// place of an event leaves of them.
+    pub(super) fn slips_either_way(&mut self, constraint: &'static Constraint) -> bool {
+        let (model, constants, first) = (self.model, self.constants, constraint.first);
+        let either = |change: &mut Self| {
+            let idle = change.upkeep.reactions(model, constants, change.state)?[first] == 0.0;
+            let mut counts = |switch| change.upkeep.side_counts(model, constants, change.state, switch, NEGLIGIBLE);
+            Ok(idle && constraint.switched.is_some_and(|switch| !counts(switch)))
+        };
+        self.attempt(either).unwrap_or(false)
     }
 
     /// Releases a switched constraint to a side: that of growing Φ (or A q̇ + b) where `side` is not negative.

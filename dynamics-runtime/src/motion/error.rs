@@ -169,6 +169,15 @@ pub enum SimulationErrorKind {
         /// Largest over smallest singular value of Φ_q.
         condition: f64,
     },
+    /// A released constraint begins to slip against the side to which it was released, and its friction, which goes by that side, would drive it.
+    SlipsBack {
+        /// The constraint.
+        constraint: &'static str,
+        /// The side to which it is released, ±1.
+        side: f64,
+        /// A q̇ + b a little later.
+        slip: f64,
+    },
     /// A contact is open on the side where it is not free.
     Penetration {
         /// The row of the contact.

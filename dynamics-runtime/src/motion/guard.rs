@@ -65,6 +65,8 @@ pub(crate) struct Guard {
     law: Law,
     /// What the reaction has become a little after the instant at which sticking breaks away, where it may be zero.
     later: Option<f64>,
+    /// The side to which it slipped last.
+    side: f64,
     /// When a contact lifted off last.
     lifted: Option<f64>,
     /// Where it did not open then, for its reaction only grazed zero: the time up to which it may go on pulling.
@@ -105,6 +107,7 @@ impl Guard {
                     switch,
                     law,
                     later: None,
+                    side: 1.0,
                     lifted: None,
                     grazes: None,
                 })
@@ -183,7 +186,7 @@ impl Guard {
 
     /// Forgets a run.
     pub(super) fn restart(&mut self) {
-        (self.later, self.lifted, self.grazes) = (None, None, None);
+        (self.later, self.lifted, self.grazes, self.side) = (None, None, None, 1.0);
     }
 
     /// Does what is due where the function has fallen to zero, unless an action at the same instant has dealt with it: contacts that close together
@@ -195,10 +198,17 @@ impl Guard {
             return;
         }
         let jumped = change.state().u() != change.instant().u();
+        if !holds && !self.is_contact() {
+            self.side = change.state().modes().side(self.switch);
+        }
         match self.law {
             Law::Contact(_) if holds && jumped => {}
             Law::Stick { .. } if holds && !jumped && later.is_some_and(|reaction| reaction != 0.0) => {
                 change.release_to(name, -later.unwrap_or_default());
+            }
+            // Nothing held it, and nothing will brake it: as where the contact that bears it lifts off.
+            Law::Stick { .. } if holds && change.slips_either_way(self.constraint) => {
+                change.release_to(name, self.side)
             }
             Law::Contact(_) | Law::Stick { .. } if holds => {
                 (self.lifted, self.grazes) = (Some(change.state().t()), None);

@@ -11,6 +11,7 @@ use super::change::Change;
 use super::error::SimulationErrorKind as Kind;
 use super::plant::{EvaluationError, Plant};
 use super::record::{Counts, EventRecord, Record};
+use super::sides::{self, Slipping, Turned};
 use super::singular;
 use super::upkeep::Drifted;
 use super::watch::{Flow, Watch};
@@ -161,6 +162,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             let step = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)?;
             self.check_drift(&step).map_err(|kind| Halt { kind, h: step.h })?;
             let flow = if self.plan.watch.is_empty() {
+                self.check_sides(sink, &step)?;
                 self.hand_over(sink, &step).map_err(at)?
             } else {
                 self.watched(sink, step)?
@@ -278,6 +280,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             .collect();
         let Some(acting) = acting else {
             watch.carry_on();
+            self.check_sides(sink, &step)?;
             events.into_iter().for_each(|event| sink.event(event));
             return self.hand_over(sink, &step).map_err(at);
         };
@@ -288,6 +291,9 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             Ok(moves) => moves,
             Err(halt) => return Err(self.take_back(&whole, halt)),
         };
+        if moves {
+            self.check_sides(sink, &step)?;
+        }
         let end = self.now();
         for event in &mut events {
             // By the interpolant it is later than the end that the method itself has found: at the same instant.
@@ -299,6 +305,49 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let flow = if moves { self.hand_over(sink, &step).map_err(at)? } else { Flow::Continue };
         let acted = self.act(sink, acting, step.h)?;
         Ok(if flow == Flow::Stop { flow } else { acted })
+    }
+
+    /// Ends the motion where a released constraint begins to slip against the side by which it rubs: see [`sides`].
+    #[inline]
+    fn check_sides(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<(), Halt> {
+        let Plan { plant, watch, .. } = &mut *self.plan;
+        if plant.modes.all_hold() {
+            return Ok(());
+        }
+        let unfollowed = sides::unfollowed::<M>(plant.modes, watch.guards().map(|(_, guard)| guard));
+        let suspects = unfollowed.filter_map(|slipping| Some((slipping, sides::suspect(plant, step, slipping)?)));
+        let suspects: Vec<_> = suspects.collect();
+        if suspects.is_empty() { Ok(()) } else { self.check_suspects(sink, step, &suspects) }
+    }
+
+    #[cold]
+    fn check_suspects(
+        &mut self,
+        sink: &mut dyn Sink<M>,
+        step: &Step<M::Vector>,
+        suspects: &[(Slipping, usize)],
+    ) -> Result<(), Halt> {
+        let Plan { plant, options, .. } = &mut *self.plan;
+        let at = |kind| Halt { kind, h: step.h };
+        let dense = match self.stepper.dense(plant, step) {
+            Ok(dense) => dense,
+            Err(error) => return Err(self.take_back(step, at(evaluation::<M>(error)))),
+        };
+        let turned = suspects
+            .iter()
+            .filter_map(|(slipping, place)| sides::turned(plant, step, &dense, &options.tolerances, *slipping, *place));
+        let Some(first) = turned.min_by(|a, b| a.theta.total_cmp(&b.theta)) else { return Ok(()) };
+        let Turned { constraint, side, slip, theta } = first;
+        let halt = at(Kind::SlipsBack { constraint: constraint.name, side, slip });
+        let end_t = step.start.t + theta * step.h;
+        if theta == 0.0 || end_t == step.start.t {
+            return Err(self.take_back(step, halt));
+        }
+        // What comes before is right, and belongs to the motion.
+        match self.stepper.shorten(plant, step, end_t) {
+            Ok(up_to) => self.hand_over(sink, &up_to).map_err(at).and(Err(halt)),
+            Err(_) => Err(self.take_back(step, halt)),
+        }
     }
 
     /// Takes back a step that the sink has not seen: what it got ends where the step begins.
@@ -397,6 +446,11 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         check_reset::<M>(&name, before, after)?;
         for (_, guard) in watch.guards() {
             guard.turn(from.modes(), plant.model, after, &mut plant.upkeep);
+        }
+        if from != *after {
+            for slipping in sides::unfollowed::<M>(after.modes(), watch.guards().map(|(_, guard)| guard)) {
+                sides::turn(plant.model, &mut plant.upkeep, slipping, from.modes(), after);
+            }
         }
         if from != *after && !M::ROWS.is_empty() {
             let placed = plant.upkeep.place(plant.model, &from, after);

@@ -265,6 +265,27 @@ impl<M: Constraints> Upkeep<M> {
         constrain::solve(model, constants, state, &mut self.workspace).map(|solved| solved.multipliers)
     }
 
+    /// Whether accelerations differ by more than this part of 1 + |q̈| between the sides to which a constraint may be released; also where they fail.
+    pub(crate) fn side_counts(
+        &mut self,
+        model: &M,
+        constants: &M::Constants,
+        state: &M::State,
+        switch: usize,
+        negligible: f64,
+    ) -> bool {
+        let [one, other] = [1.0, -1.0].map(|side| {
+            let mut state = *state;
+            state.modes_mut().release(switch, side);
+            constrain::accelerate(model, constants, &state, &mut self.workspace)
+        });
+        let (Ok(one), Ok(other)) = (one, other) else { return true };
+        let (one, other) = (one.accelerations, other.accelerations);
+        let size = negligible * (1.0 + max_abs(one.as_slice()));
+        // What is not a number counts.
+        !one.as_slice().iter().zip(other.as_slice()).all(|(one, other)| (one - other).abs() <= size)
+    }
+
     /// Whether dependent coordinates are solved for wherever accelerations are evaluated.
     #[inline(always)]
     pub(crate) fn embeds(&self) -> bool {

@@ -146,7 +146,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
     }
 
     /// The guards with the indices of their functions.
-    pub(crate) fn guards(&self) -> impl Iterator<Item = (usize, &Guard)> {
+    pub(crate) fn guards(&self) -> impl Iterator<Item = (usize, &Guard)> + Clone {
         (self.functions.first_guard()..).zip(&self.functions.guards)
     }
 

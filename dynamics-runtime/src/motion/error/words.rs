@@ -103,6 +103,14 @@ impl fmt::Display for SimulationErrorKind {
                  on, if on any, what its constraints have drifted would decide; choose `Formulation::Projected`",
                 rows.rank_loss()
             ),
+            Self::SlipsBack { constraint, side, slip } => write!(
+                f,
+                "constraint `{constraint}` is released to the side of {} values and begins to slip to the other ({slip:e} a little later), where its \
+                 friction would drive it; let it stick and break away with `.stick_slip(\"{constraint}\", ..)`, or engage it by an event where its slip \
+                 is zero, or release it with `release_to(\"{constraint}\", {})` where it slips that way",
+                if *side < 0.0 { "falling" } else { "growing" },
+                -side
+            ),
             Self::Penetration { row, residual } => write!(
                 f,
                 "contact `{row}` is open on the wrong side, its residual is {residual:e}; place it where the residual is 0 or positive"

@@ -1,0 +1,225 @@
+//! Friction by the side to which a constraint was released: it brakes, or the motion ends with an error. It never drives.
+
+use dynamics::motion::SimulationErrorKind as Kind;
+use dynamics::prelude::*;
+
+/// A block on an incline with a wall, which rubs by its reaction where it slips; it may be lifted and blown at.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[inputs(lift: N, wind: N)]
+#[units(mass: kg, g: m / s^2, wall: m)]
+#[nominal(mass = 1.0, g = 9.81, mu = 0.4, slope = 0.1, wall = 1.0)]
+struct Incline {
+    mass: f64,
+    g: f64,
+    mu: f64,
+    slope: f64,
+    wall: f64,
+}
+
+#[dynamics]
+impl Incline {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * (q.y * self.slope.cos() + q.x * self.slope.sin())
+    }
+    #[holonomic(switched)]
+    fn floor(&self, q: &Coordinates<Self>) -> Expr {
+        q.y
+    }
+    #[holonomic(switched)]
+    fn stop(&self, q: &Coordinates<Self>) -> Expr {
+        self.wall - q.x
+    }
+    #[nonholonomic(switched, integrable)]
+    fn stick(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.dt()
+    }
+    #[force]
+    fn pull(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.y, 1.0 * q.lift) + Force::along(q.x, 1.0 * q.wind)
+    }
+    #[force]
+    fn rub(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.mu * q.reaction(Self::floor) * q.slip(Self::stick))
+    }
+    #[event]
+    fn limit(&self, q: &Coordinates<Self>) -> Expr {
+        self.mu * q.reaction(Self::floor) - q.reaction(Self::stick).abs()
+    }
+}
+
+/// Index of `stick` among the switched constraints.
+const STICK: usize = 2;
+const G: f64 = 9.81;
+const FORMULATIONS: [Formulation; 4] =
+    [Formulation::Projected, Formulation::Embedded, Formulation::BaumgarteTied, Formulation::Augmented];
+
+fn incline(slope: f64) -> Incline {
+    Incline { mass: 1.0, g: G, mu: 0.4, slope, wall: 100.0 }
+}
+
+/// A start without lift or wind, clear of the wall.
+macro_rules! free {
+    ($model:expr) => {
+        $model.state().lift(0.0).wind(0.0).release("stop")
+    };
+}
+
+/// What is released at rest slips to where it is pushed, up or down; the same where only the run knows the inputs.
+#[test]
+fn what_is_released_at_rest_is_braked() {
+    for slope in [0.6f64, -0.6] {
+        let (model, braked) = (incline(slope), -G * (slope.sin() - 0.4 * slope.cos() * slope.signum()));
+        for start in [free!(model).release("stick").build(), free!(model).release("stick").assemble()] {
+            let start = start.unwrap();
+            assert_eq!(start.modes.side(STICK), -slope.signum());
+            assert!((model.accelerations(&start).unwrap()[0] - braked).abs() < 1e-12);
+            for formulation in FORMULATIONS {
+                let run = model.simulate(start).until(1.0).tolerance(1e-9).formulation(formulation);
+                let motion = run.contact("floor", 0.0).run().unwrap();
+                assert!((motion.end().x() - 0.5 * braked).abs() < 1e-7, "{formulation}: {}", motion.end().x());
+            }
+        }
+        // What is given is taken, and found to be wrong by the run.
+        let given = free!(model).release_to("stick", slope).build().unwrap();
+        let error = model.simulate(given).until(1.0).run().unwrap_err();
+        assert!(matches!(error.kind, Kind::SlipsBack { constraint: "stick", .. }) && error.time < 1e-3, "{error}");
+    }
+    // The inputs of a law are not known at the start.
+    let (model, inputs) = (incline(0.0), |_: f64, _: &InclineState| [0.0, -5.0]);
+    let start = model.state().release("stop").release("stick").build().unwrap();
+    let error = model.simulate(start).until(1.0).inputs(inputs).run().unwrap_err();
+    assert!(matches!(error.kind, Kind::SlipsBack { side: 1.0, .. }), "{error}");
+    let start = model.state().release("stop").release_to("stick", -1.0).build().unwrap();
+    let motion = model.simulate(start).until(1.0).inputs(inputs).run().unwrap();
+    assert!((motion.end().x() + 0.5 * (5.0 - 0.4 * G)).abs() < 1e-9);
+}
+
+/// On a flat floor, or one that is not steep enough, nothing slips: it would have to stick, and without a rule that is an error at once.
+#[test]
+fn what_would_stick_is_no_motion_without_a_rule() {
+    for slope in [0.0, 0.3] {
+        let model = incline(slope);
+        let start = free!(model).release("stick").build().unwrap();
+        let error = model.simulate(start).until(1.0).run().unwrap_err();
+        assert!(matches!(error.kind, Kind::SlipsBack { .. }) && error.time < 1e-3, "{slope}: {error}");
+        let motion = model.simulate(start).until(1.0).contact("floor", 0.0).stick_slip("stick", "limit").run().unwrap();
+        assert!(motion.end().x().abs() < 1e-12 && motion.end().is_engaged("stick").unwrap());
+    }
+}
+
+/// A block that stops stands, or the motion ends where it stops; with steps of every length.
+#[test]
+fn friction_ends_a_motion_that_it_would_drive_back() {
+    let model = incline(0.0);
+    let start = free!(model).x_rate(2.0).release("stick").build().unwrap();
+    let (stops, at) = (2.0 / (0.4 * G), 2.0 / (0.4 * G));
+    for formulation in FORMULATIONS {
+        for method in [methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
+            let run = model.simulate(start).until(2.0).method(&method).tolerance(1e-9).formulation(formulation);
+            let error = run.run().unwrap_err();
+            let Kind::SlipsBack { constraint, side, slip } = error.kind else { panic!("{error}") };
+            assert!(constraint == "stick" && side == 1.0 && slip < 0.0);
+            // What was computed up to there is right.
+            assert!((error.time - stops).abs() < 1e-7, "{formulation}: {} {stops}", error.time);
+            assert!((error.state.x() - at).abs() < 1e-7, "{formulation}: {}", error.state.x());
+            assert!((error.motion(&model).unwrap().at(0.3).x() - (0.6 - 0.045 * 0.4 * G)).abs() < 1e-7);
+            let text = error.to_string();
+            assert!(
+                text.contains("`.stick_slip(\"stick\", ..)`") && text.contains("`release_to(\"stick\", -1)`"),
+                "{text}"
+            );
+        }
+    }
+    // An event that is declared beside it changes nothing, one that engages it is what was asked for.
+    let watched = model.simulate(start).until(2.0).event("late", |s| s.t - 1.9).run().unwrap_err();
+    assert!(matches!(watched.kind, Kind::SlipsBack { .. }) && (watched.time - stops).abs() < 1e-7);
+    let run = model.simulate(start).until(2.0).event("stops", |s| s.x_rate());
+    let motion = run.on_event_with("stops", Direction::Falling, |change| {
+        change.engage("stick");
+        Flow::Continue
+    });
+    assert!((motion.run().unwrap().end().x() - at).abs() < 1e-7);
+    let ruled = model.simulate(start).until(2.0).stick_slip("stick", "limit").run().unwrap();
+    assert!((ruled.end().x() - at).abs() < 1e-7);
+}
+
+/// A slip that turns round and back again within one step is seen.
+#[test]
+fn a_slip_that_turns_twice_within_a_step_is_seen() {
+    // It is below zero from t = 1 to t = 3, between the ends of the step.
+    let model = incline(0.0);
+    let start = free!(model).x_rate(3.0).release("stick").build().unwrap();
+    let run = model.simulate(start).until(4.0).method(methods::Dop853).fixed_step(4.0);
+    let error = run.inputs(|t, _| [0.0, 0.4 * G + 2.0 * t - 4.0]).run().unwrap_err();
+    assert!(matches!(error.kind, Kind::SlipsBack { .. }) && (error.time - 1.0).abs() < 1e-9, "{error}");
+}
+
+/// Friction turns with a velocity that jumps, with a rule and without; and is as it was at events that leave it alone.
+#[test]
+fn friction_turns_where_the_velocity_jumps() {
+    let model = Incline { wall: 1.0, ..incline(0.0) };
+    let start = model.state().lift(0.0).wind(0.0).x(0.1).x_rate(4.0).release("stick").release("stop").build().unwrap();
+    let braking = 0.4 * G;
+    let hits = (16.0 - 2.0 * braking * 0.9f64).sqrt();
+    let (at, rebound) = ((4.0 - hits) / braking, 0.5 * hits);
+    let end = 0.5 - at;
+    let expected = 1.0 - rebound * end + 0.5 * braking * end * end;
+    for formulation in FORMULATIONS {
+        let run = model.simulate(start).until(0.5).tolerance(1e-9).formulation(formulation).contact("stop", 0.5);
+        let motion = run.contact("floor", 0.0).run().unwrap();
+        assert!((motion.end().x() - expected).abs() < 1e-7, "{formulation}: {} {expected}", motion.end().x());
+        let run = model.simulate(start).until(0.5).tolerance(1e-9).formulation(formulation);
+        let run = run.contact("floor", 0.0).event("half", |s| s.x() - 1.0);
+        let motion = run.on_event("half", Direction::Rising, |s| s.u[0] *= -0.5).run().unwrap();
+        assert!((motion.end().x() - expected).abs() < 1e-7, "{formulation}: {} {expected}", motion.end().x());
+    }
+}
+
+/// A block that turns in flight does not rub there: no error, and when it lands it is braked on the way back.
+#[test]
+fn a_side_that_does_not_count_is_no_error() {
+    let model = incline(0.0);
+    let start = model.state().lift(0.0).wind(-2.0).x(1.0).x_rate(1.0).y_rate(0.5 * G);
+    let start = start.release("stop").release("floor").release("stick").build().unwrap();
+    let motion = model.simulate(start).until(1.2).tolerance(1e-9).contact("floor", 0.0).run().unwrap();
+    let (v, a, t) = (-1.0, 0.4 * G - 2.0, 0.2);
+    assert!((motion.end().x() - (1.0 + v * t + 0.5 * a * t * t)).abs() < 1e-7, "{}", motion.end().x());
+    assert!(motion.at(0.9).x_rate() < 0.0 && motion.at(0.9).modes.side(STICK) == 1.0);
+    assert_eq!(motion.end().modes.side(STICK), -1.0);
+    let frictionless = Incline { mu: 0.0, ..incline(0.3) };
+    let start = free!(frictionless).x_rate(1.0).release("stick").build().unwrap();
+    let motion = frictionless.simulate(start).until(2.0).run().unwrap();
+    assert!((motion.end().x() - (2.0 - 2.0 * G * 0.3f64.sin())).abs() < 1e-9);
+}
+
+/// A block that sticks without side load is lifted off: at that instant neither side rubs.
+#[test]
+fn what_sticks_without_load_is_lifted_off() {
+    let model = incline(0.0);
+    let start = free!(model).build().unwrap();
+    let lifts = G / 5.0;
+    let expected =
+        5.0 / 6.0 * (64.0 - lifts.powi(3)) - 2.5 * lifts * lifts * (4.0 - lifts) - 0.5 * G * (4.0 - lifts).powi(2);
+    for formulation in FORMULATIONS {
+        let run = || model.simulate(start).until(4.0).tolerance(1e-9).formulation(formulation);
+        let run = || run().inputs(|t, _| [5.0 * t, 0.0]);
+        let orders = [
+            run().contact("floor", 0.0).stick_slip("stick", "limit"),
+            run().stick_slip("stick", "limit").contact("floor", 0.0),
+        ];
+        for (k, run) in orders.into_iter().enumerate() {
+            let motion = run.run().unwrap_or_else(|error| panic!("{formulation} {k}: {error}"));
+            let end = motion.end();
+            assert!((end.y() - expected).abs() < 1e-6, "{formulation} {k}: {} {expected}", end.y());
+            assert!(end.x() == 0.0 && !end.is_engaged("floor").unwrap());
+            let lift = motion.events().iter().find(|event| event.name == "floor contact").unwrap();
+            assert!((lift.time() - lifts).abs() < 1e-8, "{formulation} {k}: {}", lift.time());
+        }
+    }
+}
