@@ -441,7 +441,7 @@ fn a_pulse_is_not_stepped_over_and_sets_nothing_sliding() {
     }
 }
 
-/// A pendulum in Cartesian coordinates with a soft stop.
+/// A pendulum in Cartesian coordinates with a soft stop: in every formulation, and with gains that are tied to steps which end anywhere.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y)]
 struct Stopped {
@@ -468,11 +468,13 @@ impl Stopped {
 }
 
 #[test]
-fn a_pendulum_meets_a_soft_stop_in_three_formulations() {
+fn a_pendulum_meets_a_soft_stop_in_every_formulation() {
     let model = Stopped { m: 1.0, l: 1.0, g: 9.81, k: 500.0 };
     let start = model.state().x(-0.6).y(-0.8).build().unwrap();
     for tolerance in [1e-6, 1e-9] {
-        for formulation in [Formulation::Projected, Formulation::Embedded, Formulation::Augmented] {
+        for formulation in
+            [Formulation::Projected, Formulation::Embedded, Formulation::Augmented, Formulation::BaumgarteTied]
+        {
             let run = model.simulate(start).until(5.0).tolerance(tolerance).method(methods::Dop853);
             let motion = run.formulation(formulation).run().unwrap_or_else(|e| panic!("{formulation}: {e}"));
             let summary = motion.summary();

@@ -123,6 +123,15 @@ pub trait System<V: Vector> {
     fn attempting(&mut self, _start: &mut Knot<V>, _h: f64) -> Result<(), Self::Error> {
         Ok(())
     }
+    /// Whether something holds it: constraints.
+    #[inline(always)]
+    fn is_held(&self) -> bool {
+        false
+    }
+    /// Whether what holds it nearly loses a direction at one of the ends of a step, or between them.
+    fn is_weak(&mut self, _start: &Knot<V>, _end: &Knot<V>) -> bool {
+        false
+    }
     /// Whether the ends of steps are settled.
     #[inline(always)]
     fn settles(&self) -> bool {
@@ -374,6 +383,10 @@ pub trait Scheme<V: Vector> {
     fn stages(&self) -> &[Phase<V>];
     /// The vector whose norm `attempt` returned, unscaled, to name the coordinate that forces small steps.
     fn error_vector(&self) -> Phase<V>;
+    /// What the stages of the step just tried disagree by, unscaled: the error, where it is estimated.
+    fn disagreement(&self) -> Phase<V> {
+        self.error_vector()
+    }
     /// Whether the equations of the last attempt are solved: always, for methods without any. Where they are not, the attempt's results mean nothing.
     #[inline(always)]
     fn converged(&self) -> bool {

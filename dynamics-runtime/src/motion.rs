@@ -19,6 +19,7 @@ mod functions;
 mod guard;
 mod kinks;
 mod leave;
+mod pace;
 mod plant;
 mod positions;
 mod progress;
@@ -46,6 +47,7 @@ pub use error::{Jumping, MotionError, OptionError, SimulationError, SimulationEr
 pub use estimate::{GlobalError, Largest, Shift};
 pub use formulation::Formulation;
 pub use guard::Contact;
+pub use pace::Turned;
 pub(crate) use plant::{InputLaw, with_inputs};
 pub use query::{Motion, Sampler};
 pub use record::{Counts, EventRecord};

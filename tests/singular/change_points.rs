@@ -10,14 +10,14 @@ use dynamics::prelude::*;
 #[coordinates(crank: rad, coupler: rad, rocker: rad)]
 #[units(inertia: kg * m^2, a: m, b: m, c: m, d: m, weight: N)]
 #[model(sin_cos = accurate)]
-struct FourBar {
-    inertia: [f64; 3],
-    a: f64,
-    b: f64,
-    c: f64,
-    d: f64,
+pub(super) struct FourBar {
+    pub(super) inertia: [f64; 3],
+    pub(super) a: f64,
+    pub(super) b: f64,
+    pub(super) c: f64,
+    pub(super) d: f64,
     /// Of each of the two pins.
-    weight: f64,
+    pub(super) weight: f64,
 }
 
 #[dynamics]
@@ -47,20 +47,20 @@ impl FourBar {
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad)]
 #[units(inertia: kg * m^2, a: m, b: m, c: m, d: m, weight: N, side: 1)]
-struct Neutral {
-    inertia: [f64; 3],
-    a: f64,
-    b: f64,
-    c: f64,
-    d: f64,
-    weight: f64,
+pub(super) struct Neutral {
+    pub(super) inertia: [f64; 3],
+    pub(super) a: f64,
+    pub(super) b: f64,
+    pub(super) c: f64,
+    pub(super) d: f64,
+    pub(super) weight: f64,
     /// Which root, ±1.
-    side: f64,
+    pub(super) side: f64,
 }
 
 #[dynamics]
 impl Neutral {
-    fn rocker(&self, q: &Coordinates<Self>) -> Expr {
+    pub(super) fn rocker(&self, q: &Coordinates<Self>) -> Expr {
         let (a, b, c, d) = (self.a, self.b, self.c, self.d);
         let p = (a + c + d) * (a + c + d) - b * b;
         let r = (a + c - d) * (a + c - d) - b * b;
@@ -70,7 +70,7 @@ impl Neutral {
         let root = ((8.0 * a * c * cosine).powi(2) - 4.0 * p * leading).sqrt();
         2.0 * (sine * (8.0 * a * c * cosine + self.side * root) / (2.0 * leading)).atan()
     }
-    fn coupler(&self, q: &Coordinates<Self>) -> Expr {
+    pub(super) fn coupler(&self, q: &Coordinates<Self>) -> Expr {
         let (crank, rocker) = (q.crank, self.rocker(q));
         let x = self.d + self.c * rocker.cos() - self.a * crank.cos();
         (self.c * rocker.sin() - self.a * crank.sin()).atan2(x)
@@ -217,7 +217,7 @@ fn run<M: Simulate + Clone>(model: &M, start: M::State, way: Way, judge: impl Fn
 }
 
 /// Distance of angles modulo 2π.
-fn turned(a: f64, b: f64) -> f64 {
+pub(super) fn turned(a: f64, b: f64) -> f64 {
     (a - b).sin().atan2((a - b).cos()).abs()
 }
 
@@ -382,24 +382,19 @@ fn rounding_does_not_choose_a_branch() {
     let run = model.simulate(start).until(-6.0).method(methods::Dop853).formulation(Formulation::BaumgarteTied);
     let error = run.tolerance(5.072351305779869e-8).run().unwrap_err();
     let Kind::BranchUndetermined { rows, coordinates, condition } = error.kind else { panic!("{error}") };
-    assert!(rows.contains("closure.x") && coordinates.contains("rocker") && condition > 1e5, "{condition:e}");
+    assert!(rows.contains("closure.x") && coordinates.contains("rocker") && condition > 1e3, "{condition:e}");
     assert!((error.time + 3.3655).abs() < 1e-3, "{}", error.time);
 }
 
-/// A stage beside the change point throws the end of its step anywhere: this run went on at three hundred times its energy, 96 rad off.
+/// A stage beside the change point throws the end of its step anywhere: this run went on at three hundred times its energy, 96 rad off. Made in parts, the
+/// step is as good as shorter ones.
 #[test]
 fn fixed_steps_are_not_thrown_from_change_points() {
     let model = FourBar { inertia: [1.0; 3], a: 0.5, b: 0.8, c: 0.5, d: 0.8, weight: 0.0 };
     let start = model.state().crank(1.0).coupler_guess(-1.2).rocker_guess(-2.0).crank_rate(2.0).assemble().unwrap();
-    let run = model.simulate(start).until(6.0).method(methods::Rk4).fixed_step(0.03).run();
-    let error = run.unwrap_err();
-    let message = error.to_string();
-    let Kind::SingularPosition { rows, cause, .. } = error.kind else { panic!("{message}") };
-    assert!(rows.contains("closure.x") && matches!(*cause, Kind::StepDisplaced { .. }), "{message}");
-    assert!((error.state.crank() - core::f64::consts::TAU).abs() < 0.02, "{message}");
-    // Of steps as long as these the others are right, and shorter ones pass.
     let end = |h| model.simulate(start).until(6.0).method(methods::Rk4).fixed_step(h).run().unwrap().end().crank();
-    assert!((end(0.04) - end(0.02)).abs() < 1e-4 && (end(0.02) - end(0.01)).abs() < 1e-5);
+    let off = [0.04, 0.03, 0.02, 0.01].map(|h| (end(h) - end(0.005)).abs());
+    assert!(off[0] < 1e-4 && off[1] < 1e-5 && off[2] < 2e-6 && off[3] < 1e-7, "{off:?}");
 }
 
 /// A stage in the change point itself, under weights, takes the accelerations of the branch: those of least norm were off by a tenth of their size.

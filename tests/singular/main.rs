@@ -6,6 +6,7 @@ use dynamics::prelude::*;
 
 mod between_steps;
 mod change_points;
+mod fixed_steps;
 mod hit_to_rounding;
 mod lock_ups;
 mod passing;

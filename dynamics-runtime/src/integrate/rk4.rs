@@ -8,8 +8,9 @@
 //! * **Cost**: 4 evaluations of q̈ per step.
 //! * **Source**: Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Nørsett, Wanner, *Solving ODE I*, §II.1.
 
-use super::tableau::{Row, advance, stiffness};
+use super::tableau::{Row, advance, stiffness, sum, zip};
 use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, System, Tolerances};
+use crate::math;
 use crate::model::Vector;
 
 const A2: Row<1> = [(0, 0.5)];
@@ -22,6 +23,7 @@ const B: Row<4> = [(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0
 pub struct Rk4<V> {
     k: [Phase<V>; 4],
     last: Phase<V>,
+    h: f64,
 }
 
 impl<V: Vector> Scheme<V> for Rk4<V> {
@@ -35,7 +37,7 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
     type Dense = Hermite<V>;
 
     fn new() -> Self {
-        Self { k: [Phase::zeros(); 4], last: Phase::zeros() }
+        Self { k: [Phase::zeros(); 4], last: Phase::zeros(), h: 0.0 }
     }
 
     #[inline(always)]
@@ -47,6 +49,7 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
         _: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
         let Knot { t, y, .. } = start;
+        self.h = h;
         let k = &mut self.k;
         let mut evaluate = |c: f64, y: &Phase<V>| system.derivative(t + c * h, y);
         k[0] = start.derivative();
@@ -78,6 +81,13 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
 
     fn error_vector(&self) -> Phase<V> {
         Phase::zeros()
+    }
+
+    /// The two stages in the middle from each other, and from those at the ends: of second order.
+    fn disagreement(&self) -> Phase<V> {
+        let middle = sum(&[(1, -1.0), (2, 1.0)], &self.k);
+        let ends = sum(&[(0, 1.0), (1, -1.0), (2, -1.0), (3, 1.0)], &self.k);
+        zip(&middle, &ends, |middle, ends| self.h / 6.0 * math::max(middle.abs(), ends.abs()))
     }
 
     fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {

@@ -2,10 +2,12 @@
 
 use super::first_step::first_step;
 use super::landing::Landing;
-use super::tableau::zip;
-use super::{Controller, Dense, Hold, Knot, Method, Phase, Scheme, Settled, System, Tolerances};
-use crate::math;
+use super::{Controller, Dense, Hold, Knot, Phase, Scheme, Settled, System, Tolerances};
 use crate::model::Vector;
+
+mod passing;
+
+use passing::{Passing, UNCERTAIN, Verdict};
 
 /// How steps are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,9 +98,6 @@ const DETOUR: f64 = 0.8;
 const AMPLIFIED: f64 = 2.0;
 /// See [`AMPLIFIED`].
 const FAR: f64 = 1.0;
-/// The part of the way of a fixed step, in positions or in velocities, by which settling may move its end. No tolerance judges it, and a stage that lies
-/// beside a singular position throws it anywhere.
-const MOST_PART: f64 = 0.02;
 /// An error this large is no matter of a step that is a little too long.
 const SURPRISE: f64 = 30.0;
 /// See [`Stepper::fruitless`].
@@ -141,6 +140,7 @@ pub struct Stepper<V, S> {
     /// For so many attempts stages are not settled because of a large error: it did not help.
     fruitless: u32,
     landing: Landing,
+    passing: Passing,
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
@@ -179,6 +179,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             slides_at: None,
             fruitless: 0,
             landing: Landing::default(),
+            passing: Passing::default(),
         };
         stepper.h = match (options.fixed, options.first) {
             (Some(h), _) | (None, Some(h)) => h.abs(),
@@ -247,10 +248,11 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let start = self.now;
         let (mut detours, mut failures, mut landing) = (0, 0, None);
         self.landing.begin();
+        self.passing.begin();
         loop {
             let (mut end_t, mut h) = landing.take().unwrap_or_else(|| self.next_time(limit));
             if detours > 0 {
-                end_t = start.t + h * math::powi(DETOUR, detours as i32);
+                end_t = self.end_of_detour((h, detours), limit);
                 h = end_t - start.t;
             }
             if end_t == start.t {
@@ -267,6 +269,15 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                         continue;
                     }
                     Err(error) => trial = Err(Failure::Evaluation(error)),
+                }
+            }
+            match self.passes(system, (detours, h), &trial) {
+                Verdict::Good => {}
+                Verdict::Best => trial = self.left_where_it_is(trial, h),
+                Verdict::Again(shortened) => {
+                    detours = shortened;
+                    self.rejected += 1;
+                    continue;
                 }
             }
             let failure = match trial {
@@ -475,6 +486,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 error *= if error > 1.0 { share } else { share.max(1.0) };
             }
             let tolerances = &self.options.tolerances;
+            let mut apart = self.apart(system, error, &y);
             let acceptable = error <= 1.0 || self.is_fixed();
             let unsettled = y;
             let moved =
@@ -497,6 +509,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             let a = match moved {
                 Some(moved) => {
                     error = error.max(moved.violation / MOST_MOVE);
+                    apart = if moved.noise > UNCERTAIN { apart.max(moved.noise) } else { apart };
                     system.accelerations(end_t, &y.q, &y.u)
                 }
                 None => self.scheme.finish(system, end_t, &y),
@@ -506,22 +519,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 Some(coordinate) => Err(Failure::NotFinite(coordinate)),
                 None => {
                     kept.branches = branches;
-                    Ok(Trial { start: begin, end: Knot { t: end_t, y, a }, error, end_is_awkward, kept })
+                    Ok(Trial { start: begin, end: Knot { t: end_t, y, a }, error, apart, end_is_awkward, kept })
                 }
             };
         }
-    }
-
-    /// The coordinate that settling moved most, if that was by more than [`MOST_PART`] of a step from here.
-    #[cold]
-    fn displaced(&self, from: &Phase<V>, to: &Phase<V>, h: f64) -> Option<usize> {
-        let size = |v: &V| v.as_slice().iter().fold(0.0f64, |most, x| math::max(most, x.abs()));
-        let moved = zip(to, from, |to, from| to - from);
-        let speed = 0.5 * (size(&self.now.y.u) + size(&to.u));
-        let far = |moved: &V, way: f64| size(moved) > MOST_PART * way;
-        let by = if far(&moved.q, speed * h.abs()) { moved.q } else { moved.u };
-        let most = || (0..V::LEN).max_by(|&i, &j| by[i].abs().total_cmp(&by[j].abs())).unwrap_or(0);
-        (far(&moved.q, speed * h.abs()) || far(&moved.u, speed)).then(most)
     }
 
     /// Before the first attempt of a step: holds branches, and lets the method, or what changed with them, say how long the step is.
@@ -554,11 +555,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 
     /// Settles stages, if the method has stages that are states of the solution.
     fn hold<Y: System<V>>(system: &mut Y, tolerances: &Tolerances) -> bool {
-        let explicit = matches!(
-            S::METHOD,
-            Method::Rk4 | Method::DormandPrince5 | Method::Tsit5 | Method::Dop853 | Method::Verner9
-        );
-        explicit && system.hold_stages(true, tolerances)
+        Self::is_explicit() && system.hold_stages(true, tolerances)
     }
 
     /// What settling the end of a step removes is no error of it, what it adds is: the share of the error that lasts. Near a singular position,
@@ -598,9 +595,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     #[inline(always)]
     fn commit(&mut self, trial: &Trial<V>, h: f64) -> Step<V> {
         let Trial { start, end, kept, .. } = *trial;
+        self.note_passed(end.t, h);
         self.now = end;
         self.accepted += 1;
-        self.origin.1 += 1;
         if self.suspicion.0 > 0 || self.accepted.is_multiple_of(STIFFNESS_INTERVAL) {
             self.suspect(h, &end);
         }
@@ -661,6 +658,8 @@ struct Trial<V> {
     end: Knot<V>,
     /// Its error, 1: as much as the tolerance permits.
     error: f64,
+    /// What its stages disagree by, in the same measure.
+    apart: f64,
     /// Rounding errors decide at its end: it is near a singular position of what holds it.
     end_is_awkward: bool,
     kept: Kept,

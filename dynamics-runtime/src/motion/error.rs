@@ -59,8 +59,8 @@ pub enum SimulationErrorKind {
         /// The coordinate that is corrected most.
         coordinate: &'static str,
     },
-    /// The constraints would have moved the end of a fixed step by more than a fiftieth of the way that the step had come: they would decide the
-    /// motion.
+    /// The constraints would have moved the end of a fixed step by more than a fiftieth of the way that the step had come, or its stages beside a singular position disagreed
+    /// by as much, in whatever parts it was made: they would decide the motion.
     StepDisplaced {
         /// The coordinate that would have been moved most.
         coordinate: &'static str,

@@ -27,15 +27,17 @@ pub enum Formulation {
     /// Baumgarte with gains tied to the step h: α = 3/(4h), β = 1/h, taken at the start of each step and held during it. Then the step maps
     /// (Φ, hΦ̇) by [[½, ¼], [−1, −½]], which is nilpotent: errors are gone after two steps of one size, whatever that is, and as nothing is fed back within the
     /// step, neither its stability nor its order suffer. (Fed back at every stage, gains of 1/h bring the order of any Runge–Kutta method down to
-    /// that of its stages.) What is left is the drift of the last two steps. A step that is much shorter than the one before, as it
-    /// ends at an event or where accelerations are not smooth, takes back in no time what has drifted in that: such motions may end with the error of a drift.
+    /// that of its stages.) What is left is the drift of the last two steps. Where steps become much
+    /// shorter, as they end at an event or where accelerations are not smooth, gains follow them no faster than time goes on: velocities that take back in no time
+    /// what has drifted would be the larger error.
     BaumgarteTied,
     /// After every accepted step positions are projected onto Φ = 0 along M⁻¹Φ_qᵀ and velocities onto Φ̇ = 0 (Gauss's least constraint), to
     /// rounding level. Costs one correction or two per step, and needs no gains. Source: Lubich, BIT 31 (1991) 545; Eich, SIAM J. Numer. Anal. 30 (1993) 1467.
     Projected,
     /// Minimal coordinates: independent coordinates are chosen by the pivots of Φ_q, the others are solved from them at every evaluation and after
     /// every step, and the choice is made anew where its conditioning degrades. Errors of the independent coordinates count as the dependent ones
-    /// amplify them, so that a motion is as accurate as one that is projected; near change points, where every choice is bad, ten times less so. Source: Wehage, Haug, J. Mech. Des. 104 (1982) 247.
+    /// amplify them, so that a motion is as accurate as one that is projected; near change points, where every choice is bad, ten times less so, and with
+    /// fixed steps, whose stages are then put there by blocks in part and in part by projections, a hundred to ten thousand times. Source: Wehage, Haug, J. Mech. Des. 104 (1982) 247.
     Embedded,
 }
 

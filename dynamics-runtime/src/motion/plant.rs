@@ -24,6 +24,8 @@ pub(crate) enum EvaluationError {
 const FAR: f64 = 1.0;
 /// How much larger than what is violated such a move may be: constraints that are so near to losing rank decide nothing any more.
 const WEAK: f64 = 1e6;
+/// Conditioning of constraints from which on a singular position is near.
+const NEARLY_SINGULAR: f64 = 5.0;
 
 /// An interpolant that violates constraints by more permitted errors than this, in one of these parts of its step, has stages that are off.
 const STRAYED: f64 = 10.0;
@@ -252,6 +254,18 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
             start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
         }
         Ok(())
+    }
+
+    #[inline(always)]
+    fn is_held(&self) -> bool {
+        !M::ROWS.is_empty()
+    }
+
+    #[cold]
+    fn is_weak(&mut self, start: &Knot<M::Vector>, end: &Knot<M::Vector>) -> bool {
+        let between = zip(&start.y, &end.y, |a, b| 0.5 * (a + b));
+        let places = [(start.t, &start.y), (0.5 * (start.t + end.t), &between), (end.t, &end.y)];
+        places.iter().any(|(t, y)| weakness(self.model, &self.state(*t, &y.q, &y.u)).condition >= NEARLY_SINGULAR)
     }
 
     #[inline(always)]

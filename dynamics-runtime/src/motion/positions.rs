@@ -38,6 +38,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             h: step(i),
             kept: Kept::default(),
             usual: None,
+            pace: 0.0,
         };
         let reason = "because the constraints leave no freedom".to_string();
         let (start, end) = (times[0], times[times.len() - 1]);

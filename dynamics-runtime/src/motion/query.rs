@@ -258,7 +258,9 @@ impl<'m, M: Simulate> Motion<'m, M> {
 
     /// The plant as it was during the step that leaves a record.
     pub(super) fn plant(&self, index: usize) -> Plant<'_, 'm, M> {
-        let Record { state, usual, .. } = &self.trajectory.records[index];
+        let Record { state, usual, pace, .. } = &self.trajectory.records[index];
+        let mut upkeep = self.upkeep(*usual);
+        upkeep.replay(*pace);
         Plant {
             model: self.model,
             constants: &self.constants,
@@ -268,7 +270,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             evaluations: 0,
             branches: Branches::FREE,
             known: Branches::FREE,
-            upkeep: self.upkeep(*usual),
+            upkeep,
         }
     }
 

@@ -24,6 +24,8 @@ pub(crate) struct Record<M: Model> {
     pub(crate) kept: Kept,
     /// How much projections amplified residuals before it, in the mean: what was settled in it, and is when it is made again, follows from that.
     pub(crate) usual: Option<f64>,
+    /// The time in which gains that are tied to it took back what had drifted; 0 with other formulations.
+    pub(crate) pace: f64,
 }
 
 // By hand, because a derive would ask the same of the model.
@@ -39,19 +41,19 @@ impl<M: Model> Record<M> {
     pub(crate) fn new(knot: &Knot<M::Vector>, held: M::Inputs, modes: Modes) -> Self {
         let mut state = M::State::new(knot.t, knot.y.q, knot.y.u, held);
         *state.modes_mut() = modes;
-        Self { state, accelerations: knot.a, h: 0.0, kept: Kept::default(), usual: None }
+        Self { state, accelerations: knot.a, h: 0.0, kept: Kept::default(), usual: None, pace: 0.0 }
     }
 
     /// Where a step starts.
-    pub(crate) fn of(step: &Step<M::Vector>, held: M::Inputs, modes: Modes, usual: Option<f64>) -> Self {
-        Self { h: step.h, kept: step.kept, usual, ..Self::new(&step.start, held, modes) }
+    pub(crate) fn of(step: &Step<M::Vector>, held: M::Inputs, modes: Modes, (usual, pace): (Option<f64>, f64)) -> Self {
+        Self { h: step.h, kept: step.kept, usual, pace, ..Self::new(&step.start, held, modes) }
     }
 
     /// A start where nothing could be evaluated.
     pub(crate) fn unmoved(start: M::State) -> Self {
         let mut unknown = M::Vector::zeros();
         unknown.as_mut_slice().fill(f64::NAN);
-        Self { state: start, accelerations: unknown, h: 0.0, kept: Kept::default(), usual: None }
+        Self { state: start, accelerations: unknown, h: 0.0, kept: Kept::default(), usual: None, pace: 0.0 }
     }
 
     pub(crate) fn knot(&self) -> Knot<M::Vector> {

@@ -240,7 +240,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     /// Gives a finished step to the sink.
     fn hand_over(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<Flow, Kind> {
         let Plan { plant, options: StepOptions { tolerances, .. }, .. } = &mut *self.plan;
-        let from = Record::of(step, plant.held, plant.modes, plant.upkeep.usual);
+        let from = Record::of(step, plant.held, plant.modes, (plant.upkeep.usual, plant.upkeep.pace()));
         let to = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
         let (mut dense, mut step) = (None, *step);
         let flow = sink.step(from, &to, &mut |theta| {

@@ -22,43 +22,41 @@ use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 
 /// Part of the velocity, or of the step back to the constraints, that may be decided by drift.
-const DECIDED: f64 = 0.02;
+pub(super) const DECIDED: f64 = 0.02;
 /// Displacement by which second derivatives are measured, against the size of the coordinates.
 const PROBE: f64 = 1e-4;
 
 /// Up to here the size of a coordinate counts: angles count revolutions.
 const TURNS: f64 = 10.0;
 
-/// Whether drift decides where a motion goes from a state: it is nearer to a singular position than its drift permits.
-pub(super) fn drift_decides<M: Constraints>(
+/// The part of the motion that drift decides at a state: from [`DECIDED`] on it is nearer to a singular position than its drift permits.
+pub(super) fn part_of_drift<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,
     workspace: &mut [f64],
-) -> Result<bool, SolveError> {
+) -> Result<f64, SolveError> {
     let mut probe = Probe::new(model, constants, state, workspace);
     let residual = probe.drift();
     let delta = probe.back(&residual, -1.0)?;
     let (length, speed) = (probe.length(&delta), probe.length(state.u()));
     if length == 0.0 {
-        return Ok(false);
+        return Ok(0.0);
     }
     // Φ_qq δ² by a displacement along δ; Φ_qq δ q̇ by two along the sum and the difference of both at the same length.
     let scale = PROBE * probe.size() / length;
     let straight = scaled(&delta, scale);
     let curved = combined(&probe.second(&straight), 1.0, &model.residual(state), -2.0);
     let newton = probe.back(&curved, 0.5 / (scale * scale))?;
-    if probe.length(&newton) > DECIDED * length {
-        return Ok(true);
-    }
-    if speed == 0.0 {
-        return Ok(false);
+    let contracts = probe.length(&newton) / length;
+    if contracts > DECIDED || speed == 0.0 {
+        return Ok(contracts);
     }
     let pace = scale * length / speed;
     let [plus, minus] = [1.0, -1.0].map(|sign| probe.second(&combined(&straight, 1.0, state.u(), sign * pace)));
     let mixed = combined(&plus, 1.0, &minus, -1.0);
     let turning = probe.back(&mixed, 0.25 / (scale * pace))?;
-    Ok(probe.length(&turning) > DECIDED * speed)
+    Ok(math::max(contracts, probe.length(&turning) / speed))
 }
 
 /// Conditioning from which on constraints are taken for singular, whatever it was elsewhere.

@@ -11,6 +11,7 @@ use super::doubts::Doubts;
 use super::drift::ConstraintDrift;
 use super::estimate::GlobalError;
 use super::formulation::Formulation;
+use super::pace::Turned;
 use super::query::Motion;
 use super::record::EventRecord;
 use super::simulate::Simulate;
@@ -258,6 +259,14 @@ impl Summary {
                 Rounded(t)
             )?;
         }
+        if let Some(Turned { part, time }) = self.upkept.turned.filter(|turned| turned.part > TURNED) {
+            write!(
+                f,
+                "\n  warning      drift of the constraints turned the motion by up to {:.1} % at t = {}; use Formulation::Projected",
+                100.0 * part,
+                Rounded(time)
+            )?;
+        }
         self.doubts.write(f, self.error.is_some())?;
         Ok(())
     }
@@ -311,7 +320,13 @@ impl Summary {
         line(released, "evaluation", &by_general)?;
         line(fallen, "evaluation", " by the general solver, where a pivot of the generated code vanished")?;
         line(repartitions, "change", " of the independent coordinates")?;
-        line(block_failures, "projection", " where no independent coordinate can lead")?;
+        let lead = match self.doubts.fixed {
+            true => {
+                " where no independent coordinate can lead; with a fixed step `Formulation::Projected` is more accurate there"
+            }
+            false => " where no independent coordinate can lead",
+        };
+        line(block_failures, "projection", lead)?;
         line(dependent, "evaluation", " with dependent constraints, where reactions are not unique")?;
         if let Some(t) = dependent_at {
             write!(f, ", first at t = {}", Rounded(t))?;
@@ -352,6 +367,8 @@ impl Summary {
     }
 }
 
+/// Drift that turns the velocity by more than this part of it is warned of.
+const TURNED: f64 = 3e-4;
 /// Moves back onto the constraints by more permitted errors than this are told of.
 const MUCH: f64 = 10.0;
 

@@ -7,6 +7,7 @@ use super::conditioning::Conditioning;
 use super::error::SimulationErrorKind;
 use super::formulation::Formulation;
 use super::guard::Contact;
+use super::pace::{Pace, Turned};
 use crate::constrain::assemble::CONSISTENT;
 use crate::constrain::held::{active_rows, holds};
 use crate::constrain::memory::max_abs;
@@ -41,6 +42,8 @@ pub struct Upkept {
     pub fastest_rest: f64,
     /// Worst conditioning of the constraints: met by the general solver, or of the block of dependent coordinates.
     pub conditioning: Option<Conditioning>,
+    /// Where drift turned the motion most: where constraints drift, at accepted steps.
+    pub turned: Option<Turned>,
 }
 
 impl Upkept {
@@ -83,6 +86,7 @@ pub(crate) struct Upkeep<M: Constraints> {
     gains: (f64, f64),
     /// What the step being made adds to the accelerations, where gains follow the step.
     push: M::Vector,
+    pace: Pace,
     drift_limit: f64,
     embedding: Option<Embedding<M>>,
     /// The contacts of the run, which take part in every impact where they touch.
@@ -123,6 +127,7 @@ impl<M: Constraints> Upkeep<M> {
             upkept: Upkept::default(),
             gains,
             push: M::Vector::zeros(),
+            pace: Pace::default(),
             drift_limit,
             embedding: None,
             contacts: Vec::new(),
@@ -235,11 +240,22 @@ impl<M: Constraints> Upkeep<M> {
     /// What a step from a state adds to the accelerations all along, to take back what has drifted up to there.
     fn push_back(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
         let (position, mut right) = (model.residual(state), model.velocity_residual(state));
+        let h = self.pace.of_step(state.t(), h.abs()).copysign(h);
         for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
             *right = if row < M::Residual::LEN { -(1.5 * *right + position[row] / h) / h } else { -*right / h };
         }
         self.push = constrain::correct(model, &self.constants, state, &right, &mut self.workspace)?;
         Ok(())
+    }
+
+    /// The time in which tied gains take back what has drifted, in the step tried last.
+    pub(crate) fn pace(&self) -> f64 {
+        self.pace.now
+    }
+
+    /// Has the steps that follow made again at the pace at which they were.
+    pub(crate) fn replay(&mut self, pace: f64) {
+        self.pace.recorded = pace;
     }
 
     /// Whether states are put back onto the constraints after a step.
@@ -526,7 +542,11 @@ impl<M: Constraints> Upkeep<M> {
 
     /// Whether what the constraints have drifted decides where the motion goes on: see [`super::singular`].
     pub(crate) fn drift_decides(&mut self, model: &M, state: &M::State) -> Result<bool, SolveError> {
-        super::singular::drift_decides(model, &self.constants, state, &mut self.workspace)
+        let part = super::singular::part_of_drift(model, &self.constants, state, &mut self.workspace)?;
+        if self.upkept.turned.is_none_or(|turned| part > turned.part) {
+            self.upkept.turned = Some(Turned { part, time: state.t() });
+        }
+        Ok(part > super::singular::DECIDED)
     }
 
     /// Accelerations at a start where constraints depend on each other: see [`super::singular`].

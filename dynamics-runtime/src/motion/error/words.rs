@@ -27,8 +27,8 @@ impl fmt::Display for SimulationErrorKind {
             ),
             Self::StepDisplaced { coordinate } => write!(
                 f,
-                "putting the end of this step back onto the constraints would move it, `{coordinate}` most, by a large part of the way that it had \
-                 come; make the fixed step shorter, or give a tolerance instead"
+                "putting the end of this step back onto the constraints, or what its stages disagree by, would move it, `{coordinate}` most, by a large \
+                 part of the way that it had come; make the fixed step shorter, or give a tolerance instead"
             ),
             Self::TooManySteps { limit, slides_at: Some(t), .. } => write!(
                 f,
