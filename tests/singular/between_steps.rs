@@ -7,7 +7,6 @@ use super::*;
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(a: rad, b: rad, c: rad)]
 #[units(short: m, long: m, inertia: kg * m^2)]
-#[model(sin_cos = accurate)]
 struct Crossed {
     short: f64,
     long: f64,
