@@ -13,6 +13,9 @@ mod kepler;
 mod loops;
 #[path = "evaluation/models.rs"]
 mod models;
+#[path = "evaluation/real.rs"]
+#[allow(dead_code, reason = "what is timed beside runs on it")]
+mod real;
 #[path = "evaluation/states.rs"]
 mod states;
 
