@@ -18,6 +18,8 @@ use crate::model::{ModelState, Vector};
 const MUCH: f64 = 1e3;
 /// Foreseen ones, that is: the error of a step is a third of what is permitted at most, and often a hundredth.
 const MUCH_FORESEEN: f64 = 3e3;
+/// More than so many mean that the neighbour got lost, as beside a singularity of the coordinates, and are no measure.
+const FORESEEN: f64 = 1e8;
 /// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
 const UNITS: f64 = 10.0;
 /// Errors that grow by this factor more than by adding up grow by the motion.
@@ -225,11 +227,15 @@ impl Doubts {
         }
         let too_much = |times: &f64| *times > MUCH_FORESEEN || self.overwhelmed;
         if let Some(times) = self.amplified.filter(|times| too_much(times) && !estimated) {
-            write!(
-                f,
-                "{WARNING}errors of steps add up and grow, up to {} times the tolerance; `.estimate_error()` measures it",
-                Times(times)
-            )?;
+            let measure = "`.estimate_error()` measures it";
+            match times {
+                ..FORESEEN => write!(
+                    f,
+                    "{WARNING}errors of steps add up and grow, up to {} times the tolerance; {measure}",
+                    Times(times)
+                )?,
+                _ => write!(f, "{WARNING}errors of steps add up and grow, further than can be foreseen; {measure}")?,
+            }
         }
         Ok(())
     }
