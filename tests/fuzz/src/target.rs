@@ -10,7 +10,7 @@ use crate::expand;
 /// What is wrong with the output. A panic is for the caller to catch, a hang for a watchdog.
 pub fn check(declaration: &TokenStream, implementation: &TokenStream) -> Result<Outcome, String> {
     let derived = twice("derive", || expand::derive(declaration.clone()))?;
-    twice("attribute", || expand::attribute(TokenStream::new(), implementation.clone()))?;
+    twice("attribute", || expand::attribute(TokenStream::new(), implementation.clone(), [0; 2]))?;
     let both: TokenStream = [declaration, implementation]
         .map(|s| TokenTree::from(Group::new(Delimiter::Brace, s.clone())))
         .into_iter()
@@ -50,7 +50,7 @@ fn twice(entry: &str, expand: impl Fn() -> TokenStream) -> Result<bool, String> 
 /// # Errors
 /// As [`check`].
 pub fn check_raw(tokens: &TokenStream) -> Result<Outcome, String> {
-    twice("attribute arguments", || expand::attribute(tokens.clone(), TokenStream::new()))?;
+    twice("attribute arguments", || expand::attribute(tokens.clone(), TokenStream::new(), [0; 2]))?;
     // Behind a struct with errors an impl block is handed back as it is, whatever it is: only that it ends can be asked for.
     expand::model(tokens.clone());
     check(tokens, tokens)
