@@ -7,7 +7,7 @@ use common::*;
 use dynamics_runtime::integrate::{Direction, Dop853, Phase, StepOptions, Stepper, Tolerances};
 use dynamics_runtime::methods;
 use dynamics_runtime::model::Constraints;
-use dynamics_runtime::motion::{Flow, Formulation, Motion, Simulate};
+use dynamics_runtime::motion::{Flow, Formulation, Motion, Simulate, SimulationErrorKind};
 
 const ROD: Rod = Rod { m: 2.0, l: 1.5, g: 9.81 };
 
@@ -170,6 +170,17 @@ fn events_cut_no_step_short_of_what_tied_gains_can_take_back() {
     }
     println!("{worst:.1} permitted errors at most, {ratio:.1} times those without events");
     assert!(ratio < 10.0 && worst < 1e4, "{worst:e} {ratio:e}");
+}
+
+/// Fixed steps are made in parts where constraints nearly lose a direction, and nowhere else: what is just too long is refused.
+#[test]
+fn fixed_steps_that_are_too_long_are_refused() {
+    for (formulation, h) in [(Formulation::Projected, 0.3), (Formulation::Projected, 0.2), (Formulation::Embedded, 0.3)]
+    {
+        let run = ROD.simulate(on_rod(2.0, 0.5)).until(10.0).formulation(formulation).method(methods::Rk4);
+        let error = run.fixed_step(h).run().unwrap_err();
+        assert!(matches!(error.kind, SimulationErrorKind::StepDisplaced { .. }), "{formulation} {h}: {error}");
+    }
 }
 
 /// An event that leaves nothing of the first step leaves tied gains finite.

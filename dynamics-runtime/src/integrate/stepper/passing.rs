@@ -108,8 +108,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let start = &self.now;
         match trial {
             Ok(trial) => self.passing.judge(attempt, trial.apart, || system.is_weak(start, &trial.end)),
-            Err(Failure::Displaced(_)) => self.passing.judge(attempt, f64::INFINITY, || true),
-            Err(Failure::Evaluation(_)) => {
+            // Elsewhere it is just too long.
+            Err(Failure::Displaced(_) | Failure::Evaluation(_)) => {
                 let ahead = |x: f64, u: f64| x + h * u;
                 let y = zip(&start.y, &Phase { q: start.y.u, u: start.a }, ahead);
                 let end = Knot { t: start.t + h, y, a: start.a };
