@@ -8,8 +8,8 @@
 //! Singular positions end the analysis with an error that says where, of what kind, and who takes part:
 //!
 //! * **lock-up**: a limit point, beyond which there is no position (a crank drives a rocker beyond its reach);
-//! * **bifurcation**: branches of the assembly meet (change point of a parallelogram). [`Analysis::through_bifurcations`] passes those that are isolated
-//!   on the branch whose velocities are continuous.
+//! * **bifurcation**: branches of the assembly meet (change point of a parallelogram). [`Analysis::through_bifurcations`] passes them on the branch
+//!   whose velocities are continuous.
 
 mod error;
 mod frame;
@@ -170,8 +170,8 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         self
     }
 
-    /// Passes bifurcations at which the rank falls by one, on the branch on which velocities and accelerations are continuous; without it they
-    /// end the analysis. The summary lists them.
+    /// Passes bifurcations on the branch on which velocities and accelerations are continuous; without it they end the analysis, and with it
+    /// those do beyond which no such branch is found. The summary lists what was passed.
     pub fn through_bifurcations(mut self) -> Self {
         self.pass = true;
         self
@@ -409,9 +409,9 @@ impl<'c, M: Constraints> Path<'c, M> {
         if locks_up {
             return Err(Stop { kind: Kind::LockUp { rows, coordinates }, state });
         }
-        let beyond = if self.pass && loss == 1 { self.beyond(&state) } else { None };
+        let beyond = if self.pass { self.beyond(&state) } else { None };
         let Some(point) = beyond else {
-            return Err(Stop { kind: Kind::Bifurcation { loss, rows, coordinates }, state });
+            return Err(Stop { kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.pass }, state });
         };
         self.passages.push(Passage { time: state.t(), rows, coordinates });
         self.recent.clear();
@@ -449,7 +449,7 @@ impl<'c, M: Constraints> Path<'c, M> {
                 Stop { kind: Kind::LockUp { rows, coordinates }, state }
             }
             Some(Singular { state, loss, rows, coordinates, .. }) => {
-                Stop { kind: Kind::Bifurcation { loss, rows, coordinates }, state }
+                Stop { kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.pass }, state }
             }
             None => self.stop(kind),
         }

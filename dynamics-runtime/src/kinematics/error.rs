@@ -58,6 +58,8 @@ pub enum KinematicsErrorKind {
         rows: Involved,
         /// The coordinates that are free to go either way.
         coordinates: Involved,
+        /// Whether it was to be passed: beyond it no position has velocities that continue those before it.
+        tried: bool,
     },
     /// The position does not continue, however short the step: the drive jumps, or the constraints end there.
     NoContinuation {
@@ -107,10 +109,15 @@ impl fmt::Display for KinematicsErrorKind {
                 "the mechanism locks up: {rows} hold against each other, and the drive would have to move {coordinates} with infinite \
                  velocity; end the motion before, or drive another coordinate"
             ),
-            Self::Bifurcation { loss, rows, coordinates } => write!(
+            Self::Bifurcation { loss, rows, coordinates, tried } => write!(
                 f,
-                "the assembly bifurcates: the rank falls by {loss} with {rows}, and {coordinates} can go either \
-                 way; add a constraint that decides, or pass it smoothly with `.through_bifurcations()`"
+                "the assembly bifurcates: the rank falls by {loss} with {rows}, and {coordinates} can go either way{}",
+                if *tried {
+                    ", but no branch continues the velocities of this one, as `.through_bifurcations()` asks; add a constraint that decides, \
+                     or end the motion before"
+                } else {
+                    "; add a constraint that decides, or pass it smoothly with `.through_bifurcations()`"
+                }
             ),
             Self::NoContinuation { row, residual } => write!(
                 f,

@@ -144,6 +144,20 @@ impl Frame {
         out
     }
 
+    /// Length of what singular values above this part of the largest do not reach of scaled rows.
+    pub(super) fn beyond_range(&self, cut: f64, rows: &[f64]) -> f64 {
+        let mut left = rows.to_vec();
+        for _ in 0..2 {
+            for j in (0..self.sigma.len()).filter(|j| self.sigma[*j] > cut * self.svd().largest()) {
+                let column = self.svd().column(j);
+                let share: f64 = left.iter().zip(column).map(|(x, a)| x * a).sum();
+                let share = share / (self.sigma[j] * self.sigma[j]);
+                left.iter_mut().zip(column).for_each(|(x, a)| *x -= share * a);
+            }
+        }
+        math::sqrt(left.iter().map(|x| x * x).sum())
+    }
+
     /// Unit vectors that the weakest direction connects: that of the coordinates, scaled, and that of the rows, scaled.
     ///
     /// Where the singular value is 0 that of the rows is taken from what the others leave.

@@ -30,6 +30,13 @@ const MOST_POINTS: usize = 5;
 const DRIVEN: f64 = 1e-5;
 /// At the located position σ is below this part of the largest.
 const SINGULAR: f64 = 1e-7;
+/// Singular values below this part of the largest count as lost there.
+const LOST: f64 = 1e-5;
+/// There the constraints hold within this part of the size of the coordinates; what is only extrapolated is that much less exact. Positions
+/// that a path passes at a small distance are none of it: links that are nearly in line miss it by the square of their angle.
+const HOLDS: f64 = 64.0 * f64::EPSILON;
+/// See [`HOLDS`].
+const EXTRAPOLATED: f64 = 1e-9;
 
 /// A located singular position.
 #[derive(Clone, Debug)]
@@ -56,30 +63,59 @@ impl<M: Constraints> Tracer<'_, M> {
             state.q_mut()[i] = at_zero(&|point| point.state.q()[i]);
         }
         let [driven, drive] = [at_zero(&|point| self.drive(point).0), at_zero(&|point| self.drive(point).1)];
-        let locks_up = driven.abs() > DRIVEN * drive.abs();
-        for i in 0..M::Vector::LEN {
-            let last = points[points.len() - 1].state.u()[i];
-            state.u_mut()[i] = if locks_up { last } else { at_zero(&|point| point.state.u()[i]) };
-        }
-        let extrapolated = state;
-        let frame = self.polish(&mut state, locks_up).or_else(|| {
-            state = extrapolated;
-            Frame::new(&self.measure, self.model, &state).ok()
-        })?;
-        let last = &points[points.len() - 1].state;
+        let guess = driven.abs() > DRIVEN * drive.abs();
+        let last = points[points.len() - 1].state;
+        let begun = |locks_up: bool| {
+            let mut state = state;
+            for i in 0..M::Vector::LEN {
+                state.u_mut()[i] = if locks_up { last.u()[i] } else { at_zero(&|point| point.state.u()[i]) };
+            }
+            state
+        };
+        // Where more than one direction is lost, the weakest of the rows is any of several, and says little along the path.
+        let kinds = [guess, !guess].map(|locks_up| (locks_up, self.polish(begun(locks_up), locks_up)));
+        let exact = kinds.iter().any(|(_, polished)| polished.is_some());
+        let found = kinds.into_iter().find_map(|(locks_up, polished)| {
+            let (state, frame) = match polished {
+                Some(polished) => polished,
+                None if exact => return None,
+                None => {
+                    let state = begun(locks_up);
+                    (state, Frame::new(&self.measure, self.model, &state).ok()?)
+                }
+            };
+            let off = if exact { HOLDS } else { EXTRAPOLATED };
+            let is_singular = frame.least() <= SINGULAR * frame.largest();
+            let fits = self.off(&state, &frame) <= off && self.resists(&state, &frame) == locks_up;
+            (is_singular && fits).then_some((state, frame, locks_up))
+        });
+        let (state, frame, locks_up) = found?;
         let (ahead, span) = (state.t() - last.t(), last.t() - points[0].state.t());
-        let near = ahead * span >= -1e-9 * span * span && ahead.abs() <= 2.0 * span.abs();
-        if !near || frame.least() > SINGULAR * frame.largest() {
+        if ahead * span < -1e-9 * span * span || ahead.abs() > 2.0 * span.abs() {
             return None;
         }
         let (right, left) = frame.weak_pair();
         Some(Singular {
             state,
             locks_up,
-            loss: (M::Vector::LEN - frame.rank(1e-5)).max(1),
+            loss: (M::Vector::LEN - frame.rank(LOST)).max(1),
             rows: Involved::ranked(M::ROWS, self.measure.rows.iter().copied().zip(left.iter().copied())),
             coordinates: Involved::ranked(M::COORDINATES, right.iter().copied().enumerate()),
         })
+    }
+
+    /// By how far the constraints are missed, in parts of the size of the coordinates.
+    fn off(&self, state: &M::State, frame: &Frame) -> f64 {
+        let residual = scaled(&self.measure, self.model.residual(state).as_slice(), &frame.scales);
+        math::sqrt(dot(&residual, &residual)) / self.measure.scale(state.q().as_slice())
+    }
+
+    /// Whether no velocity follows the drive at a singular position: Φ_t is not in the range of Φ_q.
+    fn resists(&self, state: &M::State, frame: &Frame) -> bool {
+        let mut at_rest = *state;
+        *at_rest.u_mut() = M::Vector::zeros();
+        let rates = scaled(&self.measure, self.model.velocity_residual(&at_rest).as_slice(), &frame.scales);
+        frame.beyond_range(LOST, &rates) > DRIVEN * math::sqrt(dot(&rates, &rates))
     }
 
     /// |wᵀΦ_t| and ‖Φ_t‖, in scaled rows.
@@ -91,8 +127,9 @@ impl<M: Constraints> Tracer<'_, M> {
         (dot(&left, &rates).abs(), math::sqrt(dot(&rates, &rates)))
     }
 
-    /// Gauss–Newton on the equations of the singular position; `None` where it does not converge.
-    fn polish(&self, state: &mut M::State, locks_up: bool) -> Option<Frame> {
+    /// Gauss–Newton on the equations of the singular position; `None` where it does not converge. Where the path passes one at a distance, it may
+    /// converge to where the equations are missed least.
+    fn polish(&self, mut state: M::State, locks_up: bool) -> Option<(M::State, Frame)> {
         let n = M::Vector::LEN;
         let m = self.measure.rows.len();
         let equations = m + if locks_up { 1 } else { 2 };
@@ -101,27 +138,27 @@ impl<M: Constraints> Tracer<'_, M> {
         let pace = self.measure.length(state.u().as_slice()).max(1e-3 * scale);
         let mut last = f64::INFINITY;
         for _ in 0..12 {
-            let frame = Frame::new(&self.measure, self.model, state).ok()?;
-            let functions = Functions::new(self, *state, &frame);
+            let frame = Frame::new(&self.measure, self.model, &state).ok()?;
+            let functions = Functions::new(self, state, &frame);
             let mut a = vec![0.0; equations * (n + 1)];
-            let mut right = scaled(&self.measure, self.model.residual(state).as_slice(), &frame.scales);
-            right.extend([functions.sigma(state), functions.driven(state)]);
+            let mut right = scaled(&self.measure, self.model.residual(&state).as_slice(), &frame.scales);
+            right.extend([functions.sigma(&state), functions.driven(&state)]);
             right.truncate(equations);
             right.iter_mut().for_each(|x| *x = -*x);
-            let jacobian = self.measure.jacobian(self.model, state, &frame.scales);
+            let jacobian = self.measure.jacobian(self.model, &state, &frame.scales);
             for j in 0..=n {
                 let column = &mut a[j * equations..][..equations];
                 let unit = if j < n { self.measure.weights[j] } else { pace };
                 if j < n {
                     column[..m].copy_from_slice(&jacobian[j * m..][..m]);
                 } else {
-                    let mut at_rest = *state;
+                    let mut at_rest = state;
                     *at_rest.u_mut() = M::Vector::zeros();
                     let rates = self.model.velocity_residual(&at_rest);
                     let rates = scaled(&self.measure, rates.as_slice(), &frame.scales);
                     column[..m].iter_mut().zip(rates).for_each(|(out, rate)| *out = rate / unit);
                 }
-                let [sigma, driven] = functions.slopes(state, j).map(|slope| slope / unit);
+                let [sigma, driven] = functions.slopes(&state, j).map(|slope| slope / unit);
                 column[m..].copy_from_slice(&[sigma, driven][..equations - m]);
             }
             let (mut v, mut sigma) = (vec![0.0; (n + 1) * (n + 1)], vec![0.0; n + 1]);
@@ -132,9 +169,10 @@ impl<M: Constraints> Tracer<'_, M> {
             for (j, step) in step[..n].iter().enumerate() {
                 state.q_mut()[j] += step / self.measure.weights[j];
             }
-            *state = at_time(state, state.t() + step[n] / pace);
+            state = at_time(&state, state.t() + step[n] / pace);
             if length <= 1e-14 || (length <= 1e-11 && length >= 0.5 * last) {
-                return Frame::new(&self.measure, self.model, state).ok();
+                let frame = Frame::new(&self.measure, self.model, &state).ok()?;
+                return Some((state, frame));
             }
             if length.is_nan() || length >= 2.0 * last {
                 return None;

@@ -1,8 +1,8 @@
 //! Following the position of a driven mechanism through time.
 //!
 //! Predictor: Taylor's series from q, q̇, q̈, whose error is h³/6 q⃛. Corrector: Newton–Raphson on Φ(q, t) = 0. A step counts only where Newton
-//! contracts well from the prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the solution found is the only one nearby) and where no singular position
-//! can lie between (see [`super::frame::Frame::leads_to`]); so branches are not lost, and singular positions are approached in ever shorter
+//! contracts well from the prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the solution found is the only one nearby), where no singular position
+//! can lie between (see [`super::frame::Frame::leads_to`]), and where the way found leads back to its start; so branches are not lost, and singular positions are approached in ever shorter
 //! steps instead of being stepped over. The step follows Θ ∼ h³. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
 //! §5.1; E. J. Haug, Computer Aided Kinematics and Dynamics, Allyn & Bacon 1989, §4.5.
 
@@ -23,6 +23,10 @@ const ADMISSIBLE: f64 = 0.25;
 const AIM: f64 = 0.02;
 /// Largest first correction that counts, against the size of the coordinates.
 const NEAR: f64 = 0.1;
+/// Seen back from its end by Taylor's series, a step that counts begins where it did within this part of its way, and within [`STILL`].
+const RETURNS: f64 = 0.25;
+/// Part of the unit of the coordinates within which a way is too short to be judged: drives begin from rest, with t⁴ and the like.
+const STILL: f64 = 1e-3;
 /// Corrections below this part of the size of the coordinates are rounding, or about to be: the next one is their square.
 const SETTLED: f64 = 1e-11;
 /// Most Newton corrections in a step.
@@ -128,7 +132,23 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         if !from.frame.leads_to(&jacobian) {
             return Err(self.missed(&state));
         }
-        Ok((self.complete(state, Some(&from.frame))?, contraction))
+        let point = self.complete(state, Some(&from.frame))?;
+        if !self.leads_back(&point, &from.state) {
+            return Err(self.missed(&point.state));
+        }
+        Ok((point, contraction))
+    }
+
+    /// Whether the way from a point leads back to where the step to it began. Where angles turn fast, beside a singular position, a prediction
+    /// may hit upon the same position some turns further on: there everything closes, and nothing else shows that the turns were not made.
+    fn leads_back(&self, to: &Point<M>, from: &M::State) -> bool {
+        let mut missed = *Self::predict(to, from.t()).q();
+        add(&mut missed, -1.0, from.q());
+        let mut way = *to.state.q();
+        add(&mut way, -1.0, from.q());
+        let length = |x: &M::Vector| self.measure.length(x.as_slice());
+        let unit = self.measure.scale(M::Vector::zeros().as_slice());
+        length(&missed) <= RETURNS * length(&way) + STILL * unit
     }
 
     /// The factor by which the next step may be longer.
