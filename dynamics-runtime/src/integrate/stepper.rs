@@ -1,5 +1,6 @@
 //! One accepted step after another.
 
+use super::dense::Hermite;
 use super::first_step::first_step;
 use super::landing::Landing;
 use super::{Controller, Dense, Hold, Knot, Phase, Scheme, Settled, System, Tolerances};
@@ -420,10 +421,15 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let h = end.t - start.t;
         // The first stage may be the step's own: see `System::attempting`.
         let begin = Knot { a: self.scheme.stages()[0].u, ..*start };
-        let path = self.scheme.dense(system, &begin, end, h)?;
-        let Some(part) = system.kink((start.t, h), *error > 1.0, |theta| path.at(theta)) else {
-            return Ok(None);
+        let (step, fails) = ((start.t, h), *error > 1.0);
+        let part = if system.finds_kinks_by_ends() {
+            let path = Hermite::new(begin.y, &begin.a, &end.y, &end.a, h);
+            system.kink(step, fails, |theta| path.at(theta))
+        } else {
+            let path = self.scheme.dense(system, &begin, end, h)?;
+            system.kink(step, fails, |theta| path.at(theta))
         };
+        let Some(part) = part else { return Ok(None) };
         let end_t = start.t + part * h;
         self.landing.attempt();
         Ok((end_t != start.t && end_t != end.t).then_some((end_t, end_t - start.t)))
