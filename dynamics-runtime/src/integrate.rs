@@ -11,6 +11,7 @@
 //! | [`Tsit5`] | 5 | 4 | 6 (+ 1 reused) | embedded 4th order |
 //! | [`Verner9`] | 9 | 8 | 16 (+ 4 for dense output) | embedded 8th order |
 //! | [`Radau5`] | 5 | 3 (u), 4 (q) | implicit: 3 per Newton iteration, 1 or 2 more | filtered, 3rd order |
+//! | [`Esdirk4`] | 4 | quintic Hermite, 4 | implicit: 5 per round of Newton iterations | filtered, 3rd order |
 //! | [`SemiImplicitEuler`] | 1 | quintic Hermite, 1 | 1 | none: fixed step |
 //! | [`StormerVerlet`], [`Rattle`] | 2 | quintic Hermite, 2 | 1 | none: fixed step; symplectic |
 //! | [`Composition4`], [`Composition6`], [`Composition8`] | 4, 6, 8 | quintic Hermite, 4 | 5, 9, 17 | none: fixed step; symplectic |
@@ -30,6 +31,7 @@ mod dop853;
 mod dop853_table;
 mod dormand_prince5;
 mod energy_midpoint;
+mod esdirk4;
 mod event;
 mod first_step;
 mod fixed_point;
@@ -62,6 +64,7 @@ pub(crate) use differences::{by_state, increment};
 pub use dop853::Dop853;
 pub use dormand_prince5::DormandPrince5;
 pub use energy_midpoint::EnergyMidpoint;
+pub use esdirk4::Esdirk4;
 pub use event::{Crossing, Direction, Scan, ScanError, place, root};
 pub use gauss::{Gauss, Gauss4, Gauss6};
 pub use generalized_alpha::GeneralizedAlpha;
@@ -163,11 +166,6 @@ pub trait System<V: Vector> {
     #[inline(always)]
     fn kink(&mut self, _step: (f64, f64), _fails: bool, _path: impl Fn(f64) -> Phase<V>) -> Option<f64> {
         None
-    }
-    /// Whether what lies between the ends of a step (q, q̇, q̈ there) is good enough to find them by, so that no dense output is made for it.
-    #[inline(always)]
-    fn finds_kinks_by_ends(&self) -> bool {
-        false
     }
     /// Holds from here on the branches that the accelerations take just after the start of a step of size h, so that within it they are smooth, or
     /// no longer; those of the start become what they are on these branches.
@@ -425,6 +423,8 @@ pub enum Method {
     Verner9,
     /// Radau IIA of order 5, implicit.
     Radau5,
+    /// A diagonally implicit Runge–Kutta method of order 4(3).
+    Esdirk4,
     /// Taylor series of adaptive order and step.
     Taylor,
     /// The semi-implicit Euler method, fixed step.
@@ -452,6 +452,12 @@ pub enum Method {
 }
 
 impl Method {
+    /// Whether it is for stiff motions: implicit, with a step control that does not see what is stiff and has died away.
+    #[must_use]
+    pub const fn is_for_stiff(self) -> bool {
+        matches!(self, Self::Radau5 | Self::Esdirk4 | Self::GeneralizedAlpha)
+    }
+
     /// Order of the step; of the interpolant where positions are solved instead of integrated; the highest one of Taylor series.
     #[must_use]
     pub const fn order(self) -> u32 {
@@ -459,7 +465,7 @@ impl Method {
             Self::PositionAnalysis => 5,
             Self::SemiImplicitEuler => 1,
             Self::StormerVerlet | Self::Rattle | Self::EnergyMidpoint | Self::GeneralizedAlpha => 2,
-            Self::Rk4 | Self::Composition4 | Self::Gauss4 => 4,
+            Self::Rk4 | Self::Composition4 | Self::Gauss4 | Self::Esdirk4 => 4,
             Self::Composition6 | Self::Gauss6 => 6,
             Self::DormandPrince5 | Self::Tsit5 | Self::Radau5 => 5,
             Self::Dop853 | Self::Composition8 => 8,
@@ -479,6 +485,7 @@ impl fmt::Display for Method {
             Self::Tsit5 => "Tsitouras 5(4)",
             Self::Verner9 => "Verner 9(8)",
             Self::Radau5 => "Radau IIA (order 5, implicit)",
+            Self::Esdirk4 => "ESDIRK 4(3) (implicit)",
             Self::Taylor => "Taylor series",
             Self::SemiImplicitEuler => "semi-implicit Euler (order 1)",
             Self::StormerVerlet => "Störmer–Verlet (order 2)",

@@ -150,6 +150,8 @@ plain! {
     EnergyMidpoint: Conservative
     /// Radau IIA of order 5, for stiff problems: [`integrate::Radau5`].
     Radau5
+    /// A diagonally implicit method of order 4(3), for stiff problems at moderate accuracy: [`integrate::Esdirk4`].
+    Esdirk4
 }
 
 /// Taylor series of adaptive order and step: [`integrate::Taylor`]. For models whose motions the generated code can expand

@@ -17,6 +17,7 @@ mod estimate;
 mod formulation;
 mod functions;
 mod guard;
+mod halves;
 mod kinks;
 mod leave;
 mod pace;

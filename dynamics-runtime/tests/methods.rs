@@ -6,8 +6,8 @@ use std::convert::Infallible;
 
 use common::*;
 use dynamics_runtime::integrate::{
-    Dense, Dop853, DormandPrince5, Phase, Radau5, Rk4, Scheme, StepError, StepOptions, Stepper, Tolerances, Tsit5,
-    Verner9,
+    Dense, Dop853, DormandPrince5, Esdirk4, Phase, Radau5, Rk4, Scheme, StepError, StepOptions, Stepper, Tolerances,
+    Tsit5, Verner9,
 };
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::Simulate;
@@ -92,6 +92,7 @@ fn orders_of_convergence() {
     check::<Tsit5<V>>(80, 5.0, 5.0, 0.05);
     check::<Verner9<V>>(10, 9.0, 9.0, 0.4);
     check::<Radau5<V>>(20, 5.0, 4.0, 0.1);
+    check::<Esdirk4<V>>(40, 5.0, 4.0, 0.1);
 }
 
 /// The error at the end follows the tolerance, on a problem with slow and fast parts.
@@ -104,7 +105,7 @@ fn the_error_follows_the_tolerance() {
     };
     let reference = end_at(&methods::Dop853.into(), 3e-15);
     let listed = [methods::Any::from(methods::DormandPrince5), methods::Tsit5.into(), methods::Dop853.into()];
-    for method in listed.iter().chain(&[methods::Verner9.into(), methods::Radau5.into()]) {
+    for method in listed.iter().chain(&[methods::Verner9.into(), methods::Radau5.into(), methods::Esdirk4.into()]) {
         for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
             let error = (end_at(method, tolerance).q - reference.q).norm();
             println!("{method} {tolerance:e}: {error:.1e}");
@@ -240,6 +241,7 @@ fn steps_do_not_allocate() {
     assert_eq!(run::<Rk4<SVector<f64, 2>>>(Some(0.01)), 0);
     // Its matrices stand on the heap: once a run.
     assert_eq!(run::<Radau5<SVector<f64, 2>>>(None), 1);
+    assert_eq!(run::<Esdirk4<SVector<f64, 2>>>(None), 1);
     assert_eq!(run::<DormandPrince5<SVector<f64, 2>>>(None), 0);
     assert_eq!(run::<Tsit5<SVector<f64, 2>>>(None), 0);
     assert_eq!(run::<Dop853<SVector<f64, 2>>>(None), 0);

@@ -118,6 +118,44 @@ impl Spring {
 /// ω = 1.
 pub(crate) const SPRING: Spring = Spring { mass: 1.0, stiffness: 1.0 };
 
+/// A bob on a spring with a damper along it.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(mass: kg, stiffness: N / m, damping: N * s / m, length: m, g: m / s^2)]
+pub(crate) struct Sprung {
+    pub(crate) mass: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    pub(crate) length: f64,
+    pub(crate) g: f64,
+}
+
+#[dynamics]
+impl Sprung {
+    fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, q.y)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * self.bob(q).dt().norm_squared()
+    }
+    #[potential]
+    fn stretch(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiffness * (self.bob(q).norm() - self.length).powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * q.y
+    }
+    #[dissipation]
+    fn damper(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.damping * self.bob(q).norm().dt().powi(2)
+    }
+}
+
+/// It swings as on a rod.
+pub(crate) const STIFF: Sprung = Sprung { mass: 1.0, stiffness: 1e8, damping: 2e4, length: 1.0, g: 9.81 };
+
 /// A mass that falls into a centre of attraction.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m)]

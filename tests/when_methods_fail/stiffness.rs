@@ -4,7 +4,7 @@ use dynamics::methods::{self, Any};
 use dynamics::prelude::*;
 
 use crate::charts;
-use crate::models::Guided;
+use crate::models::{Guided, Sprung};
 
 /// An explicit method follows what has long died away: its steps are as long as stability permits, whatever the accuracy.
 #[test]
@@ -57,6 +57,35 @@ fn implicit_methods_lose_order_where_forces_are_stiff() {
     let curve = |damping: f64| steps.map(|h| (h, error(damping, h)));
     let panel = panel.curve("damping 1 N·s/m", curve(1.0)).curve("damping 10⁶ N·s/m", curve(1e6));
     charts::is_current("order_reduction", &Chart::new("Radau IIA of order 5 with fixed steps").panel(panel));
+}
+
+/// Stages of order 2 follow a stiff direction that turns with order 2: every error is within its tolerance and takes energy away. Half steps show what that adds up to.
+#[test]
+fn low_stages_lose_what_a_stiff_direction_turns() {
+    let spring = crate::models::STIFF;
+    let start = spring.state().x(1.0).build().unwrap();
+    // By a Taylor method of order 20 at tolerance 1e-15.
+    let end = [0.2750944764827108, -0.9614174924338752, -4.175584765727972, -1.1947781965930147];
+    let run = |method: &Any<Sprung>, tolerance: f64| {
+        let motion = spring.simulate(start).until(10.0).tolerance(tolerance).method(method).run().unwrap();
+        let state = motion.end();
+        let found = [state.q[0], state.q[1], state.u[0], state.u[1]];
+        let times = |(x, exact): (f64, f64)| (x - exact).abs() / (tolerance * (1.0 + exact.abs()));
+        let error = found.into_iter().zip(end).map(times).fold(0.0, f64::max);
+        let summary = motion.summary();
+        println!("{method} {tolerance:e}: {error:.1} times, {:.1} shown", summary.doubts.halved.unwrap());
+        (error, summary.doubts.halved.unwrap(), summary.to_string())
+    };
+    for tolerance in [1e-4, 1e-5, 1e-6] {
+        let (error, shown, said) = run(&methods::Esdirk4.into(), tolerance);
+        assert!(error > 60.0 && shown > 0.5 * error, "{error} {shown} at {tolerance:e}");
+        assert!(
+            said.contains("errors of steps add up: half steps go") && said.contains("use methods::Radau5"),
+            "{said}"
+        );
+        let (error, shown, said) = run(&methods::Radau5.into(), tolerance);
+        assert!(error < 20.0 && shown < 100.0 && !said.contains("add up"), "{error} {shown} at {tolerance:e}: {said}");
+    }
 }
 
 /// Radau IIA takes the energy out of what swings faster than its steps: often what is wanted, seldom what is true.

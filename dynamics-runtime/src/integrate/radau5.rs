@@ -16,9 +16,9 @@
 //!   which λ and a multiplier of Φ = 0 are unknowns of the stages, was measured beside it on the car axis, 1,200 fixed steps: the same errors of q (6e-9)
 //!   and u (2e-7), but its own λ has order 3 and is wrong by 2e-5, those of the state, as they are here, have order 5 and are wrong by 4e-8. It would cost larger matrices for
 //!   that, and drift is at rounding either way.
-//! * **Moderate accuracy**: an ESDIRK method of order 4 and a Rosenbrock method of order 4 were measured, too. On a pendulum on a stiff damped spring (k = 1e8) errors of their steps, each
-//!   within its tolerance, all have one sign and add up to a thousand times the tolerance and more, for stages of order 2 see a stiff direction that turns as a constraint of index 3;
-//!   here it is ten times.
+//! * **Moderate accuracy**: an ESDIRK method of order 4 ([`Esdirk4`](super::Esdirk4)) and a Rosenbrock method of order 4 were measured beside it. On a pendulum on a stiff damped spring
+//!   (k = 1e8) errors of their steps, each within its tolerance, all have one sign and add up to hundreds of times the tolerance, for stages of order 2 and less see a stiff
+//!   direction that turns as a constraint of index 3; here it is twenty times.
 //! * **Source**: Hairer & Wanner, *Solving ODE II*, 2nd ed., §IV.8; code `radau5.f`; Gustafsson, ACM TOMS 20 (1994) 496.
 
 use super::linear::{

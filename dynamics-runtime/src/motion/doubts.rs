@@ -1,8 +1,8 @@
 //! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself shows it.
 //!
-//! A step control keeps the error of each step. Three things it does not see are looked for here, at the recorded steps: tolerances that are finer than the
-//! rounding of the values they are kept for; energy that drifts by more than so many permitted errors can; and what the motion makes of the errors. For
-//! the last a neighbour of the motion is followed, step by step from as near as a permitted error, and with g its growth in a step, in permitted errors,
+//! A step control keeps the error of each step. Four things it does not see are looked for here, at the recorded steps: tolerances that are finer than the
+//! rounding of the values they are kept for; energy that drifts by more than so many permitted errors can; what the motion makes of the errors; and, of stiff motions, what they add up to (`halves.rs`). For
+//! the third a neighbour of the motion is followed, step by step from as near as a permitted error, and with g its growth in a step, in permitted errors,
 //! Eₙ₊₁ = g Eₙ + 1 adds up what every step leaves. That takes as many steps as the motion. It is a rough measure, from four to
 //! a thousand times the error, as steps make smaller errors than are permitted: [`Simulation::estimate_error`](super::Simulation::estimate_error) is the better one.
 
@@ -18,6 +18,8 @@ use crate::model::{ModelState, Vector};
 const MUCH: f64 = 1e3;
 /// Foreseen ones, that is: the error of a step is a third of what is permitted at most, and often a hundredth.
 const MUCH_FORESEEN: f64 = 3e3;
+/// What half steps show is measured, and not foreseen.
+const MUCH_SHOWN: f64 = 100.0;
 /// More than so many mean that the neighbour got lost, as beside a singularity of the coordinates, and are no measure.
 const FORESEEN: f64 = 1e8;
 /// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
@@ -60,6 +62,11 @@ pub struct Doubts {
     /// Roughly how large the error of the motion is at most, in permitted errors, were every step's as large as permitted; `None` with a fixed step, and where
     /// the motion is stiff or the method is for stiff ones.
     pub amplified: Option<f64>,
+    /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as a rule most of its error. Of stiff motions and methods for those, where their forces do
+    /// not choose between expressions; `None` with a fixed step.
+    pub halved: Option<f64>,
+    /// The method has stages of too low an order to follow a stiff direction that turns.
+    pub low_stages: bool,
     /// That is as much as a whole unit of a coordinate or the whole value, and more than adding up the errors of so many steps explains.
     pub overwhelmed: bool,
 }
@@ -75,7 +82,8 @@ impl<M: Simulate> Motion<'_, M> {
             return Doubts { energy_part: energy_part.filter(|_| fixed), fixed, ..Doubts::default() };
         }
         let permitted = self.permitted_energy();
-        let amplified = (self.is_repeatable() && !self.is_stiff()).then(|| self.amplified());
+        let (repeatable, stiff) = (self.is_repeatable(), self.is_stiff());
+        let amplified = (repeatable && !stiff).then(|| self.amplified());
         let Tolerances { absolute, relative } = self.trajectory.tolerances;
         let adding_up = GROWING * self.counts().steps as f64;
         Doubts {
@@ -85,6 +93,8 @@ impl<M: Simulate> Motion<'_, M> {
             energy_part,
             fixed,
             amplified,
+            halved: (repeatable && stiff).then(|| self.apart_from_halves()).flatten(),
+            low_stages: self.method() == Method::Esdirk4,
             overwhelmed: amplified.is_some_and(|times| times * absolute.max(relative) > 1.0 && times > adding_up),
         }
     }
@@ -135,7 +145,7 @@ impl<M: Simulate> Motion<'_, M> {
 
     /// Stiff motions let differences grow and die within steps, which says nothing about what lasts.
     fn is_stiff(&self) -> bool {
-        self.counts().stiff_at.is_some() || self.switched().is_some() || self.method() == Method::Radau5
+        self.counts().stiff_at.is_some() || self.switched().is_some() || self.method().is_for_stiff()
     }
 
     /// The largest E of this file's header.
@@ -224,6 +234,12 @@ impl Doubts {
         if let Some(part) = self.energy_part.filter(|part| *part > DRIFT) {
             let remedy = if self.fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
             write!(f, "{WARNING}energy drifts by {:.1} % of its scale; {remedy}", 100.0 * part)?;
+        }
+        if let Some(times) = self.halved.filter(|times| *times > MUCH_SHOWN && !estimated) {
+            let instead = if self.low_stages { "use methods::Radau5" } else { "give a smaller tolerance" };
+            let measure = "`.estimate_error()` measures it";
+            let so_far = "errors of steps add up: half steps go";
+            write!(f, "{WARNING}{so_far} {} times the tolerance beside; {measure}, or {instead}", Times(times))?;
         }
         let too_much = |times: &f64| *times > MUCH_FORESEEN || self.overwhelmed;
         if let Some(times) = self.amplified.filter(|times| too_much(times) && !estimated) {

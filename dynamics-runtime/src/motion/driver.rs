@@ -2,6 +2,8 @@
 
 use alloc::boxed::Box;
 use alloc::sync::Arc;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use super::plant::Plant;
 use super::query::Motion;
@@ -45,6 +47,16 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<Phase<M::Vector>>
+    where
+        M: Simulate;
+    /// See [`Motion::halve`].
+    fn halve(
+        &self,
+        motion: &Motion<'_, M>,
+        part: Range<usize>,
+        y: &mut Phase<M::Vector>,
+        apart: &mut Vec<(f64, f64)>,
+    ) -> Option<()>
     where
         M: Simulate;
     /// Adds the work done during the step that leaves a record; false where it cannot be made again.
@@ -108,7 +120,20 @@ impl<M: Model, C: Choice> Driver<M> for C {
     where
         M: Simulate,
     {
-        Stepper::end_of(&mut self.scheme::<M::Vector>(), plant, step, tolerances).ok().flatten()
+        Stepper::end_of(&mut self.scheme::<M::Vector>(), plant, step, tolerances).ok().flatten().map(|(end, _)| end)
+    }
+
+    fn halve(
+        &self,
+        motion: &Motion<'_, M>,
+        part: Range<usize>,
+        y: &mut Phase<M::Vector>,
+        apart: &mut Vec<(f64, f64)>,
+    ) -> Option<()>
+    where
+        M: Simulate,
+    {
+        motion.halve(self.scheme::<M::Vector>(), part, y, apart)
     }
 
     fn meter(&self, motion: &Motion<'_, M>, index: usize, work: &mut [f64]) -> bool

@@ -46,7 +46,7 @@ impl SecondRun {
         }
         let Tolerances { absolute, relative } = first.tolerances;
         // Newton's iterations of an implicit method leave rounding errors of their own.
-        let finest = if method == Method::Radau5 { 1e-13 } else { 1e-14 };
+        let finest = if method.is_for_stiff() { 1e-13 } else { 1e-14 };
         let room = if relative > 0.0 { relative / finest } else { TIGHTER };
         if room < WORTH {
             return Self::Looser { absolute: LOOSER * absolute, relative: LOOSER * relative };

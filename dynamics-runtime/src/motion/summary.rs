@@ -97,7 +97,7 @@ pub struct Summary {
 
 impl<M: Simulate> Motion<'_, M> {
     /// Method, costs, drift, conditioning and events. Computes energies, works, condition numbers and a neighbour of the motion, so it costs about twice
-    /// as much as the run.
+    /// as much as the run, and three to four times as much where that is stiff.
     #[must_use]
     pub fn summary(&self) -> Summary {
         let history = self.energy_history();

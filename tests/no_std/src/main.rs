@@ -2,7 +2,7 @@
 #![no_std]
 #![no_main]
 
-use dynamics_no_std::{Failure, agreement, control, expand, hold, pendulum, swing, swing_evenly};
+use dynamics_no_std::{Failure, agreement, control, expand, hold, pendulum, swing, swing_evenly, swing_roughly};
 
 // The C library starts the program; nothing else of the system is used.
 #[link(name = "c")]
@@ -22,6 +22,7 @@ extern "C" fn rust_eh_personality() {}
 pub extern "C" fn main() -> i32 {
     let model = pendulum();
     match swing(&model)
+        .and_then(|()| swing_roughly(&model))
         .and_then(|()| swing_evenly(&model))
         .and_then(|()| control(&model))
         .and_then(|()| agreement(&model))

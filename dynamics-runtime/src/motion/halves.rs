@@ -1,0 +1,146 @@
+//! How far stiff motions are from the true ones: their steps made again in halves.
+//!
+//! Where a motion is stiff, neighbours come together within a step whatever its errors do to it, and what is left of each may still have the same
+//! direction step by step: a thousand errors, each within its tolerance, that all take energy away. A step in two halves has a fraction of its error, in the
+//! same direction. A second motion in halves is followed from the start, and carries on what it differs by: as a rule most of the error, and about as much where rounding
+//! decides. It costs two to three times what the run did.
+
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use super::query::Motion;
+use super::simulate::Simulate;
+use crate::integrate::{Kept, Knot, Phase, Scheme, Step, Stepper, System as _, zip};
+use crate::model::{ModelState, Vector};
+
+/// What a motion goes through in a smaller part of its time may be off by a small shift of that time: jumps of relaxation oscillations.
+const LASTING: f64 = 1e-3;
+/// Halves that cannot be made, or not with a permitted error, are halved again, where the second motion is still in what the first has gone through; so many steps of it at most for each of the first.
+const MOST_STEPS: usize = 8;
+
+impl<M: Simulate> Motion<'_, M> {
+    /// The largest difference from a motion in half steps that lasts, or that at its end, in permitted errors; `None` where forces choose between expressions, as the places where
+    /// they change belong to the steps, and where half steps cannot be made.
+    pub(super) fn apart_from_halves(&self) -> Option<f64> {
+        let records = &self.trajectory.records;
+        if records.iter().any(|record| record.kept.branches) {
+            return None;
+        }
+        let (mut y, mut apart) = (records[0].knot().y, Vec::with_capacity(records.len()));
+        let direction = self.trajectory.direction();
+        let relayed = |(from, _): &(f64, _)| records.partition_point(|r| (r.state.t() - from) * direction < 0.0);
+        let change = self.trajectory.relay.as_ref().map_or(records.len(), relayed);
+        for part in [0..change, change..records.len()] {
+            if let Some(driver) = (!part.is_empty()).then(|| self.trajectory.driver_of(part.start)).flatten() {
+                driver.halve(self, part, &mut y, &mut apart)?;
+            }
+        }
+        Some(lasting(&mut apart))
+    }
+
+    /// Follows the steps that leave some records in halves, beginning and ending at `y`, and notes the length of each and the difference at its end, in permitted errors.
+    pub(super) fn halve<S: Scheme<M::Vector>>(
+        &self,
+        scheme: S,
+        part: Range<usize>,
+        y: &mut Phase<M::Vector>,
+        apart: &mut Vec<(f64, f64)>,
+    ) -> Option<()> {
+        let records = &self.trajectory.records;
+        let (mut a, mut second) = (None, Second { scheme, left: MOST_STEPS * part.len() + 1000 });
+        for index in part.filter(|index| index + 1 < records.len()) {
+            let [here, there] = [0, 1].map(|i| records[index + i].knot());
+            if records[index].h == 0.0 {
+                // A reset changes both alike.
+                *y = zip(y, &zip(&there.y, &here.y, |after, before| after - before), |y, change| y + change);
+                a = None;
+                second.scheme.forget();
+                continue;
+            }
+            let end = self.follow(&mut second, index, (here.t, *y, a), there.t)?;
+            *y = end.y;
+            a = Some(end.a);
+            apart.push((records[index].h.abs(), self.most_permitted_errors(&end.y, &there.y)));
+        }
+        Some(())
+    }
+
+    /// Where two halves of the way to `end_t` end, by what moves the motion after a record; what cannot be made as one step is made as several.
+    fn follow<S: Scheme<M::Vector>>(
+        &self,
+        second: &mut Second<S>,
+        index: usize,
+        (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
+        end_t: f64,
+    ) -> Option<Knot<M::Vector>> {
+        let middle = t + 0.5 * (end_t - t);
+        if middle == t || middle == end_t || second.left < 2 {
+            return None;
+        }
+        let mut half = |(t, y, a), end_t| {
+            second.left = second.left.saturating_sub(1);
+            self.one(&mut second.scheme, index, (t, y, a), end_t).or_else(|| {
+                second.scheme.forget();
+                self.follow(second, index, (t, y, a), end_t)
+            })
+        };
+        let Knot { t, y, a } = half((t, y, a), middle)?;
+        half((t, y, Some(a)), end_t)
+    }
+
+    /// The end of one step, from accelerations `a`, where they are known.
+    fn one<S: Scheme<M::Vector>>(
+        &self,
+        scheme: &mut S,
+        index: usize,
+        (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
+        end_t: f64,
+    ) -> Option<Knot<M::Vector>> {
+        let mut plant = self.plant(index);
+        let a = match a {
+            Some(a) => a,
+            None => plant.accelerations(t, &y.q, &y.u).ok()?,
+        };
+        let start = Knot { t, y, a };
+        let kept = Kept { stages: self.trajectory.records[index].kept.stages, ..Kept::default() };
+        let mut step = Step { start, end: start, h: end_t - t, kept };
+        let (y, error) = Stepper::end_of(scheme, &mut plant, &step, &self.trajectory.tolerances).ok()??;
+        if error > 1.0 {
+            return None;
+        }
+        step.end = Knot { t: end_t, y, a: plant.accelerations(end_t, &y.q, &y.u).ok()? };
+        scheme.accepted(&step);
+        Some(step.end)
+    }
+
+    /// The largest difference of an element, in what is permitted of it.
+    fn most_permitted_errors(&self, x: &Phase<M::Vector>, y: &Phase<M::Vector>) -> f64 {
+        let tolerances = &self.trajectory.tolerances;
+        let parts = [(&x.q, &y.q), (&x.u, &y.u)];
+        let pairs = parts.into_iter().flat_map(|(x, y)| x.as_slice().iter().zip(y.as_slice()));
+        pairs.fold(0.0, |most, (x, y)| most.max((x - y).abs() / tolerances.scale(*x, *y)))
+    }
+}
+
+/// What makes the second motion, and how many more steps of it are worth while.
+struct Second<S> {
+    scheme: S,
+    left: usize,
+}
+
+/// Of differences at the ends of steps of some length: the last one, or what the others exceed for a part of the time that lasts.
+fn lasting(apart: &mut [(f64, f64)]) -> f64 {
+    let last = apart.last().map_or(0.0, |(_, apart)| *apart);
+    // What is at both ends of a step lasts as long as it.
+    let mut before = 0.0;
+    for (_, apart) in &mut *apart {
+        (*apart, before) = (apart.min(before), *apart);
+    }
+    let mut left = LASTING * apart.iter().map(|(h, _)| h).sum::<f64>();
+    apart.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let lasts = apart.iter().find(|(h, _)| {
+        left -= h;
+        left <= 0.0
+    });
+    lasts.map_or(last, |(_, apart)| apart.max(last))
+}
