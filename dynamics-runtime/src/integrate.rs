@@ -167,6 +167,11 @@ pub trait System<V: Vector> {
     fn kink(&mut self, _step: (f64, f64), _fails: bool, _path: impl Fn(f64) -> Phase<V>) -> Option<f64> {
         None
     }
+    /// Whether what lies between the ends of a step (q, q̇, q̈ there) is good enough to find them by, so that no dense output is made for it.
+    #[inline(always)]
+    fn finds_kinks_by_ends(&self) -> bool {
+        false
+    }
     /// Holds from here on the branches that the accelerations take just after the start of a step of size h, so that within it they are smooth, or
     /// no longer; those of the start become what they are on these branches.
     #[inline(always)]

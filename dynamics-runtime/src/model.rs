@@ -333,6 +333,10 @@ pub trait Constraints: Dynamics {
         _by_multipliers: &mut [f64],
     ) {
     }
+    /// How many kinks [`Constraints::reaction_kinks`] writes, at most [`MOST_KINKS`].
+    const REACTION_KINKS: usize = 0;
+    /// Where the accelerations are not smooth, as far as reactions decide it: |λ| in the size of a friction force.
+    fn reaction_kinks(&self, _state: &Self::State, _multipliers: &Self::Rows, _kinks: &mut [Kink]) {}
     /// q̈ and λ by the generated code; `None` where it does not apply (a pivot is too small, there is no code for what is released) or does not
     /// exist. Looks at the state's modes itself.
     /// Models without constraints give q̈ alone.

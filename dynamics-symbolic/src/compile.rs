@@ -61,6 +61,10 @@ pub struct Kinks {
     pub functions: Vec<Option<FunctionId>>,
     /// The operations that they decide.
     pub branches: BTreeMap<NodeId, Branch>,
+    /// Values that depend on λ, likewise. No branch of theirs is held.
+    pub of_reactions: Program,
+    /// Their functions.
+    pub reaction_functions: Vec<Option<FunctionId>>,
 }
 
 /// Programs of a model with constraints; N coordinates, R rows, H of them holonomic. Where there are some, `Programs::accelerations` gives
@@ -186,7 +190,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
         return Err(excesses);
     }
     programs.momentum_rates = canonical(&mut model, &equations);
-    let kinks = Hazards::of(&model, &equations).kinks(&mut model.graph);
+    let hazards = Hazards::of(&model, &equations);
+    let (kinks, of_reactions) = (hazards.kinks(&mut model.graph), hazards.reaction_kinks(&mut model.graph));
     let driven = |p: &&Program| !model.inputs.is_empty() || p.name != "input_jacobian";
     let printed: Vec<&Program> = programs.all().filter(driven).collect();
     let withheld = programs.jacobians.as_ref().err().map(|reason| match reason {
@@ -200,7 +205,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     report.push_str(&text::series_entry(&model, &programs.series));
     listing.push_str(&text::series_section(&model, &programs.series));
     // Of all nodes that are printed: series bring choices of their own.
-    programs.kinks = followed(&model.graph, &kinks);
+    programs.kinks = followed(&model.graph, &kinks, &of_reactions);
     Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
 }
 
@@ -303,18 +308,21 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         constraints: e.constraints.as_ref().map(|c| constraints(model, e, c)),
         // Made last: they add nodes of their own.
         series: Err(Unexpandable::TooLarge(0)),
-        kinks: Kinks { program: inline("kinks", &[]), functions: Vec::new(), branches: BTreeMap::new() },
+        kinks: followed(g, &[], &[]),
         momentum_rates: None,
     }
 }
 
-fn followed(g: &Graph, kinks: &[Kink]) -> Kinks {
-    let values: Vec<NodeId> = kinks.iter().map(|kink| kink.value).collect();
+fn followed(g: &Graph, kinks: &[Kink], of_reactions: &[Kink]) -> Kinks {
+    let values = |kinks: &[Kink]| kinks.iter().map(|kink| kink.value).collect::<Vec<_>>();
+    let functions = |kinks: &[Kink]| kinks.iter().map(|kink| kink.function).collect();
     let choices = if kinks.iter().all(|kink| kink.switch.is_none()) { 0 } else { g.len() };
     Kinks {
-        program: schedule(g, "kinks", &values, Staging::Inline),
-        functions: kinks.iter().map(|kink| kink.function).collect(),
+        program: schedule(g, "kinks", &values(kinks), Staging::Inline),
+        functions: functions(kinks),
         branches: g.ids().take(choices).filter_map(|id| Some((id, Branch::of(g, id, kinks)?))).collect(),
+        of_reactions: schedule(g, "reaction_kinks", &values(of_reactions), Staging::Inline),
+        reaction_functions: functions(of_reactions),
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::first_step::first_step;
 use super::landing::Landing;
-use super::{Controller, Dense, Hold, Knot, Phase, Scheme, Settled, System, Tolerances};
+use super::{Controller, Hold, Knot, Phase, Scheme, Settled, System, Tolerances};
 use crate::model::Vector;
 
 mod passing;
+mod smooth;
 
 use passing::{Passing, UNCERTAIN, Verdict};
 
@@ -410,25 +411,6 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         }
     }
 
-    /// End and signed size of the step, if it is to be made again to end where the accelerations stop being smooth.
-    #[inline(always)]
-    fn landing<Y: System<V>>(&mut self, system: &mut Y, trial: &Trial<V>) -> Result<Option<(f64, f64)>, Y::Error> {
-        let Trial { start, end, kept, error, .. } = trial;
-        if !kept.branches || !self.landing.is_worth_trying() {
-            return Ok(None);
-        }
-        let h = end.t - start.t;
-        // The first stage may be the step's own: see `System::attempting`.
-        let begin = Knot { a: self.scheme.stages()[0].u, ..*start };
-        let path = self.scheme.dense(system, &begin, end, h)?;
-        let Some(part) = system.kink((start.t, h), *error > 1.0, |theta| path.at(theta)) else {
-            return Ok(None);
-        };
-        let end_t = start.t + part * h;
-        self.landing.attempt();
-        Ok((end_t != start.t && end_t != end.t).then_some((end_t, end_t - start.t)))
-    }
-
     fn is_fixed(&self) -> bool {
         self.options.fixed.is_some() || self.control.is_none()
     }
@@ -523,34 +505,6 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 }
             };
         }
-    }
-
-    /// Before the first attempt of a step: holds branches, and lets the method, or what changed with them, say how long the step is.
-    #[inline(always)]
-    fn begin<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<(), Y::Error> {
-        let direction = if limit < self.now.t { -1.0 } else { 1.0 };
-        let h = self.next_time(limit).1;
-        if h != 0.0 && self.hold_branches(system, h)? == Hold::Changed && !S::PROPOSES {
-            // What lies behind tells nothing of how fast it goes on from here.
-            let (most, tolerances) = (self.h.min(self.options.most), self.options.tolerances);
-            self.h = first_step(system, &self.now, S::ORDER, direction, most, &tolerances);
-            self.control.iter_mut().for_each(Controller::restart);
-        }
-        self.propose(system, limit);
-        Ok(())
-    }
-
-    /// Holds the branches of a step from here on; the accelerations here become theirs.
-    #[inline(always)]
-    fn hold_branches<Y: System<V>>(&mut self, system: &mut Y, h: f64) -> Result<Hold, Y::Error> {
-        let on = !self.is_fixed() && self.landing.is_on();
-        let held = system.hold_branches(&mut self.now, h, on)?;
-        if held != Hold::Slides {
-            return Ok(held);
-        }
-        self.slides_at.get_or_insert(self.now.t);
-        self.landing.slides();
-        Ok(Hold::Off)
     }
 
     /// Settles stages, if the method has stages that are states of the solution.

@@ -12,6 +12,8 @@ const NEAR: f64 = 1e-9;
 const AT_END: f64 = 1e-13;
 /// Parts in which kinks are sampled first.
 const PARTS: usize = 4;
+/// Likewise those of reactions, which have to be solved for.
+const REACTION_PARTS: usize = 2;
 /// Rounding errors of a kink's value, in parts of four times its largest value in a step plus 1 + |q|.
 const NOISE: f64 = 4.0 * f64::EPSILON;
 /// A step in which a kink comes and goes faster than can be followed is made again this much shorter.
@@ -80,57 +82,93 @@ impl<M: Constraints> Plant<'_, '_, M> {
     /// See [`System::kink`]. Where a step fails it is not for a branch, which is held.
     #[cold]
     pub(crate) fn first_kink(
-        &self,
+        &mut self,
         (t, h): (f64, f64),
         fails: bool,
         path: &dyn Fn(f64) -> Phase<M::Vector>,
     ) -> Option<f64> {
-        let at = |theta: f64| -> Kinks {
-            let (y, mut kinks) = (path(theta), [Kink::NONE; MOST_KINKS]);
-            self.model.kinks(&self.state(t + theta * h, &y.q, &y.u), &mut kinks);
-            kinks
-        };
-        let places: [f64; PARTS + 1] =
-            core::array::from_fn(|part| if part == 0 { begin(t, h) } else { place(part, PARTS) });
-        let samples = places.map(at);
-        let resolution = resolution(t, h);
+        const { assert!(M::KINKS <= MOST_KINKS && M::REACTION_KINKS <= MOST_KINKS, "more kinks than are followed") };
         let size = 1.0 + max_abs(path(1.0).q.as_slice());
-        let mut first = f64::INFINITY;
-        const { assert!(M::KINKS <= MOST_KINKS, "more kinks than are followed") };
-        for i in 0..M::KINKS {
+        let mut search = Search { t, h, size, resolution: resolution(t, h), first: f64::INFINITY };
+        if M::KINKS > 0 {
+            let branches = self.branches;
+            let begins = |i: usize, kink: &Kink| match (kink.decides, branches.holds(i)) {
+                (true, true) if branches.below(i, false) => -1.0,
+                (true, true) | (false, _) => 1.0,
+                (true, false) => 0.0,
+            };
+            search.run::<{ PARTS + 1 }>(M::KINKS, begins, fails, |theta| {
+                let (y, mut kinks) = (path(theta), [Kink::NONE; MOST_KINKS]);
+                self.model.kinks(&self.state(t + theta * h, &y.q, &y.u), &mut kinks);
+                kinks
+            });
+        }
+        if M::REACTION_KINKS > 0 {
+            // Where there is no solution, the step itself says so.
+            search.run::<{ REACTION_PARTS + 1 }>(
+                M::REACTION_KINKS,
+                |_, _| 1.0,
+                false,
+                |theta| {
+                    let (y, mut kinks) = (path(theta), [Kink::NONE; MOST_KINKS]);
+                    let state = self.on_branches(&self.state(t + theta * h, &y.q, &y.u));
+                    self.evaluations += 1;
+                    if let Ok(multipliers) = self.upkeep.reactions(self.model, self.constants, &state) {
+                        self.model.reaction_kinks(&state, &multipliers, &mut kinks);
+                        kinks.iter_mut().for_each(|kink| kink.decides = false);
+                    }
+                    kinks
+                },
+            );
+        }
+        (search.first < 1.0 - search.resolution.max(AT_END)).then_some(search.first)
+    }
+}
+
+/// The first of all places in a step where a kink is.
+struct Search {
+    t: f64,
+    h: f64,
+    /// 1 + |q|.
+    size: f64,
+    resolution: f64,
+    first: f64,
+}
+
+impl Search {
+    /// Looks at so many kinks; `begins` is the sign that one has at the start, 0 where that is what is found there.
+    fn run<const SAMPLES: usize>(
+        &mut self,
+        count: usize,
+        begins: impl Fn(usize, &Kink) -> f64,
+        fails: bool,
+        mut at: impl FnMut(f64) -> Kinks,
+    ) {
+        let places: [f64; SAMPLES] =
+            core::array::from_fn(|part| if part == 0 { begin(self.t, self.h) } else { place(part, SAMPLES - 1) });
+        let samples = places.map(&mut at);
+        for i in 0..count {
             let from = samples[0][i];
             if fails && from.decides {
                 continue;
             }
             let value = |kinks: &Kinks| if from.decides { kinks[i].value } else { within(kinks[i].value, from.smooth) };
-            let column: [(f64, f64); PARTS + 1] = core::array::from_fn(|k| (places[k], value(&samples[k])));
+            let column: [(f64, f64); SAMPLES] = core::array::from_fn(|k| (places[k], value(&samples[k])));
             let most = column.iter().fold(0.0f64, |most, (_, g)| most.max(g.abs()));
-            let begins = match (from.decides, self.branches.holds(i)) {
-                (true, true) => {
-                    if self.branches.below(i, false) {
-                        -1.0
-                    } else {
-                        1.0
-                    }
-                }
-                (true, false) => 0.0,
-                (false, _) => 1.0,
-            };
-            let noise = NOISE * (4.0 * most.min(f64::MAX) + size);
-            let mut scan = Scan::new(begins, resolution, noise).up_to(first);
+            let noise = NOISE * (4.0 * most.min(f64::MAX) + self.size);
+            let mut scan = Scan::new(begins(i, &from), self.resolution, noise).up_to(self.first);
             let follow = scan.follow(
                 &column,
                 |theta| Ok::<f64, ()>(value(&at(theta))),
                 |theta, _| {
-                    first = first.min(theta);
+                    self.first = self.first.min(theta);
                     false
                 },
             );
             if let Err(ScanError::Unresolved) = follow {
-                first = first.min(UNRESOLVED);
+                self.first = self.first.min(UNRESOLVED);
             }
         }
-        (first < 1.0 - resolution.max(AT_END)).then_some(first)
     }
 }
 

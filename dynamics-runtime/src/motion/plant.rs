@@ -428,12 +428,23 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn kink(&mut self, step: (f64, f64), fails: bool, path: impl Fn(f64) -> Phase<M::Vector>) -> Option<f64> {
-        if M::KINKS == 0 { None } else { self.first_kink(step, fails, &path) }
+        if M::KINKS + M::REACTION_KINKS == 0 { None } else { self.first_kink(step, fails, &path) }
+    }
+
+    /// A reaction has the accuracy of q̇ at least, and what is found is looked for again as the step ends nearer to it.
+    #[inline(always)]
+    fn finds_kinks_by_ends(&self) -> bool {
+        M::KINKS == 0
     }
 
     #[inline(always)]
     fn hold_branches(&mut self, start: &mut Knot<M::Vector>, h: f64, on: bool) -> Result<Hold, EvaluationError> {
-        if M::KINKS == 0 { Ok(Hold::Off) } else { self.follow_branches(start, h, on) }
+        match (M::KINKS, M::REACTION_KINKS, on) {
+            (0, 0, _) | (0, _, false) => Ok(Hold::Off),
+            // There is nothing to hold, but a place to end at.
+            (0, _, true) => Ok(Hold::On),
+            _ => self.follow_branches(start, h, on),
+        }
     }
 
     #[inline(always)]

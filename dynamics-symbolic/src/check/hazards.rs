@@ -72,9 +72,27 @@ impl Hazards {
     }
 
     /// Where steps can be made to end: what has to change its sign, or leave its piece of a function, for the accelerations not to be
-    /// smooth. Nothing where there are more than [`MOST_KINKS`] of them. What depends on the solution itself is left out.
+    /// smooth. Nothing where there are more than [`MOST_KINKS`] of them. What depends on the solution itself is left out: see
+    /// [`Hazards::reaction_kinks`].
     #[must_use]
     pub fn kinks(&self, g: &mut Graph) -> Vec<Kink> {
+        let mut kinks = self.all(g);
+        kinks.retain(|kink| !g.dependence(kink.value).on(SOLUTION));
+        kinks
+    }
+
+    /// Likewise for what depends on reactions, as the size of a friction force does.
+    #[must_use]
+    pub fn reaction_kinks(&self, g: &mut Graph) -> Vec<Kink> {
+        let mut kinks = self.all(g);
+        kinks.retain(|kink| {
+            let on = g.dependence(kink.value);
+            on.on(Dependence::MULTIPLIERS) && !on.on(Dependence::ACCELERATIONS)
+        });
+        kinks
+    }
+
+    fn all(&self, g: &mut Graph) -> Vec<Kink> {
         let switches = self.followed();
         if switches.len() + self.functions.len() > MOST_KINKS {
             return Vec::new();
@@ -89,14 +107,13 @@ impl Hazards {
             switch: None,
             function: Some(*f),
         }));
-        kinks.retain(|kink| !g.dependence(kink.value).on(SOLUTION));
         kinks
     }
 
-    /// Whether [`Hazards::kinks`] knows every change of branch.
+    /// Whether [`Hazards::kinks`] and [`Hazards::reaction_kinks`] know every change of branch.
     #[must_use]
     pub fn are_followed(&self, g: &Graph) -> bool {
-        let on_solution = |id: NodeId| g.dependence(id).on(SOLUTION);
+        let on_solution = |id: NodeId| g.dependence(id).on(Dependence::ACCELERATIONS);
         let unknown = |s: &Switch| on_solution(s.left) || s.right.is_some_and(on_solution);
         let switches = self.followed();
         switches.len() + self.functions.len() <= MOST_KINKS && !switches.iter().any(unknown)

@@ -1,6 +1,6 @@
 //! `impl Constraints`.
 
-use dynamics_symbolic::compile::ConstraintPrograms;
+use dynamics_symbolic::compile::{ConstraintPrograms, Kinks};
 use dynamics_symbolic::mechanics::{ConstraintEquations, ConstraintKind, Elimination, General, Solution};
 use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
@@ -41,6 +41,7 @@ impl Emission<'_> {
             self.method(&programs.gamma, "gamma", &quote!(Self::Rows), to_vector),
             self.terms(programs),
             self.friction(programs),
+            self.reaction_kinks(),
             self.solve_unrolled(equations),
             self.accelerate_unrolled(equations),
             self.correct_unrolled(equations),
@@ -268,6 +269,29 @@ impl Emission<'_> {
                 let #lambda = &#multipliers.data.0[0];
                 #statements
                 #write #write_by
+            }
+        };
+        (functions, method)
+    }
+
+    /// `const REACTION_KINKS` and `fn reaction_kinks`, where there are some.
+    fn reaction_kinks(&self) -> Method {
+        let Kinks { of_reactions, reaction_functions, .. } = &self.compiled.programs.kinks;
+        if reaction_functions.is_empty() {
+            return Method::default();
+        }
+        let Printed { functions, statements, results } = self.print(of_reactions);
+        let (private, at_state, prologue, lambda) = (&self.private, self.at_state(), self.prologue(), local("lambda"));
+        let (multipliers, values) = (local("multipliers"), local("kinks"));
+        let kinks = self.each_kink(&results, reaction_functions);
+        let (count, usize) = (kinks.len(), quote!(#private::usize));
+        let method = quote! {
+            const REACTION_KINKS: #usize = #count;
+            fn reaction_kinks(#at_state, #multipliers: &Self::Rows, #values: &mut [#private::Kink]) {
+                #prologue
+                let #lambda = &#multipliers.data.0[0];
+                #statements
+                #values[..#count].copy_from_slice(&[#(#kinks),*]);
             }
         };
         (functions, method)

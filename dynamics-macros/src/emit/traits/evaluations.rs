@@ -1,7 +1,7 @@
 //! Evaluations without a solve: M, Q, energies, momenta, conserved quantities, powers.
 
 use dynamics_symbolic::compile::Kinks;
-use dynamics_symbolic::graph::Dependence;
+use dynamics_symbolic::graph::{Dependence, FunctionId};
 use dynamics_symbolic::mechanics::Named;
 use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
@@ -53,17 +53,7 @@ impl Emission<'_> {
         }
         let Printed { functions: parts, statements, results } = self.print(program);
         let (private, at_state, prologue, values) = (&self.private, self.at_state(), self.prologue(), local("kinks"));
-        let kinks: Vec<TokenStream> = results
-            .iter()
-            .zip(functions)
-            .map(|(value, function)| match function {
-                None => quote!(#private::Kink::at_zero(#value)),
-                Some(function) => {
-                    let field = &self.surface.functions[function.0 as usize];
-                    quote!(#private::Kink::of(&self.#field, #value))
-                }
-            })
-            .collect();
+        let kinks = self.each_kink(&results, functions);
         let (count, usize) = (kinks.len(), quote!(#private::usize));
         let method = quote! {
             const KINKS: #usize = #count;
@@ -73,6 +63,19 @@ impl Emission<'_> {
             }
         };
         (parts, method)
+    }
+
+    /// A `Kink` for every value.
+    pub(super) fn each_kink(&self, values: &[TokenStream], functions: &[Option<FunctionId>]) -> Vec<TokenStream> {
+        let private = &self.private;
+        let one = |(value, function): (&TokenStream, &Option<FunctionId>)| match function {
+            None => quote!(#private::Kink::at_zero(#value)),
+            Some(function) => {
+                let field = &self.surface.functions[function.0 as usize];
+                quote!(#private::Kink::of(&self.#field, #value))
+            }
+        };
+        values.iter().zip(functions).map(one).collect()
     }
 
     pub(super) fn float(&self) -> TokenStream {
