@@ -88,7 +88,11 @@ fn what_is_released_at_rest_is_braked() {
         // What is given is taken, and found to be wrong by the run.
         let given = free!(model).release_to("stick", slope).build().unwrap();
         let error = model.simulate(given).until(1.0).run().unwrap_err();
-        assert!(matches!(error.kind, Kind::SlipsBack { constraint: "stick", .. }) && error.time < 1e-3, "{error}");
+        let Kind::SlipsBack { constraint: "stick", at, sticks, .. } = error.kind else { panic!("{error}") };
+        assert!(
+            error.time == 0.0 && at > 0.0 && !sticks && error.to_string().contains("release_to(\"stick\", "),
+            "{error}"
+        );
     }
     // The inputs of a law are not known at the start.
     let (model, inputs) = (incline(0.0), |_: f64, _: &InclineState| [0.0, -5.0]);
@@ -107,7 +111,9 @@ fn what_would_stick_is_no_motion_without_a_rule() {
         let model = incline(slope);
         let start = free!(model).release("stick").build().unwrap();
         let error = model.simulate(start).until(1.0).run().unwrap_err();
-        assert!(matches!(error.kind, Kind::SlipsBack { .. }) && error.time < 1e-3, "{slope}: {error}");
+        // The other side is no remedy.
+        assert!(matches!(error.kind, Kind::SlipsBack { sticks: true, .. }) && error.time == 0.0, "{slope}: {error}");
+        assert!(!error.to_string().contains("release_to"), "{error}");
         let motion = model.simulate(start).until(1.0).contact("floor", 0.0).stick_slip("stick", "limit").run().unwrap();
         assert!(motion.end().x().abs() < 1e-12 && motion.end().is_engaged("stick").unwrap());
     }
@@ -123,7 +129,10 @@ fn friction_ends_a_motion_that_it_would_drive_back() {
         for method in [methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
             let run = model.simulate(start).until(2.0).method(&method).tolerance(1e-9).formulation(formulation);
             let error = run.run().unwrap_err();
-            let Kind::SlipsBack { constraint, side, slip } = error.kind else { panic!("{error}") };
+            let Kind::SlipsBack { constraint, side, slip, at: seen, sticks } = error.kind else { panic!("{error}") };
+            // By then it has slipped so far back, with the friction that drives it.
+            let driven = -0.4 * G * (seen - stops);
+            assert!(sticks && (slip / driven - 1.0).abs() < 1e-5, "{slip} {driven}: {error}");
             assert!(constraint == "stick" && side == 1.0 && slip < 0.0);
             // What was computed up to there is right.
             assert!((error.time - stops).abs() < 1e-7, "{formulation}: {} {stops}", error.time);
@@ -196,6 +205,18 @@ fn a_side_that_does_not_count_is_no_error() {
     let start = free!(frictionless).x_rate(1.0).release("stick").build().unwrap();
     let motion = frictionless.simulate(start).until(2.0).run().unwrap();
     assert!((motion.end().x() - (2.0 - 2.0 * G * 0.3f64.sin())).abs() < 1e-9);
+}
+
+/// Where nothing presses, friction does nothing, and an event of one's own may release what sticks without a word on the side.
+#[test]
+fn what_sticks_without_load_is_released_by_an_event() {
+    let model = incline(0.0);
+    let start = model.state().release("stop").build().unwrap();
+    let lift = |t: f64, _: &InclineState| [5.0 * t, 0.0];
+    let run = model.simulate(start).until(3.0).inputs(lift).contact("floor", 0.0);
+    let motion = run.on_event_with("limit", Direction::Falling, |change| change.release("stick")).run().unwrap();
+    let flown = 3.0 - G / 5.0;
+    assert!((motion.end().y() - 5.0 * flown.powi(3) / 6.0).abs() < 1e-8, "{}", motion.end().y());
 }
 
 /// A block that sticks without side load is lifted off: at that instant neither side rubs.

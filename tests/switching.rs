@@ -503,3 +503,84 @@ fn a_bead_leaves_a_cylinder_once() {
         }
     }
 }
+
+/// A ball in a bowl, and an event on the very function that the bowl holds at zero; one on its rate, and one that the ball does cross.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(mass: kg, g: m / s^2, r: m)]
+struct Bowl {
+    mass: f64,
+    g: f64,
+    r: f64,
+}
+
+#[dynamics]
+impl Bowl {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * q.y
+    }
+    #[holonomic(switched)]
+    fn bowl(&self, q: &Coordinates<Self>) -> Expr {
+        self.r - vec2(q.x, q.y).norm()
+    }
+    #[event]
+    fn touches(&self, q: &Coordinates<Self>) -> Expr {
+        3.0 * (self.r.powi(2) - vec2(q.x, q.y).norm_squared())
+    }
+    #[event]
+    fn sinks(&self, q: &Coordinates<Self>) -> Expr {
+        vec2(q.x, q.y).norm().dt()
+    }
+    #[event]
+    fn bottom(&self, q: &Coordinates<Self>) -> Expr {
+        q.x
+    }
+}
+
+const BOWL: Bowl = Bowl { mass: 1.0, g: 9.81, r: 1.0 };
+
+const FORMULATIONS: [Formulation; 5] = [
+    Formulation::Projected,
+    Formulation::Embedded,
+    Formulation::BaumgarteTied,
+    Formulation::Augmented,
+    Formulation::Baumgarte { alpha: 5.0, beta: 5.0 },
+];
+
+/// What a constraint holds at zero has the sign of rounding, or of drift: no event, no action, and a word in the summary.
+#[test]
+fn what_a_constraint_holds_at_zero_does_not_happen() {
+    let start = BOWL.state().x(0.6).y(-0.8).build().unwrap();
+    for formulation in FORMULATIONS {
+        for tolerance in [1e-6, 1e-10] {
+            let run = BOWL.simulate(start).until(10.0).tolerance(tolerance).formulation(formulation);
+            let run = run.on_event("touches", Direction::Any, |state| state.u[0] = 0.0);
+            let motion = run.event("rate", |s| 2.0 * (s.x() * s.x_rate() + s.y() * s.y_rate())).run().unwrap();
+            let summary = motion.summary();
+            // ω² = g/r: the period at 36.87° is longer by 2.6 %.
+            let [(name, count)] = &summary.events[..] else { panic!("{formulation} {tolerance:e}: {summary}") };
+            assert!(name == "bottom" && (9..=10).contains(count), "{summary}");
+            for kept in &summary.kept {
+                assert!(["touches", "sinks", "rate"].contains(&kept.as_str()), "{kept}");
+            }
+            let warned = summary.to_string().matches("is what a constraint holds at zero").count();
+            assert!(warned == summary.kept.len() && warned > 0, "{formulation} {tolerance:e}: {summary}");
+        }
+    }
+}
+
+/// Where the constraint is released the same function says when it is back.
+#[test]
+fn the_same_function_happens_where_nothing_holds_it() {
+    let falling = BOWL.state().x(0.5).y(0.0).release("bowl").build().unwrap();
+    let run = BOWL.simulate(falling).until(2.0).tolerance(1e-9).contact("bowl", 0.0);
+    let motion = run.run().unwrap();
+    let lands = (2.0 * 0.75f64.sqrt() / 9.81).sqrt();
+    let times: Vec<f64> = motion.events().iter().filter(|e| e.name == "touches").map(|e| e.time()).collect();
+    assert!(times.len() == 1 && (times[0] - lands).abs() < 1e-9, "{times:?} {lands}");
+}

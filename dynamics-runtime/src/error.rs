@@ -71,6 +71,14 @@ pub enum SolveError {
         /// The row of the first of them.
         row: &'static str,
     },
+    /// What is hit is driven against constraints and contacts that do not give way: no velocities keep all of them apart. A moving constraint
+    /// squeezes what lies between.
+    ImpactSqueezes {
+        /// The row of the contact that closes most, whatever the velocities are.
+        row: &'static str,
+        /// Φ̇ of it at the velocities at which all of them together are missed least.
+        closing: f64,
+    },
     /// Applied forces, or whether a contact lifts off, depend on a reaction that the constraints leave undecided, because they repeat each other.
     ReactionNotUnique {
         /// Its row.
@@ -155,6 +163,12 @@ impl fmt::Display for SolveError {
                 f,
                 "no impulses of `{row}` and the contacts that hit with it push all of them apart; contacts that repeat each other cannot \
                  be told apart: leave one of them out"
+            ),
+            Self::ImpactSqueezes { row, .. } => write!(
+                f,
+                "`{row}` is driven against constraints and contacts that do not give way: no velocities keep all of them apart, and what lies \
+                 between is squeezed; let what moves stop before, release what it presses against, or make one of them \
+                 compliant"
             ),
             Self::ReactionNotUnique { row } => write!(
                 f,

@@ -9,6 +9,7 @@
 mod causes;
 mod change;
 mod conditioning;
+mod creep;
 mod doubts;
 mod drift;
 mod driver;
@@ -18,6 +19,7 @@ mod formulation;
 mod functions;
 mod guard;
 mod halves;
+mod kept;
 mod kinks;
 mod leave;
 mod pace;

@@ -66,7 +66,7 @@ fn impacts_that_accumulate_are_an_error_that_names_the_limit() {
     // t₀ + 2 t₀ (e + e² + …) = t₀ (1 + e)/(1 − e)
     let limit = (2.0 / G).sqrt() * 3.0;
     match &error.kind {
-        SimulationErrorKind::EventsAccumulate { event, at } => {
+        SimulationErrorKind::EventsAccumulate { event, at, squeezed: false } => {
             assert_eq!(event, "impact");
             assert!((at - limit).abs() < 1e-9, "{at} for {limit}");
         }

@@ -71,7 +71,8 @@ fn at_its_change_point_a_parallelogram_has_a_freedom_more() {
     // came, but not otherwise.
     let flat = solve_once(&model, &(), &parallelogram(0.0, 1.0)).unwrap();
     assert_eq!(flat.diagnosis.map(|d| (d.rank, d.active)), Some((1, 2)));
-    assert!(!model.reactions(&parallelogram(0.0, 1.0)).unwrap()[0].unique);
+    let shared = &model.reactions(&parallelogram(0.0, 1.0)).unwrap()[0];
+    assert!(!shared.unique && shared.to_string().ends_with("not unique"));
     let comparison = model.compare_formulations(&parallelogram(0.0, 1.0)).unwrap();
     // The null space, which is the reference, and the partition, which leaves the zero row out.
     assert!(comparison.applicable() == 2 && comparison.disagreement() < 1e-12, "{comparison}");
@@ -87,6 +88,8 @@ fn reactions_balance_the_equations_of_motion() {
     let a = dynamics_runtime::model::Dynamics::accelerations(&rod, &state).unwrap();
     let pull = reactions[0].generalized_force;
     assert!(reactions[0].name == "rod" && reactions[0].unique);
+    let (line, multiplier) = (reactions[0].to_string(), format!("{:.6e}", reactions[0].multipliers[0]));
+    assert!(line.starts_with("rod ") && line.contains(&multiplier) && !line.contains("not unique"), "{line}");
     assert!((pull[0] - 2.0 * a[0]).abs() < 1e-14 && (pull[1] - 2.0 * (a[1] + 9.81)).abs() < 1e-13);
 }
 

@@ -30,8 +30,8 @@ pub struct Impact<R> {
 /// A listed scalar constraint that was released to a side is a contact: its impulse pushes to that side or is 0. Others push either way.
 ///
 /// # Errors
-/// As [`super::solve`]; [`SolveError::OffConstraint`] where the constraints leave no velocities to go on with, [`SolveError::ImpactUndecided`] where
-/// contacts repeat each other so that none of their impulses fits.
+/// As [`super::solve`]; [`SolveError::OffConstraint`] where the constraints leave no velocities to go on with, [`SolveError::ImpactSqueezes`] where
+/// they drive contacts together, [`SolveError::ImpactUndecided`] where contacts repeat each other so that none of their impulses fits.
 pub fn impact<M: Constraints>(
     model: &M,
     state: &mut M::State,
@@ -72,8 +72,54 @@ struct Set<'h, M: Constraints> {
 }
 
 impl<M: Constraints> Set<'_, M> {
-    /// Brings rows that act to Φ̇ = 0; velocities and impulses.
+    /// Brings rows that act to Φ̇ = 0; velocities and impulses. What cannot come apart says so.
     fn compress(
+        &mut self,
+        model: &M,
+        state: &M::State,
+        workspace: &mut [f64],
+    ) -> Result<(M::State, M::Rows), SolveError> {
+        match self.settle(model, state, workspace) {
+            Err(error @ (SolveError::ImpactUndecided { .. } | SolveError::OffConstraint { .. })) => {
+                Err(self.squeezed(model, state, workspace)?.unwrap_or(error))
+            }
+            settled => settled,
+        }
+    }
+
+    /// Whether no velocities keep all contacts apart, by Farkas' lemma: what the best velocities leave of Φ̇ on all rows together is combined of what
+    /// does not depend on velocities; where every contact closes in it, every other velocity leaves at least as much.
+    fn squeezed(
+        &mut self,
+        model: &M,
+        state: &M::State,
+        workspace: &mut [f64],
+    ) -> Result<Option<SolveError>, SolveError> {
+        self.out = 0;
+        let correction = correct_rows(model, state, &self.right(), |row| self.acts(row), workspace)?;
+        let mut after = *state;
+        add(after.u_mut().as_mut_slice(), correction.change.as_slice());
+        let velocities = model.velocity_residual(&after);
+        let gradients = Gradients::of(model, &after, workspace);
+        let permitted = 1e-9 * (1.0 + max_abs(after.u().as_slice()));
+        let mut worst = (0.0, None);
+        for at in 0..self.hits.len().min(64) {
+            let (Some(side), row) = (self.side(at), self.first_row(at)) else { continue };
+            let (closing, distance) = (side * velocities[row], gradients.distance(row, velocities[row]));
+            // Not a number is no proof.
+            if distance.is_nan() || (closing > 0.0 && distance > permitted) {
+                return Ok(None);
+            }
+            if distance > permitted.max(worst.0) {
+                let row = names::<M>().row(row);
+                worst = (distance, Some(SolveError::ImpactSqueezes { row, closing }));
+            }
+        }
+        Ok(worst.1)
+    }
+
+    /// See [`Set::compress`].
+    fn settle(
         &mut self,
         model: &M,
         state: &M::State,

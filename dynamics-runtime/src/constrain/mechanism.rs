@@ -1,6 +1,7 @@
 //! What holds a model together: reactions by name, degrees of freedom, formulations side by side.
 
 use alloc::vec::Vec;
+use core::fmt;
 
 use super::compare::{Comparison, compare};
 use super::memory::add_scaled;
@@ -22,6 +23,18 @@ pub struct Reaction<V> {
     pub unique: bool,
 }
 
+/// One line: `rope  λ = 12.3456` and, where other constraints repeat it, that it is shared out.
+impl<V> fmt::Display for Reaction<V> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:<16}λ =", self.name)?;
+        for (i, multiplier) in self.multipliers.iter().enumerate() {
+            // Minus zero is zero.
+            write!(f, "{}{:>14.6e}", if i == 0 { " " } else { ", " }, multiplier + 0.0)?;
+        }
+        f.write_str(if self.unique { "" } else { "  not unique" })
+    }
+}
+
 /// Questions about the constraints of a model at a state; implemented for every model.
 pub trait Mechanism: Constraints {
     /// λ at a state, by rows. Those of least norm where constraints repeat each other.
@@ -35,7 +48,8 @@ pub trait Mechanism: Constraints {
         Ok(multipliers)
     }
 
-    /// What each constraint does, in the order of declaration, the holonomic ones first.
+    /// What each constraint does, in the order of declaration, the holonomic ones first. Each is printed as a line:
+    /// `for reaction in model.reactions(&state)? { println!("{reaction}"); }`.
     ///
     /// # Errors
     /// As [`Mechanism::multipliers`].

@@ -11,7 +11,7 @@ use crate::constrain::inertia::{Inertia, least_inertia, unit_inertias};
 use crate::constrain::weakness::weakness;
 use crate::constrain::with_workspace;
 use crate::error::SolveError;
-use crate::model::{Constraints, ModelState, Vector};
+use crate::model::{Constraints, ModelState, Modes, Vector};
 
 /// Part of the least inertia at the start below which a motion has run into a place where it has none.
 const VANISHED: f64 = 1e-5;
@@ -27,8 +27,13 @@ pub(super) fn explain<M: Constraints>(model: &M, start: &M::State, state: &M::St
         return kind;
     }
     // A step that was not made shorter has the corner somewhere in it; the straight way is not quite its own.
-    let reach = if matches!(kind, Kind::StepDisplaced { .. } | Kind::Drift { .. }) { 2.0 * h } else { 0.0 };
-    if let Some(Corner { row, what, jump }) = corner(model, state, reach) {
+    let reach = match kind {
+        Kind::StepDisplaced { .. } | Kind::Drift { .. } => 2.0 * h,
+        // It lies within what was missed.
+        Kind::Solve(SolveError::OffConstraint { distance, .. }) => 10.0 * distance,
+        _ => 0.0,
+    };
+    if let Some(Corner { row, what, jump, .. }) = corner(model, state, reach) {
         return Kind::ConstraintJumps { row: M::ROWS[row].name, what, jump, cause: Box::new(kind) };
     }
     // A mass matrix that was found singular has named its coordinate.
@@ -75,11 +80,13 @@ fn vanished<M: Constraints>(
     (usual > 0.0 && share <= VANISHED && weakness(model, state).condition < WEAK).then_some((coordinates, share))
 }
 
-/// A row that is not differentiable at a state.
-struct Corner {
-    row: usize,
-    what: Jumping,
-    jump: f64,
+/// A row that is not differentiable on a way.
+pub(super) struct Corner {
+    pub(super) row: usize,
+    pub(super) what: Jumping,
+    pub(super) jump: f64,
+    /// Where, just before it.
+    pub(super) at: f64,
 }
 
 /// How far ahead and back constraints are looked at, in parts of the time in which coordinates change by their size.
@@ -107,33 +114,54 @@ fn corner<M: Constraints>(model: &M, state: &M::State, reach: f64) -> Option<Cor
         beside
     };
     // Where gradients vanish here, not all of them do there.
-    let (rates, sizes) = sizes(model, &[beside(-reach), beside(reach), assemble::beside::<M>(state)]);
-    for row in active_rows::<M>(state.modes(), false) {
+    let sizes = sizes(model, &[beside(-reach), beside(reach), assemble::beside::<M>(state)]);
+    corner_on(model, state.modes(), (-reach, reach), beside, &sizes, least)
+}
+
+/// The first constraint with a corner on the way of a step, θ from 0 to 1.
+pub(super) fn corner_within<M: Constraints>(model: &M, way: impl Fn(f64) -> M::State) -> Option<Corner> {
+    let middle = way(0.5);
+    let sizes = sizes(model, &[way(0.0), way(1.0), assemble::beside::<M>(&middle)]);
+    let least = 1e3 * f64::EPSILON * middle.t().abs();
+    corner_on(model, middle.modes(), (0.0, 1.0), way, &sizes, least)
+}
+
+/// A corner of a constraint on a way; `sizes`: see [`sizes`], `least`: the time that is resolved.
+fn corner_on<M: Constraints>(
+    model: &M,
+    modes: Modes,
+    (from, to): (f64, f64),
+    way: impl Fn(f64) -> M::State,
+    (rates, sizes): &(M::Rows, M::Rows),
+    least: f64,
+) -> Option<Corner> {
+    for row in active_rows::<M>(modes, false) {
         if row < M::Residual::LEN
-            && let Some(jump) = jump(reach, |tau| model.residual(&beside(tau))[row])
+            && let Some((at, jump)) = jump(from, to, |tau| model.residual(&way(tau))[row])
             && jump.abs() > ROUNDED * sizes[row] + least * rates[row]
         {
-            return Some(Corner { row, what: Jumping::Positions, jump });
+            return Some(Corner { row, what: Jumping::Positions, jump, at });
         }
-        if let Some(jump) = jump(reach, |tau| model.velocity_residual(&beside(tau))[row])
+        if let Some((at, jump)) = jump(from, to, |tau| model.velocity_residual(&way(tau))[row])
             && jump.abs() > JUMPS * rates[row]
         {
-            return Some(Corner { row, what: Jumping::Velocities, jump });
+            return Some(Corner { row, what: Jumping::Velocities, jump, at });
         }
     }
     None
 }
 
-/// What is left of the change of a function from −x to x where the half in which it changes more is halved again and again: nothing, unless it jumps.
-fn jump(x: f64, f: impl Fn(f64) -> f64) -> Option<f64> {
-    let [mut from, mut to] = [-x, x].map(|x| (x, f(x)));
+/// What is left of the change of a function where the half of an interval in which it changes more is halved again and again, and where that
+/// is: nothing, unless it jumps.
+fn jump(from: f64, to: f64, f: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
+    let [mut from, mut to] = [from, to].map(|x| (x, f(x)));
     for _ in 0..HALVINGS {
         let middle = 0.5 * (from.0 + to.0);
         let middle = (middle, f(middle));
         let first = (middle.1 - from.1).abs() > (to.1 - middle.1).abs();
         if first { to = middle } else { from = middle }
     }
-    Some(to.1 - from.1).filter(|jump| jump.is_finite())
+    Some((from.0, to.1 - from.1)).filter(|(_, jump)| jump.is_finite())
 }
 
 /// What the velocity of each row is made of, Σⱼ |Φ_q,ᵢⱼ q̇ⱼ| + |Φ̇ᵢ|, and its position, Σⱼ |Φ_q,ᵢⱼ| (1 + |qⱼ|): the most of what they are at some states.

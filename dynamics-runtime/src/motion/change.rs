@@ -252,8 +252,8 @@ impl<'c, M: Simulate> Change<'c, M> {
     }
 
     /// Releases a switched constraint that holds: a holonomic one to the side where Φ grows, a nonholonomic one of one row to the side from which its
-    /// reaction held it back, against the sign of λ. Several rows, or λ = 0, name no side: that ends the simulation, and
-    /// [`Change::release_to`] is what to use.
+    /// reaction held it back, against the sign of λ. Several rows, or λ = 0 where the side counts (friction by it acts), name no side: that ends the
+    /// simulation, and [`Change::release_to`] is what to use.
     pub fn release(&mut self, name: &str) {
         self.attempt(|change| {
             let (constraint, index) = change.switched(name)?;
@@ -266,6 +266,18 @@ impl<'c, M: Simulate> Change<'c, M> {
                     let solved = change.upkeep.reactions(change.model, change.constants, change.state)?;
                     match solved[constraint.first] {
                         reaction if constraint.rows == 1 && reaction.abs() > 0.0 => -reaction.signum(),
+                        // Nothing held it, and nothing will brake it: either side is right.
+                        _ if constraint.rows == 1
+                            && !change.upkeep.side_counts(
+                                change.model,
+                                change.constants,
+                                change.state,
+                                index,
+                                NEGLIGIBLE,
+                            ) =>
+                        {
+                            1.0
+                        }
                         _ => return Err(ChangeError::NoSide { constraint: constraint.name }),
                     }
                 }

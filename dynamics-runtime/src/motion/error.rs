@@ -92,6 +92,17 @@ pub enum SimulationErrorKind {
         event: String,
         /// The time that they approach.
         at: f64,
+        /// A contact is hit ever faster: what lies between contacts that approach each other is squeezed.
+        squeezed: bool,
+    },
+    /// Steps become shorter and shorter and come to no end before the time that they approach: accelerations grow without bounds there.
+    StepsVanish {
+        /// That time, extrapolated.
+        at: f64,
+        /// The coordinates that accelerate most at the last state.
+        coordinates: Involved,
+        /// The rows of the constraints that hold them with most; of nobody where nothing holds.
+        rows: Involved,
     },
     /// The reset of an event left the motion at rest there, and it goes on in the same direction: the event happens again at once.
     EventRepeats {
@@ -177,6 +188,10 @@ pub enum SimulationErrorKind {
         side: f64,
         /// A q̇ + b a little later.
         slip: f64,
+        /// When that is.
+        at: f64,
+        /// Friction would bring it back from the other side as well: it sticks, and no side of its is right.
+        sticks: bool,
     },
     /// A contact is open on the side where it is not free.
     Penetration {

@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
-use core::cell::RefCell;
+use core::cell::{RefCell, RefMut};
 
 use super::error::SimulationErrorKind as Fault;
 use super::guard::{Guard, Guards};
@@ -21,17 +21,17 @@ pub(crate) struct AdHoc<'m, S> {
 
 /// The functions that are watched: those of the model, those given at the simulation, those of the guards.
 pub(super) struct Functions<'m, M: Simulate> {
-    model: &'m M,
+    pub(super) model: &'m M,
     constants: M::Constants,
     ad_hoc: Vec<AdHoc<'m, M::State>>,
     pub(super) guards: Guards,
-    /// For reactions of guards.
+    /// For reactions of guards, and gradients of constraints.
     workspace: RefCell<Vec<f64>>,
 }
 
 impl<'m, M: Simulate> Functions<'m, M> {
     pub(super) fn new(model: &'m M, constants: M::Constants, ad_hoc: Vec<AdHoc<'m, M::State>>, guards: Guards) -> Self {
-        let len = if guards.is_empty() { 0 } else { constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len()) };
+        let len = if M::ROWS.is_empty() { 0 } else { constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len()) };
         Self { model, constants, ad_hoc, guards, workspace: RefCell::new(vec![0.0; len]) }
     }
 
@@ -155,6 +155,17 @@ impl<'m, M: Simulate> Functions<'m, M> {
             Some((row, residual)) => Err(Fault::Penetration { row, residual }),
             None => Ok(()),
         }
+    }
+
+    /// The speed with which a contact is hit: 0 of what is none.
+    pub(super) fn approach(&self, index: usize, state: &M::State) -> f64 {
+        let guard =
+            index.checked_sub(self.first_guard()).map(|guard| &self.guards[guard]).filter(|guard| guard.is_contact());
+        guard.map_or(0.0, |guard| self.model.velocity_residual(state)[guard.constraint.first].abs())
+    }
+
+    pub(super) fn workspace(&self) -> RefMut<'_, Vec<f64>> {
+        self.workspace.borrow_mut()
     }
 
     fn reactions(&self, state: &M::State) -> Result<OutcomeOf<M>, SolveError> {

@@ -55,6 +55,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             has_law: false,
             formulation: Some((Formulation::Projected, reason)),
             upkept: Upkept::default(),
+            kept: Vec::new(),
             consistent: true,
             error: None,
             fixed: false,

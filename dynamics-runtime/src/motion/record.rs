@@ -130,6 +130,8 @@ pub(crate) struct Trajectory<M: Model> {
     /// How constraints were kept, and why so.
     pub(crate) formulation: Option<(Formulation, String)>,
     pub(crate) upkept: Upkept,
+    /// Events whose functions constraints held at zero.
+    pub(crate) kept: Vec<String>,
     /// States between steps are put onto the constraints.
     pub(crate) consistent: bool,
     /// Its error, where a second run estimated it.
@@ -142,6 +144,7 @@ impl<M: Model> Clone for Trajectory<M> {
             driver: self.driver.clone(),
             relay: self.relay.clone(),
             reason: self.reason.clone(),
+            kept: self.kept.clone(),
             formulation: self.formulation.clone(),
             records: self.records.clone(),
             output_times: self.output_times.clone(),

@@ -6,8 +6,9 @@ use alloc::vec::Vec;
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use super::causes;
+use super::causes::{self, Corner};
 use super::change::Change;
+use super::creep::Creep;
 use super::error::SimulationErrorKind as Kind;
 use super::plant::{EvaluationError, Plant};
 use super::record::{Counts, EventRecord, Record};
@@ -15,8 +16,12 @@ use super::sides::{self, Slipping, Turned};
 use super::singular;
 use super::upkeep::Drifted;
 use super::watch::{Flow, Watch};
+use crate::constrain::Involved;
 use crate::constrain::weakness::{Weakness, weakness};
-use crate::integrate::{Crossing, Direction, Knot, Phase, Scheme, Step, StepError, StepOptions, Stepper, Tolerances};
+use crate::integrate::{
+    Crossing, Dense, Direction, Hermite, Knot, Phase, Scheme, Step, StepError, StepOptions, Stepper, Tolerances,
+};
+use crate::math;
 use crate::model::{Dynamics, Model, ModelState, Vector};
 use crate::motion::Simulate;
 
@@ -103,7 +108,7 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
     let begun = if plan.resumes.is_some() { Ok(()) } else { begin_singular(plan, &mut stepper) };
     plan.plant.upkeep.under_way = true;
     let result = match begun {
-        Ok(()) => Flight { plan, stepper: &mut stepper }.fly(sink),
+        Ok(()) => Flight { plan, stepper: &mut stepper, creep: Creep::new() }.fly(sink),
         Err(kind) => Err(Halt { kind, h: 0.0 }),
     };
     let result = result.map_err(|halt| explained(plan, stepper.now(), halt));
@@ -149,6 +154,7 @@ fn explained<M: Simulate>(plan: &Plan<'_, '_, M>, now: &Knot<M::Vector>, Halt { 
 struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
     plan: &'f mut Plan<'r, 'm, M>,
     stepper: &'f mut Stepper<M::Vector, S>,
+    creep: Creep,
 }
 
 impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
@@ -160,7 +166,12 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         while self.stepper.now().t != self.plan.end {
             self.check().map_err(at)?;
             let step = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)?;
-            self.check_drift(&step).map_err(|kind| Halt { kind, h: step.h })?;
+            if let Err(kind) = self.check_drift(&step) {
+                match self.drifted_off(sink, &step, kind)? {
+                    Flow::Continue => continue,
+                    Flow::Stop => break,
+                }
+            }
             let flow = if self.plan.watch.is_empty() {
                 self.check_sides(sink, &step)?;
                 self.hand_over(sink, &step).map_err(at)?
@@ -199,10 +210,18 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         self.plan.plant.state(knot.t, &knot.y.q, &knot.y.u)
     }
 
-    fn check(&self) -> Result<(), Kind> {
+    fn check(&mut self) -> Result<(), Kind> {
         let limit = self.plan.most_steps;
         let before = self.plan.resumes.as_ref().map_or(0, |(_, steps)| *steps);
-        if before + self.stepper.accepted() + self.stepper.rejected() >= limit {
+        let made = before + self.stepper.accepted() + self.stepper.rejected();
+        // Where it is stiff or slides, that is what is to be said.
+        if let Some(at) = self.creep.note(made, self.stepper.now().t, self.plan.end)
+            && self.stepper.stiff_at().is_none()
+            && self.stepper.slides_at().is_none()
+        {
+            return Err(self.vanish(at));
+        }
+        if made >= limit {
             return Err(Kind::TooManySteps {
                 limit,
                 stiff_at: self.stepper.stiff_at(),
@@ -213,6 +232,59 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             Some(flag) if flag.load(Ordering::Relaxed) => Err(Kind::Cancelled),
             _ => Ok(()),
         }
+    }
+
+    /// Steps become shorter without end towards a time: who accelerates there, and what holds it.
+    #[cold]
+    fn vanish(&mut self, at: f64) -> Kind {
+        let state = self.now();
+        let accelerations = self.stepper.now().a;
+        let coordinates = Involved::ranked(M::COORDINATES, accelerations.as_slice().iter().copied().enumerate());
+        let Plan { plant, .. } = &mut *self.plan;
+        let Plant { model, constants, upkeep, .. } = plant;
+        let reactions = upkeep.reactions(model, constants, &state).ok();
+        let mut pulls = Vec::new();
+        if let Some(reactions) = reactions {
+            let gradients = upkeep.gradients(model, &state);
+            pulls.extend((0..M::Rows::LEN).map(|row| {
+                let length = gradients.row(row).iter().map(|x| x * x).sum::<f64>();
+                (row, reactions[row] * math::sqrt(length))
+            }));
+        }
+        Kind::StepsVanish { at, coordinates, rows: Involved::ranked(M::ROWS, pulls.into_iter()) }
+    }
+
+    /// A step after which the constraints have drifted too far: where one of them has a corner within it, the motion ends there, and goes on from an
+    /// event before it that acts.
+    #[cold]
+    fn drifted_off(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>, kind: Kind) -> Result<Flow, Halt> {
+        let Step { start, end, h, .. } = step;
+        let Plan { plant, .. } = &mut *self.plan;
+        let between = Hermite::new(start.y, &start.a, &end.y, &end.a, *h);
+        let corner = causes::corner_within(plant.model, |theta| {
+            let y = between.at(theta);
+            plant.state(start.t + theta * h, &y.q, &y.u)
+        });
+        let Some(Corner { row, what, jump, at }) = corner.filter(|_| matches!(kind, Kind::Drift { .. })) else {
+            return Err(Halt { kind, h: *h });
+        };
+        let kind = Kind::ConstraintJumps { row: M::ROWS[row].name, what, jump, cause: Box::new(kind) };
+        let end_t = start.t + at * h;
+        if end_t == start.t {
+            return Err(self.take_back(step, Halt { kind, h: *h }));
+        }
+        let up_to = match self.stepper.shorten(plant, step, end_t) {
+            Ok(up_to) => up_to,
+            Err(_) => return Err(self.take_back(step, Halt { kind, h: *h })),
+        };
+        let flow = if self.plan.watch.is_empty() {
+            self.hand_over(sink, &up_to).map_err(|kind| Halt { kind, h: *h })?
+        } else {
+            self.watched(sink, up_to)?
+        };
+        // An event before it has acted.
+        let acted = flow == Flow::Stop || self.stepper.now().t != end_t;
+        if acted { Ok(flow) } else { Err(Halt { kind, h: *h }) }
     }
 
     /// Formulations that let constraints drift may do so within limits.
@@ -337,8 +409,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             .iter()
             .filter_map(|(slipping, place)| sides::turned(plant, step, &dense, &options.tolerances, *slipping, *place));
         let Some(first) = turned.min_by(|a, b| a.theta.total_cmp(&b.theta)) else { return Ok(()) };
-        let Turned { constraint, side, slip, theta } = first;
-        let halt = at(Kind::SlipsBack { constraint: constraint.name, side, slip });
+        let Turned { constraint, side, slip, theta, at: when, sticks } = first;
+        let halt = at(Kind::SlipsBack { constraint: constraint.name, side, slip, at: when, sticks });
         let end_t = step.start.t + theta * step.h;
         if theta == 0.0 || end_t == step.start.t {
             return Err(self.take_back(step, halt));

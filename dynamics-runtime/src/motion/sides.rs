@@ -26,6 +26,10 @@ pub(super) struct Turned {
     pub(super) slip: f64,
     /// Where the slip passes zero, in parts of the step.
     pub(super) theta: f64,
+    /// When it was found to slip against its side.
+    pub(super) at: f64,
+    /// The other side would turn it round as well.
+    pub(super) sticks: bool,
 }
 
 /// Places within a step at which it is looked at.
@@ -96,7 +100,13 @@ pub(super) fn turned<M: Simulate>(
         let agrees = plant.model.velocity_residual(&state)[constraint.first] * side > 0.0;
         *(if agrees { &mut low } else { &mut high }) = theta;
     }
-    Some(Turned { constraint, side, slip, theta: low })
+    let at_zero = plant.within(dense, step, tolerances, low);
+    let rate = slip / (found.t() - at_zero.t());
+    let Plant { model, constants, upkeep, .. } = plant;
+    // Released to the other side, it would be driven to this one.
+    let sticks =
+        upkeep.change_of_side(model, constants, &at_zero, slipping).is_some_and(|change| side * (rate + change) > 0.0);
+    Some(Turned { constraint, side, slip, theta: low, at: found.t(), sticks })
 }
 
 /// The slip of a constraint that slips against its side, by more than a start may.

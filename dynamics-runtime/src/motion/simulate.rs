@@ -155,7 +155,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Most steps, rejected ones included. Default 1,000,000.
+    /// Most steps, rejected ones included; looked at before every step, so that what is rejected in the last one may come on top. Default
+    /// 1,000,000. A run whose steps become shorter without end is ended before.
     pub fn max_steps(mut self, steps: u64) -> Self {
         self.most_steps = steps;
         self
@@ -385,7 +386,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             resumes: None,
         };
         let (counts, relay, result) = sail(&driver, &mut plan, sink);
-        let upkept = plan.plant.upkeep.upkept;
+        let (upkept, kept) = (plan.plant.upkeep.upkept, plan.watch.kept());
         let second = (self.estimates && result.is_ok()).then(|| {
             let second = SecondRun::of(&checked.options, driver.method());
             plan.restart(plant(), second.options(checked.options), checked.hands_over);
@@ -407,6 +408,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             has_law: law.is_some(),
             formulation: checked.formulation,
             upkept,
+            kept,
             consistent: self.consistent,
             error: None,
             fixed: checked.options.fixed.is_some(),

@@ -83,6 +83,8 @@ pub struct Summary {
     pub conditioning: Conditioning,
     /// Names of the events and how often each happened.
     pub events: Vec<(String, usize)>,
+    /// Events whose functions constraints held at zero while they were engaged: crossings there are rounding, and were not counted.
+    pub kept: Vec<String>,
     /// Whether an event ended the motion: its name.
     pub stopped_by: Option<String>,
     /// When the problem was first found stiff for the method.
@@ -138,6 +140,7 @@ impl<M: Simulate> Motion<'_, M> {
             energy_lost: self.events().iter().map(EventRecord::energy_lost).sum(),
             conditioning: self.conditioning(),
             events,
+            kept: self.trajectory.kept.clone(),
             stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
             stiff_at: counts.stiff_at,
             error: self.global_error().cloned(),
@@ -239,6 +242,12 @@ impl Summary {
             let times = if *count == 1 { "once" } else { "times" };
             let count = if *count == 1 { String::new() } else { alloc::format!("{} ", Grouped(*count as u64)) };
             write!(f, "\n  {label:<11}  {name} {count}{times}")?;
+        }
+        for name in &self.kept {
+            write!(
+                f,
+                "\n  warning      event {name} is what a constraint holds at zero: while it holds, crossings are rounding, and do not count"
+            )?;
         }
         if let Some(name) = &self.stopped_by {
             write!(f, "\n  stopped      by event {name}")?;

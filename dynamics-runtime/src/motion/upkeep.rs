@@ -305,6 +305,26 @@ impl<M: Constraints> Upkeep<M> {
         !one.as_slice().iter().zip(other.as_slice()).all(|(one, other)| (one - other).abs() <= size)
     }
 
+    /// By how much the rate of a slip, of one row, differs if its constraint is released to the other side; `None` where accelerations fail.
+    pub(crate) fn change_of_side(
+        &mut self,
+        model: &M,
+        constants: &M::Constants,
+        state: &M::State,
+        (constraint, switch): (&Constraint, usize),
+    ) -> Option<f64> {
+        let side = state.modes().side(switch);
+        let mut accelerations = |side: f64| {
+            let mut state = *state;
+            state.modes_mut().release(switch, side);
+            constrain::accelerate(model, constants, &state, &mut self.workspace).ok().map(|solved| solved.accelerations)
+        };
+        let (here, there) = (accelerations(side)?, accelerations(-side)?);
+        let gradients = self.gradients(model, state);
+        let row = gradients.row(constraint.first).iter().enumerate();
+        Some(row.map(|(j, x)| x * (there[j] - here[j])).sum())
+    }
+
     /// Whether dependent coordinates are solved for wherever accelerations are evaluated.
     #[inline(always)]
     pub(crate) fn embeds(&self) -> bool {

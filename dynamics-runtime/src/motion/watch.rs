@@ -12,10 +12,12 @@
 //!   only: then which one lifts off is not decided, and that is an error.
 //! * A contact that lifts off and would be back before it is seen to open has grazed zero with its reaction, and goes on holding for as long
 //!   as that takes: neither a gap nor a pull of that size is resolved.
+//! * What crosses zero because a constraint that holds keeps it there, but for rounding, has not crossed: see `kept.rs`.
 //! * A guard (see `guard.rs`) acts where its function falls through zero. Where its constraint was switched, the function is another
 //!   one, and starts afresh; a guard that leaves zero to the wrong side acts again at once, and doing so twice at one instant is an error.
 
 use alloc::boxed::Box;
+use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -107,6 +109,8 @@ pub(crate) struct Watch<'m, M: Simulate> {
     signs: Vec<f64>,
     /// Crossings of the step, in order.
     pub(crate) found: Vec<Crossing>,
+    /// Functions that constraints were found to hold at zero.
+    kept: Vec<bool>,
 }
 
 type Fault = SimulationErrorKind;
@@ -134,6 +138,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
             sizes: vec![0.0; count],
             signs: vec![0.0; count],
             found: Vec::new(),
+            kept: vec![false; count],
         }
     }
 
@@ -162,9 +167,15 @@ impl<'m, M: Simulate> Watch<'m, M> {
             .map(|(index, _)| index))
     }
 
+    /// Names of the events whose functions constraints held at zero.
+    pub(crate) fn kept(&self) -> Vec<String> {
+        (0..self.kept.len()).filter(|index| self.kept[*index]).map(|index| self.name(index).into()).collect()
+    }
+
     /// Forgets a run, for another one with the same functions and actions.
     pub(crate) fn restart(&mut self) {
         self.zeno.fill(Zeno::default());
+        self.kept.fill(false);
         self.functions.guards.iter_mut().for_each(Guard::restart);
         self.found.clear();
     }
@@ -201,7 +212,14 @@ impl<'m, M: Simulate> Watch<'m, M> {
             let (start, sign) = self.departure(index, &step.start, &state)?;
             let noise = NOISE * 4.0 * self.sizes[index] + rounding;
             let mut scan = Scan::new(sign, resolution, noise).up_to(self.first_end(horizon) + SIMULTANEOUS);
-            let followed = self.follow(index, start, &mut scan, &state);
+            let so_far =
+                self.found.len() - usize::from(self.found.last().is_some_and(|crossing| crossing.index == index));
+            let mut followed = self.follow(index, start, &mut scan, &state);
+            if (followed.is_err() || self.found.len() > so_far) && self.is_kept(index, &state)? {
+                // Its sign is that of rounding.
+                self.found.truncate(so_far);
+                followed = Ok(());
+            }
             self.signs[index] = scan.sign();
             horizon = self.first_end(horizon);
             if let Err(error) = followed {
@@ -214,6 +232,21 @@ impl<'m, M: Simulate> Watch<'m, M> {
             Some((theta, fault)) if theta <= horizon => Err(fault),
             _ => Ok(()),
         }
+    }
+
+    /// Whether a function is zero all over a step because constraints hold, see [`Functions::is_kept`].
+    #[cold]
+    fn is_kept(&mut self, index: usize, state: &impl Fn(f64) -> M::State) -> Result<bool, Fault> {
+        if M::ROWS.is_empty() || index >= self.functions.first_guard() {
+            return Ok(false);
+        }
+        for theta in [0.0, 0.3, 0.6, 1.0] {
+            if !self.functions.is_kept(index, &state(theta), &mut self.values)? {
+                return Ok(false);
+            }
+        }
+        self.kept[index] = true;
+        Ok(true)
     }
 
     /// Samples all functions at the ends of the parts of a step; 1 + |q|.
@@ -416,14 +449,15 @@ impl<'m, M: Simulate> Watch<'m, M> {
                     self.zeno[index] = Zeno::default();
                 } else if fired.is_some() {
                     let name = self.name(index).into();
-                    self.zeno[index].note(before.t(), h, name)?;
+                    let speed = self.functions.approach(index, before);
+                    self.zeno[index].note(before.t(), h, speed, name)?;
                 }
                 continue;
             }
             self.standing[index] = match fired {
                 Some(c) if moved && value.abs() <= noise => {
                     let name = self.name(index).into();
-                    self.zeno[index].note(before.t(), h, name)?;
+                    self.zeno[index].note(before.t(), h, 0.0, name)?;
                     Standing::JustFired(c.direction)
                 }
                 // A reset that leaves the ball where it starts, on the floor and at rest, does nothing against what pulls it down.

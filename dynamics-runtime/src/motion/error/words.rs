@@ -3,6 +3,7 @@
 use alloc::string::String;
 use core::fmt;
 
+use super::super::summary::Rounded;
 use super::{Jumping, SimulationErrorKind};
 
 impl fmt::Display for SimulationErrorKind {
@@ -50,7 +51,24 @@ impl fmt::Display for SimulationErrorKind {
                 "the function of event `{event}` changes too fast to be followed through a step; limit steps with `.max_step(..)`, or give the \
                  event a smoother function"
             ),
-            Self::EventsAccumulate { event, at } => {
+            Self::StepsVanish { at, coordinates, rows } => {
+                write!(
+                    f,
+                    "steps become ever shorter and do not reach t = {}, where accelerations grow without bounds, of {coordinates} most",
+                    Rounded(*at)
+                )?;
+                if !rows.is_empty() {
+                    write!(f, ", held by {rows}")?;
+                }
+                f.write_str("; a length or distance that vanishes does this: keep it above 0, or end the motion before, by an event or `.until(..)`")
+            }
+            Self::EventsAccumulate { event, at, squeezed: true } => write!(
+                f,
+                "event `{event}` happens in ever shorter time and ever faster, without end before about t = {}: what lies between contacts that \
+                 approach each other is squeezed; let what moves stop before, make a contact compliant, or end the motion before",
+                Rounded(*at)
+            ),
+            Self::EventsAccumulate { event, at, .. } => {
                 let else_stop =
                     "let its action return `Flow::Stop` once the speed is small, and go on from there without it";
                 let way_out = guard_way_out(event).unwrap_or_else(|| else_stop.into());
@@ -103,12 +121,20 @@ impl fmt::Display for SimulationErrorKind {
                  on, if on any, what its constraints have drifted would decide; choose `Formulation::Projected`",
                 rows.rank_loss()
             ),
-            Self::SlipsBack { constraint, side, slip } => write!(
+            Self::SlipsBack { constraint, slip, at, sticks: true, .. } => write!(
                 f,
-                "constraint `{constraint}` is released to the side of {} values and begins to slip to the other ({slip:e} a little later), where its \
+                "constraint `{constraint}` is released and comes to rest, or is at rest, where its friction holds it: it sticks, and friction by its side \
+                 would drive it ({slip:e} at t = {}); let it stick and break away with `.stick_slip(\"{constraint}\", ..)`, or engage it by an event \
+                 where its slip is zero",
+                Rounded(*at)
+            ),
+            Self::SlipsBack { constraint, side, slip, at, .. } => write!(
+                f,
+                "constraint `{constraint}` is released to the side of {} values and begins to slip to the other ({slip:e} at t = {}), where its \
                  friction would drive it; let it stick and break away with `.stick_slip(\"{constraint}\", ..)`, or engage it by an event where its slip \
                  is zero, or release it with `release_to(\"{constraint}\", {})` where it slips that way",
                 if *side < 0.0 { "falling" } else { "growing" },
+                Rounded(*at),
                 -side
             ),
             Self::Penetration { row, residual } => write!(

@@ -1,0 +1,71 @@
+//! Runs that come to no end: steps that become shorter and shorter towards a time that they do not reach.
+//!
+//! Whenever the number of steps has doubled, the time that was won with the later half of them is set beside what the half before had won. Where it
+//! is a part r < 1 of that again and again, doubling on wins no more than r/(1 − r) times as much.
+
+use crate::math;
+
+/// Steps after which this is looked at first.
+const FIRST: u64 = 1024;
+/// Part of what the half before has won, at most.
+const SHRINKS: f64 = 0.7;
+/// Doublings in a row with so little: at 65,536 steps at the earliest, of which the last half has won a sixth of a hundredth of the first.
+const IN_A_ROW: u32 = 5;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Creep {
+    next: u64,
+    last: Option<f64>,
+    won: f64,
+    row: u32,
+}
+
+impl Creep {
+    pub(super) fn new() -> Self {
+        Self { next: FIRST, last: None, won: 0.0, row: 0 }
+    }
+
+    /// So many steps were made, up to t: the time that they approach, if they do not come to the end.
+    #[inline]
+    pub(super) fn note(&mut self, made: u64, t: f64, end: f64) -> Option<f64> {
+        if made < self.next { None } else { self.doubled(made, t, end) }
+    }
+
+    #[cold]
+    fn doubled(&mut self, made: u64, t: f64, end: f64) -> Option<f64> {
+        self.next = made.max(self.next).saturating_mul(2);
+        let won = (t - self.last.replace(t)?).abs();
+        let ratio = won / math::max(self.won, f64::MIN_POSITIVE);
+        self.won = won;
+        self.row = if ratio <= SHRINKS { self.row + 1 } else { 0 };
+        let at = t + (won * ratio / (1.0 - ratio)).copysign(end - t);
+        // Twice as far it does not come to the end either.
+        let short = (at - t).abs() < 0.5 * (end - t).abs();
+        (self.row >= IN_A_ROW && short).then_some(at)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Creep;
+
+    /// Steps of this size at these times: the number after which it is seen that they do not reach 10, and the time they approach.
+    fn seen(h: impl Fn(f64) -> f64) -> Option<(u64, f64)> {
+        let (mut creep, mut t) = (Creep::new(), 0.0);
+        (1..1_000_000).find_map(|made| {
+            t += h(t);
+            assert!(t < 10.0 || made > 1000);
+            (t < 10.0).then(|| creep.note(made, t, 10.0)).flatten().map(|at| (made, at))
+        })
+    }
+
+    #[test]
+    fn steps_that_vanish_are_seen_and_others_are_not() {
+        let (made, at) = seen(|t| 1e-3 * (2.0 - t).powi(2)).unwrap();
+        assert!(made <= 1 << 17 && (at - 2.0).abs() < 1e-3, "{made} {at}");
+        // Equal ones, ones that become shorter and reach the end, and ones that are short for a while.
+        assert_eq!(seen(|_| 1e-5), None);
+        assert_eq!(seen(|t| 1e-4 * (-t).exp().max(2e-1)), None);
+        assert_eq!(seen(|t| 1e-6 + 1e-2 * (t - 2.0).powi(2)), None);
+    }
+}
