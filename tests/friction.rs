@@ -139,10 +139,8 @@ fn friction_ends_a_motion_that_it_would_drive_back() {
             assert!((error.state.x() - at).abs() < 1e-7, "{formulation}: {}", error.state.x());
             assert!((error.motion(&model).unwrap().at(0.3).x() - (0.6 - 0.045 * 0.4 * G)).abs() < 1e-7);
             let text = error.to_string();
-            assert!(
-                text.contains("`.stick_slip(\"stick\", ..)`") && text.contains("`release_to(\"stick\", -1)`"),
-                "{text}"
-            );
+            // The other side would drive it likewise.
+            assert!(text.contains("`.stick_slip(\"stick\", ..)`") && !text.contains("release_to"), "{text}");
         }
     }
     // An event that is declared beside it changes nothing, one that engages it is what was asked for.

@@ -87,7 +87,8 @@ impl<S: ModelState> EventRecord<S> {
         self.before.t()
     }
 
-    /// Energy lost in impacts: energy function before less after.
+    /// Energy that the moving bodies lost in impacts: energy function before less after. What a moving constraint gives to them while it strikes is
+    /// subtracted, so that this is not ½(1 − e²) of the relative motion there.
     #[must_use]
     pub fn energy_lost(&self) -> f64 {
         self.impacts.iter().map(|impact| impact.energy_lost).sum()

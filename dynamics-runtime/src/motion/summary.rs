@@ -77,7 +77,7 @@ pub struct Summary {
     pub nearest: Option<Nearest>,
     /// How often constraints were hit.
     pub impacts: usize,
-    /// Energy that was lost in them.
+    /// Energy that the moving bodies lost in them, see [`EventRecord::energy_lost`].
     pub energy_lost: f64,
     /// Worst conditioning of the mass matrix over the accepted states.
     pub conditioning: Conditioning,
