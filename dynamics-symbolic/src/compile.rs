@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::algebra::{Guard, Unrolled};
-use crate::check::constraints::LookedAt;
 use crate::check::hazards::{Branch, Hazards, Kink};
 use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
@@ -168,11 +167,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !constraints.findings.is_empty() {
         return Err(constraints.findings);
     }
-    // Random parameters say nothing of where this mechanism moves: there the cheapest elimination is the best guess.
-    let known = constraints.looked_at == LookedAt::Nominal;
-    let samples = constraints.samples.iter().filter(|_| known);
-    let states: Vec<&dyn Bindings> = samples.map(|s| s as &dyn Bindings).collect();
-    let manifold = Manifold { states: &states, redundant: constraints.redundant() };
+    let states: Vec<&dyn Bindings> = constraints.guides.iter().map(|s| s as &dyn Bindings).collect();
+    let manifold = Manifold { states: &states, redundant: constraints.redundant };
     let mut equations = derive_on(&mut model, &manifold).map_err(|e| findings(&mut model, &e))?;
     equations.conserved = check::conserved(&mut model, &equations);
     equations.powers.iter_mut().for_each(|p| p.unit = check::power_unit(&model));

@@ -5,9 +5,10 @@ mod common;
 use common::Builder;
 use common::constrained::{HOLONOMIC, constrain, particles};
 use dynamics_symbolic::check::Finding;
-use dynamics_symbolic::check::constraints::{Combination, ConstraintFinding as Fault, analyse};
+use dynamics_symbolic::check::constraints::{Combination, ConstraintFinding as Fault, LookedAt, analyse};
 use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::graph::{NodeId, Origin};
+use dynamics_symbolic::mechanics::Solution;
 
 /// Beads in a plane, as x[0], y[0], x[1], .., the first one pinned.
 fn beads(n: usize) -> (Builder, Vec<[NodeId; 2]>) {
@@ -176,4 +177,90 @@ fn a_dead_point_at_the_start_is_one_at_that_time() {
     ] {
         assert!(report.contains(said), "{said}\n{report}");
     }
+}
+
+/// A follower that rests on its stop until the cam takes it over: where both hold, cam and stop touch, and neither time are both meant.
+fn cam_and_stop() -> Builder {
+    let mut b = Builder::new("Cam");
+    let (theta, y) = (b.coordinate("theta"), b.coordinate("y"));
+    b.model.coordinates[0].unit = "rad".into();
+    let l = b.parameter("l");
+    b.nominal(0, 0.3);
+    let one = b.ratio(1, 1);
+    let t = b.kinetic(one, &[theta, y]);
+    b.energy("kinetic", dynamics_symbolic::mechanics::EnergyRole::Kinetic, t);
+    let c = b.cos(theta);
+    let lift = b.mul(l, c);
+    let (on_cam, on_stop) = (b.sub(y, lift), b.sub(y, l));
+    constrain(&mut b, "cam", HOLONOMIC, &[on_cam]).switched = true;
+    constrain(&mut b, "stop", HOLONOMIC, &[on_stop]).switched = true;
+    b
+}
+
+#[test]
+fn switched_rows_that_take_over_from_each_other_are_no_finding() {
+    let analysis = analyse(&cam_and_stop().model);
+    assert_eq!((&analysis.findings[..], &analysis.tangent[..], analysis.redundant), (&[][..], &[][..], false));
+    assert_eq!((analysis.rank, analysis.least.all, analysis.looked_at), (2, 2, LookedAt::Touching));
+    let compiled = compile(cam_and_stop().model).unwrap_or_else(|found| panic!("{found:?}"));
+    let derived = compiled.equations.constraints.expect("constraints");
+    assert!(matches!(derived.solution, Solution::Unrolled(_)), "{:?}", derived.solution);
+    assert_eq!((derived.released.len(), compiled.programs.jacobians.is_ok()), (3, true));
+    assert!(compiled.programs.series.is_ok());
+    for said in [
+        "2 independent rows of constraints in general; where all hold at once switched ones touch each other, and only there",
+        "reactions all unique, but where all constraints hold at once",
+        "code of its own for each of the 3 sets of switched constraints that may be released",
+    ] {
+        assert!(words(&compiled.report).contains(said), "{said}\n{}", compiled.report);
+    }
+    // One that is always on is on together with the other.
+    let mut b = cam_and_stop();
+    b.model.constraints[0].switched = false;
+    let to = Combination::Constant("cam".into());
+    let tangent = Fault::Tangent { name: "stop".into(), to, origin: Origin(1001) };
+    assert_eq!(analyse(&b.model).findings, [Finding::Constraint(tangent)]);
+}
+
+/// Two end stops exclude each other: code for each of them, and for none.
+#[test]
+fn end_stops_have_code_of_their_own() {
+    let (mut b, q) = particles(&["x", "y"]);
+    let l = b.parameter("l");
+    let square = b.mul(q[0], q[1]);
+    b.energy("spring", dynamics_symbolic::mechanics::EnergyRole::Potential, square);
+    let (right, left) = (b.sub(q[0], l), b.add(q[0], l));
+    constrain(&mut b, "right", HOLONOMIC, &[right]).switched = true;
+    constrain(&mut b, "left", HOLONOMIC, &[left]).switched = true;
+    let compiled = compile(b.model).unwrap_or_else(|found| panic!("{found:?}"));
+    let derived = compiled.equations.constraints.expect("constraints");
+    let modes: Vec<&[usize]> = derived.released.iter().map(|r| &r.modes[..]).collect();
+    assert_eq!(modes, [&[0, 1][..], &[0], &[1]]);
+    for said in [
+        "left: holonomic, fixed, switched on and off, excludes others",
+        "1 of 2 rows of constraints independent in general; switched ones exclude each other",
+        "code of its own for each of the 3 sets",
+    ] {
+        assert!(words(&compiled.report).contains(said), "{said}\n{}", compiled.report);
+    }
+}
+
+/// x y = 0 and y² = 0, of which the x axis is the manifold: Newton's method halves both, and ends in the origin, where x y has no gradient.
+#[test]
+fn a_singular_place_on_the_way_is_not_taken_for_the_mechanism() {
+    let (mut b, q) = particles(&["x", "y", "z"]);
+    let one = b.ratio(1, 1);
+    let shifted = b.add(q[2], one);
+    // Twisted, so that no row is a multiple of a coordinate: y (x + z³), y (1 + z), of which the first vanishes twice where x = −z³ and y = 0.
+    let cube = {
+        let square = b.mul(q[2], q[2]);
+        b.mul(square, q[2])
+    };
+    let other = b.add(q[0], cube);
+    let (first, second) = (b.mul(q[1], other), b.mul(q[1], shifted));
+    constrain(&mut b, "first", HOLONOMIC, &[first]);
+    constrain(&mut b, "second", HOLONOMIC, &[second]).redundant = true;
+    let analysis = analyse(&b.model);
+    assert_eq!((&analysis.findings[..], &analysis.tangent[..]), (&[][..], &[][..]));
+    assert_eq!((analysis.rank, analysis.least.all, analysis.least.holonomic), (1, 1, 1));
 }

@@ -23,9 +23,9 @@ pub(super) fn released(
     rows: &Rows,
     constraints: &[Constraint],
     states: &[&dyn Bindings],
-    whole: &Unrolled,
+    whole: Option<&Unrolled>,
 ) -> Vec<Released> {
-    let mut room = (TIMES * operations(g, whole)).max(ROOM);
+    let mut room = whole.map_or(0, |whole| TIMES * operations(g, whole)).max(ROOM);
     let mut found = Vec::new();
     for modes in sets(constraints.iter().filter(|c| c.switched).count()) {
         let held = rows_without(constraints, &modes);

@@ -126,7 +126,8 @@ impl Solved {
         all.filter(|p| g.as_number(p.pivot).is_none()).collect()
     }
 
-    /// The equations with some constraints released, where those with all of them are solved on the graph.
+    /// The equations with some constraints released, where those with all of them are solved on the graph, or are not because switched ones are
+    /// dependent while all are on: end stops of one coordinate never are.
     pub(super) fn released(
         &self,
         g: &mut Graph,
@@ -136,7 +137,10 @@ impl Solved {
         manifold: &Manifold,
     ) -> Vec<Released> {
         match self {
-            Self::Unrolled(unrolled, _) => released(g, inertia, rows, constraints, manifold.states, unrolled),
+            Self::Unrolled(unrolled, _) => released(g, inertia, rows, constraints, manifold.states, Some(unrolled)),
+            Self::General(General::Redundant) if !manifold.redundant => {
+                released(g, inertia, rows, constraints, manifold.states, None)
+            }
             Self::Free { .. } | Self::General(_) => Vec::new(),
         }
     }

@@ -84,18 +84,21 @@ impl Emission<'_> {
 
     /// The solutions on the graph: with all constraints, then with those sets of them released for which there is one.
     fn solutions<'a>(&'a self, equations: &'a ConstraintEquations) -> Vec<Path<'a>> {
-        let (Solution::Unrolled(unrolled), Some((_, programs))) = (&equations.solution, self.constrained()) else {
-            return Vec::new();
+        let Some((_, programs)) = self.constrained() else { return Vec::new() };
+        let whole = match &equations.solution {
+            Solution::Unrolled(unrolled) => {
+                let program = &self.compiled.programs.accelerations;
+                Some(Path { modes: &[], unrolled, program, correction: programs.correction.as_ref() })
+            }
+            Solution::General(_) => None,
         };
-        let program = &self.compiled.programs.accelerations;
-        let whole = Path { modes: &[], unrolled, program, correction: programs.correction.as_ref() };
         let released = equations.released.iter().zip(&programs.released).map(|(released, programs)| Path {
             modes: &released.modes,
             unrolled: &released.unrolled,
             program: &programs.accelerations,
             correction: Some(&programs.correction),
         });
-        [whole].into_iter().chain(released).collect()
+        whole.into_iter().chain(released).collect()
     }
 
     /// `fn name(&self, k: &Self::Constants, state: &Self::State, ..) -> Option<..>`.

@@ -1,7 +1,8 @@
 //! The rows together: which repeat or contradict others, in every state and where the constraints hold.
 //!
 //! Constraints that are always on have to be in order among themselves; every switched one together with them. Switched ones among each other
-//! may exclude each other. What the solvers need to know is about all of them at once, as a model starts with all of them on.
+//! may exclude each other, or touch where one takes over from another: which of them are ever on together nobody has said. What all of them at once
+//! leave free is told, as a model starts with all of them on, but no solver is chosen by it.
 
 use crate::check::Finding;
 use crate::mechanics::Model;
@@ -48,6 +49,12 @@ pub struct Analysis {
     pub tangent: Vec<usize>,
     /// States in which the holonomic constraints hold; velocities and the inputs are random. Empty where none was found or looked for.
     pub samples: Vec<Sample>,
+    /// States at nominal values by which a solution may be chosen: the same, or where all constraints at once are not independent because of switched
+    /// ones, those in which the others hold. Empty where random parameters say nothing of where this mechanism moves.
+    pub guides: Vec<Sample>,
+    /// Whether rows depend on others that are always on together with them, on the branches that are meant: then the multipliers are not unique and
+    /// no order of elimination goes through.
+    pub redundant: bool,
     /// What was looked at.
     pub looked_at: LookedAt,
     /// Nonholonomic rows that can be integrated; `None` where there are too many rows to settle that.
@@ -73,19 +80,14 @@ pub enum LookedAt {
     TooMany,
     /// In general only: no state was found in which all constraints hold at the nominal values.
     Nowhere,
+    /// In general only: switched constraints touch each other wherever all of them hold.
+    Touching,
+    /// In general only: switched constraints exclude each other.
+    Excluding,
     /// Where the constraints hold, at nominal values.
     Nominal,
     /// Where the constraints hold, at random values of the parameters that have no nominal one.
     Random,
-}
-
-impl Analysis {
-    /// Whether rows depend on others when all constraints are on, on the branches that are meant: then the multipliers are not unique and no order
-    /// of elimination goes through.
-    #[must_use]
-    pub fn redundant(&self) -> bool {
-        self.rank < self.rows || (self.branch_meant && self.least.all < self.rows)
-    }
 }
 
 /// Analyses the constraints of a model in which every row is in order by itself.
@@ -99,19 +101,32 @@ pub fn analyse(model: &Model) -> Analysis {
     let order = Order::of(model, &rows);
     let mut all = Set { model, rows: &rows, samples: &samples, faults: Vec::new(), entangled: Vec::new() };
     let base = all.examine(&order.always, &order.always, true);
+    let mut known = Known { redundant: base.redundant(), guides: base.guides(), tangent: base.tangent().to_vec() };
     for (i, switched) in order.switched.iter().enumerate() {
         let together: Vec<usize> = order.always.iter().chain(switched).copied().collect();
-        all.examine(&together, switched, i < SWITCHED);
+        let look = all.examine(&together, switched, i < SWITCHED);
+        known.redundant |= look.redundant();
+        known.tangent.extend(look.tangent());
     }
     let mut analysis = if order.switched.is_empty() {
         Analysis { joint: all.joint(&base), ..summarise(&rows, base) }
     } else {
-        let whole = all.look(&order.everything(), true);
+        let mut whole = all.look(&order.everything(), true);
+        whole.leave_out_where_others_touch(&rows, &known.tangent);
+        known.guides = match &whole.manifold {
+            Some(m) if m.nominal && (whole.redundant() || whole.guides().is_empty()) => known.guides,
+            _ => whole.guides(),
+        };
         let Analysis { always, least_always, .. } = summarise(&rows, base);
         Analysis { joint: all.joint(&whole), always, least_always, ..summarise(&rows, whole) }
     };
-    let repeating = |r: &usize| all.redundant(*r) && !analysis.superfluous.contains(r);
-    analysis.branch_meant = analysis.least.all < analysis.rank && analysis.not_unique.iter().any(repeating);
+    // A mark that is true on every branch says nothing of which is meant.
+    let of = |rows: &[usize], c: usize| rows.iter().any(|r| all.rows.constraint[*r] == c);
+    let repeating = |c: &usize| of(&analysis.not_unique, *c) && !of(&analysis.superfluous, *c);
+    let mut marked = (0..model.constraints.len()).filter(|c| model.constraints[*c].redundant);
+    analysis.branch_meant = analysis.least.all < analysis.rank && marked.any(|c| repeating(&c));
+    analysis.redundant = known.redundant || (analysis.branch_meant && analysis.least.all < analysis.rows);
+    analysis.guides = known.guides;
     if all.faults.is_empty() {
         let known = integrable::integrability(model, &rows, &analysis.superfluous);
         judge_integrability(model, &rows, known.as_ref(), &mut all.faults);
@@ -157,6 +172,43 @@ struct Look {
     general: Vec<Dependent>,
     manifold: Option<Manifold>,
     ranks: Option<manifold::Ranks>,
+    /// Switched rows touch each other wherever all hold.
+    touching: bool,
+}
+
+impl Look {
+    /// Whether rows depend on others in every state, or in all that were found.
+    fn redundant(&self) -> bool {
+        self.rank < self.order.len() || self.ranks.as_ref().is_some_and(|ranks| ranks.rank.1 < self.order.len())
+    }
+
+    /// The states that were found, if they are those of this mechanism.
+    fn guides(&self) -> Vec<Sample> {
+        let known = self.manifold.as_ref().filter(|m| m.nominal && self.ranks.is_some() && !self.order.is_empty());
+        known.map_or_else(Vec::new, |m| m.samples.clone())
+    }
+
+    fn tangent(&self) -> &[usize] {
+        self.manifold.as_ref().map_or(&[], |m| &m.tangent)
+    }
+
+    /// Leaves out the states in which rows touch others that do so only while everything is on, as a slot takes over from a lock: motions hand over
+    /// there, and none stays.
+    fn leave_out_where_others_touch(&mut self, rows: &Rows, known: &[usize]) {
+        let Some(manifold) = &mut self.manifold else { return };
+        if manifold.tangent.iter().any(|r| !known.contains(r)) {
+            manifold.leave_out_tangent();
+            self.touching = manifold.samples.is_empty();
+            self.ranks = manifold.ranks(rows, &self.order);
+        }
+    }
+}
+
+/// What is known before all constraints at once are looked at.
+struct Known {
+    redundant: bool,
+    guides: Vec<Sample>,
+    tangent: Vec<usize>,
 }
 
 struct Set<'a> {
@@ -182,7 +234,7 @@ impl Set<'_> {
             general.iter_mut().filter(|d| contradicts(d)).for_each(|d| d.verdict = Verdict::Open);
         }
         let ranks = manifold.as_ref().and_then(|m| m.ranks(self.rows, order));
-        Look { order: order.to_vec(), rank, general, manifold, ranks }
+        Look { order: order.to_vec(), rank, general, manifold, ranks, touching: false }
     }
 
     /// Constraints whose generalized force is unique though their multipliers are not: their rows span nothing that the others span.
@@ -332,6 +384,9 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
     let mut not_unique = entangled(&look.general);
     let mut rank = look.rank;
     let mut looked_at = match &look.manifold {
+        _ if look.touching => LookedAt::Touching,
+        // Of those that are always on it is a finding.
+        _ if look.general.iter().any(|d| d.verdict == Verdict::Contradicts) => LookedAt::Excluding,
         None if look.order.len() > manifold::LIMIT => LookedAt::TooMany,
         Some(m) if m.samples.is_empty() && m.nominal => LookedAt::Nowhere,
         _ => LookedAt::General,
@@ -379,6 +434,8 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         superfluous,
         tangent,
         samples: look.manifold.map_or_else(Vec::new, |m| m.samples),
+        guides: Vec::new(),
+        redundant: false,
         looked_at,
         integrable: None,
     }

@@ -33,6 +33,8 @@ pub(super) struct Manifold {
     pub(super) samples: Vec<Sample>,
     /// At each of them, the number of coordinates less the dimension of the manifold.
     pub(super) held: Vec<usize>,
+    /// At each of them, whether rows are tangent.
+    places: Vec<bool>,
     /// Rows that at some of them have no direction of their own, though they hold positions that the others leave free.
     pub(super) tangent: Vec<usize>,
     /// Rows whose gradient vanishes at all of them.
@@ -116,15 +118,31 @@ impl Manifold {
 
     /// A state on the manifold, or the place beside it where rows are tangent, with what is held there.
     fn settled(&mut self, projection: &Projection, rows: &Rows, sample: Sample) -> Sample {
-        let Some(place) = projection.tangent(&sample) else {
-            self.held.push(rank(rows, &sample, &projection.chosen));
-            return sample;
+        let place = match projection.tangent(&sample).map(|place| (projection.beside(&place), place)) {
+            Some((None, place)) => place,
+            found => {
+                let sample = found.and_then(|(regular, _)| regular).unwrap_or(sample);
+                self.places.push(false);
+                self.held.push(rank(rows, &sample, &projection.chosen));
+                return sample;
+            }
         };
+        self.places.push(true);
         self.held.push(place.held);
         self.tangent.extend(place.rows);
         self.tangent.sort_unstable();
         self.tangent.dedup();
         place.sample
+    }
+
+    /// Keeps the states in which no row is tangent to others.
+    pub(super) fn leave_out_tangent(&mut self) {
+        let mut places = core::mem::take(&mut self.places).into_iter();
+        let (samples, held) = (core::mem::take(&mut self.samples), core::mem::take(&mut self.held));
+        let regular = samples.into_iter().zip(held).filter(|_| !places.next().unwrap_or(false));
+        (self.samples, self.held) = regular.unzip();
+        self.places = vec![false; self.samples.len()];
+        self.tangent.clear();
     }
 
     /// Looks at rows in the given order at every sample; rows without a gradient are left out.

@@ -34,6 +34,16 @@ pub(super) struct Projection<'r> {
     tape: Tape,
     /// Typical size of each coordinate.
     pub(super) scale: Vec<f64>,
+    /// One more row, if any.
+    plane: Option<Plane>,
+}
+
+/// What is so far from a place in a direction, both by the coordinates' sizes.
+#[derive(Clone)]
+pub(super) struct Plane {
+    pub(super) from: Vec<f64>,
+    pub(super) direction: Vec<f64>,
+    pub(super) distance: f64,
 }
 
 /// Φ and Φ_q D at a state.
@@ -60,18 +70,36 @@ impl<'r> Projection<'r> {
         let chosen: Vec<usize> = chosen.iter().copied().filter(|r| *r < rows.holonomic).collect();
         let slopes = chosen.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(_, node)| *node));
         let nodes: Vec<NodeId> = slopes.chain(chosen.iter().map(|r| rows.values[*r])).collect();
-        Self { rows, tape: Tape::new(&rows.graph, &nodes), chosen, scale }
+        Self { rows, tape: Tape::new(&rows.graph, &nodes), chosen, scale, plane: None }
     }
 
     pub(super) fn local(&self, state: &Sample, buffer: &mut Vec<f64>) -> Local {
         self.tape.run(&self.rows.graph, state, buffer);
-        let values = self.chosen.iter().map(|r| buffer[self.rows.values[*r].index()]).collect();
+        let mut values: Vec<f64> = self.chosen.iter().map(|r| buffer[self.rows.values[*r].index()]).collect();
         let row = |r: &usize| {
             let mut dense = vec![0.0; self.scale.len()];
             self.rows.jacobian[*r].iter().for_each(|(j, node)| dense[*j] = buffer[node.index()] * self.scale[*j]);
             dense
         };
-        Local { values, jacobian: self.chosen.iter().map(row).collect() }
+        let mut jacobian: Vec<Vec<f64>> = self.chosen.iter().map(row).collect();
+        if let Some(Plane { from, direction, distance }) = &self.plane {
+            let along = |((q, at), (d, s)): ((&f64, &f64), (&f64, &f64))| (q - at) / s * d;
+            let far: f64 = state.q.iter().zip(from).zip(direction.iter().zip(&self.scale)).map(along).sum();
+            values.push(far - distance);
+            jacobian.push(direction.clone());
+        }
+        Local { values, jacobian }
+    }
+
+    /// The same rows and one more.
+    pub(super) fn on(&self, plane: Plane) -> Self {
+        Self {
+            plane: Some(plane),
+            chosen: self.chosen.clone(),
+            scale: self.scale.clone(),
+            tape: self.tape.clone(),
+            rows: self.rows,
+        }
     }
 
     /// From a random state onto the manifold.
@@ -101,7 +129,7 @@ impl<'r> Projection<'r> {
     }
 
     /// One descent; WΦ at its end, `None` where a value was not finite.
-    fn descend(&self, state: &mut Sample, buffer: &mut Vec<f64>) -> Option<Vec<f64>> {
+    pub(super) fn descend(&self, state: &mut Sample, buffer: &mut Vec<f64>) -> Option<Vec<f64>> {
         let mut local = self.local(state, buffer);
         let weight = local.weights();
         let mut residual = local.weighted(&weight);

@@ -5,9 +5,9 @@
 //! independent. What remains of such a row without its part along the others, (1 − P)Φ_q, is zero at the root as well, and of first order: together
 //! with Φ it has a simple root, which is found to rounding (deflation; Leykin, Verschelde and Zhao 2006).
 
-use super::newton::{ON_MANIFOLD, Projection, solve};
+use super::newton::{ON_MANIFOLD, Plane, Projection, solve};
 use super::orthogonal::{Basis, norm};
-use super::sample::Sample;
+use super::sample::{Sample, random};
 
 /// What is left of a row that may be tangent to others where Φ is 1e-12. Less than that of a row that repeats others, whose distance is that of Φ.
 const SUSPECT: f64 = 1e-4;
@@ -20,6 +20,9 @@ const DIFFERENCE: f64 = 1e-5;
 /// What is left at the root. Differences have an error of 1e-10; what is not clearly above holds nothing.
 const LEFT: f64 = 1e-9;
 const HOLDS: f64 = 1e-4;
+/// How far, relative to the coordinates' sizes, a state is looked for on which no row is tangent, and in how many directions.
+const ASIDE: f64 = 0.1;
+const DIRECTIONS: u64 = 12;
 
 /// A place where rows are tangent.
 pub(super) struct Tangent {
@@ -61,6 +64,34 @@ impl Projection<'_> {
         let held = rank(&search.slopes(&place));
         let rows = search.tangent.iter().map(|i| self.chosen[*i]).collect();
         Some(Tangent { sample: place, rows, held })
+    }
+
+    /// A state on the manifold, not far from a place where rows are tangent, at which none is: the place is then a singular position on the way, as
+    /// change points and dead points are, and says nothing of the mechanism as such. Newton's method ends in such places from whole regions of starts
+    /// where rows repeat others: of x y = 0 and y² = 0 it halves x and y with every step. So it is kept away from the place.
+    pub(super) fn beside(&self, place: &Tangent) -> Option<Sample> {
+        let mut buffer = Vec::new();
+        let mut basis = Basis::default();
+        let there = self.local(&place.sample, &mut buffer);
+        there.jacobian.iter().enumerate().for_each(|(i, row)| drop(basis.add(i, row)));
+        let free = basis.complement(self.scale.len());
+        (0..DIRECTIONS).find_map(|k| {
+            let mut direction = vec![0.0; self.scale.len()];
+            for (i, axis) in free.iter().enumerate() {
+                let part = 2.0 * random(0xa00 + k, i as u64) - 1.0;
+                direction.iter_mut().zip(axis).for_each(|(s, d)| *s += part * d);
+            }
+            let length = norm(&direction);
+            direction.iter_mut().for_each(|d| *d /= length);
+            let mut state = place.sample.clone();
+            let moved = state.q.iter_mut().zip(&direction).zip(&self.scale);
+            moved.for_each(|((q, d), s)| *q += ASIDE * s * d);
+            let plane = Plane { from: place.sample.q.clone(), direction, distance: ASIDE };
+            let residual = self.on(plane).descend(&mut state, &mut buffer)?;
+            let there = residual.iter().all(|x| x.abs() <= ON_MANIFOLD);
+            let near = state.q.iter().zip(&place.sample.q).zip(&self.scale).all(|((a, b), d)| (a - b).abs() <= *d);
+            (there && near && Search::beside(self, &state).is_none()).then_some(state)
+        })
     }
 }
 

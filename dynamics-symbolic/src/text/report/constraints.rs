@@ -32,8 +32,10 @@ fn classes(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
         let tangent = among(&analysis.tangent);
         let repeats = own.clone().filter(|r| analysis.superfluous.contains(r) && !analysis.tangent.contains(r)).count();
         let branch = analysis.branch_meant && c.redundant && own.clone().any(|r| analysis.not_unique.contains(&r));
-        let text =
-            class(c, moving, repeats, branch && tangent == 0) + &some(tangent, c.components.len(), "tangent to others");
+        let excludes = c.switched && analysis.looked_at == LookedAt::Excluding;
+        let text = class(c, moving, if excludes { 0 } else { repeats }, branch && tangent == 0)
+            + &some(tangent, c.components.len(), "tangent to others")
+            + &some(if excludes { repeats } else { 0 }, c.components.len(), "excludes others");
         match i {
             LISTED => entry(out, "", &format!("and {} more", model.constraints.len() - i)),
             i if i < LISTED => entry(out, if i == 0 { "constraints" } else { "" }, &text),
@@ -178,6 +180,8 @@ fn seen(derived: &ConstraintEquations, analysis: &Analysis) -> &'static str {
             " in general; too many rows to find states in which they hold, where fewer may be independent"
         }
         LookedAt::Nowhere => " in general; no state was found in which they hold",
+        LookedAt::Excluding => " in general; switched ones exclude each other",
+        LookedAt::Touching => " in general; where all hold at once switched ones touch each other, and only there",
     }
 }
 
@@ -250,7 +254,9 @@ fn structural(model: &Model, derived: &ConstraintEquations, analysis: &Analysis)
 /// Which multipliers are unique where rows repeat others: those of the rows that are not in the span of the rest (Wojtyra 2009).
 fn reactions(out: &mut String, model: &Model, analysis: &Analysis) {
     if analysis.not_unique.is_empty() {
-        return entry(out, "reactions", "all unique");
+        let touching = analysis.looked_at == LookedAt::Touching;
+        let but = if touching { ", but where all constraints hold at once" } else { "" };
+        return entry(out, "reactions", &format!("all unique{but}"));
     }
     let unique: Vec<usize> = (0..analysis.rows).filter(|r| !analysis.not_unique.contains(r)).collect();
     let lost = rows_text(model, &analysis.not_unique);
@@ -302,11 +308,7 @@ fn solution(model: &Model, derived: &ConstraintEquations) -> String {
                 1 => "one pivot is guarded: where it vanishes the general solver takes over".to_owned(),
                 n => format!("{n} pivots are guarded: where one vanishes the general solver takes over"),
             };
-            let released = match (model.constraints.iter().any(|c| c.switched), u.guards.is_empty()) {
-                (false, _) => "",
-                (true, true) => "; while a switched constraint is released the general solver takes over",
-                (true, false) => ", and while a switched constraint is released",
-            };
+            let released = while_released(model, derived);
             format!("generated code, {order}; {behind}{released}")
         }
         Solution::General(why) => {
@@ -316,8 +318,32 @@ fn solution(model: &Model, derived: &ConstraintEquations) -> String {
                 General::NoPivots => "every order of elimination meets a pivot that is zero".to_owned(),
                 General::TooLarge(operations) => format!("generated code would take {operations} operations"),
             };
-            format!("the general rank-revealing solver, at run time: {why}")
+            // It takes over nothing while constraints are released: it is what there is.
+            let released = if derived.released.is_empty() { String::new() } else { while_released(model, derived) };
+            format!("the general rank-revealing solver, at run time: {why}{released}")
         }
+    }
+}
+
+/// What solves the equations while switched constraints are released: every set of them is a system of its own.
+fn while_released(model: &Model, derived: &ConstraintEquations) -> String {
+    let switched = model.constraints.iter().filter(|c| c.switched).count() as u32;
+    let sets = 2u128.saturating_pow(switched) - 1;
+    let own = derived.released.len() as u128;
+    let (one, whole) = (switched == 1, own == sets);
+    match own {
+        _ if switched == 0 => String::new(),
+        0 => "; while a switched constraint is released the general solver takes over".into(),
+        _ if one => "; code of its own while the switched constraint is released".into(),
+        _ if whole => {
+            format!("; code of its own for each of the {sets} sets of switched constraints that may be released")
+        }
+        1 => {
+            "; code of its own while all switched constraints are released, the general solver for some of them".into()
+        }
+        _ => format!(
+            "; code of its own for {own} of the {sets} sets of switched constraints that may be released, the general solver for the others"
+        ),
     }
 }
 
