@@ -85,7 +85,14 @@ pub mod prelude {
     pub use dynamics_runtime::output::{Animation, Axis, Chart, Color, Drawing, Mark, Panel, Series};
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::{CubicSpline, SplineError};
-    pub use dynamics_runtime::{Expr, Force, Mat3, SmoothFunction, Vec2, Vec3, vec2, vec3};
+    pub use dynamics_runtime::{
+        Cylindrical, EulerParameters, Frame, Inertia, Joint, PlanarBody, PlanarFrame, PlanarJoint, Polar, RigidBody,
+        Spherical,
+    };
+    pub use dynamics_runtime::{
+        EulerAngles, EulerSequence, Expr, Force, MassProperties, Mat3, NotARotation, SmoothFunction, Vec2, Vec3, vec2,
+        vec3,
+    };
 }
 
 /// What generated code refers to. Not for use by hand: it changes without notice.

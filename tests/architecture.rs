@@ -114,6 +114,29 @@ fn macros_are_pure_functions_of_their_tokens() {
     }
 }
 
+/// What the macro elaborates of frames, bodies and joints is the text that the compiler makes run; `UPDATE_LIBRARY=1` copies it.
+#[test]
+fn the_macro_reads_the_library_that_runs() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (own, copies) = (root.join("dynamics-runtime/src/bodies"), root.join("dynamics-macros/src/library"));
+    let mut names = Vec::new();
+    for (path, text) in sources("dynamics-runtime/src/bodies") {
+        let name = path.strip_prefix(&own).expect("a file below").to_owned();
+        if name == Path::new("tests.rs") {
+            continue;
+        }
+        if std::env::var_os("UPDATE_LIBRARY").is_some() {
+            fs::write(copies.join(&name), &text).expect("the copy can be written");
+        }
+        let copy = fs::read_to_string(copies.join(&name)).unwrap_or_default();
+        assert!(copy == text, "{} differs from its copy; run this test with UPDATE_LIBRARY=1", name.display());
+        names.push(name);
+    }
+    let copied = sources("dynamics-macros/src/library").into_iter();
+    let copied: Vec<_> = copied.map(|(path, _)| path.strip_prefix(&copies).expect("a file below").to_owned()).collect();
+    assert_eq!(copied, names, "no copy without its original");
+}
+
 #[test]
 fn every_method_runs_without_an_allocator() {
     let methods = include_str!("../dynamics-runtime/src/methods.rs");

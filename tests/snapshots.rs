@@ -13,6 +13,8 @@ mod physics;
 use compare::snapshot;
 use dynamics::prelude::*;
 use models::*;
+// The prelude has one, too.
+use models::RigidBody;
 use physics::{balanced, held, near};
 
 #[test]

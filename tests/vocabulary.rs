@@ -252,6 +252,36 @@ impl Everything {
         vec3(spin[(2, 1)], spin[(0, 2)], spin[(1, 0)])
     }
 
+    /// The same without and with what the macro knows of products of turns.
+    #[output]
+    fn angular_velocities(&self, q: &Coordinates<Self>) -> Vec3 {
+        let r = self.rotation(q).transpose() * Mat3::axis_angle(self.axis, q.z[0]) * Mat3::rotation_x(self.a);
+        let turning = Mat3::axis_angle(self.place(q), q.x * q.y);
+        (r * turning).transpose().angular_velocity() + r.angular_velocity_in_body() - turning.angular_velocity_in_body()
+    }
+    #[output]
+    fn euler_angles(&self, q: &Coordinates<Self>) -> Vec3 {
+        let body = Mat3::euler(EulerSequence::Zxz, [q.x, q.y, q.z[0]]);
+        let space = Mat3::euler_space(EulerSequence::Yzx, [q.z[1], Expr::from(self.a), q.x * q.z[0]]);
+        let turned = body * space.transpose();
+        turned.angular_velocity() + 2.0 * body.angular_velocity_in_body().dt() + space.dt() * self.axis
+    }
+    #[output]
+    fn euler_parameters(&self, q: &Coordinates<Self>) -> Vec3 {
+        // Of unit length by construction.
+        let (s, c) = q.x.sin_cos();
+        let n = self.place(q).normalize();
+        let r = Mat3::euler_parameters([c, s * n.x, s * n.y, s * n.z]);
+        let symmetric = Mat3::diagonal(self.a, self.a, self.m);
+        let turned = Mat3::euler(EulerSequence::Zxz, [q.x, q.y, q.z[0]]);
+        let energy = r.rotational_energy(self.tensor) + turned.rotational_energy(symmetric)
+            - (turned * Mat3::rotation_x(q.z[1])).rotational_energy(Mat3::IDENTITY * q.x);
+        let dyad = Mat3::outer(self.axis, q.x * self.place(q)) + Mat3::outer(n, n);
+        (r.transpose() * Mat3::rotation_x(q.y)).angular_velocity()
+            + r.angular_velocity_in_body()
+            + energy * dyad * r.dt().row(1)
+    }
+
     #[output]
     fn parameters(&self, q: &Coordinates<Self>) -> Vec3 {
         let arm = Vec3::from(self.arm) + self.arm.x * Vec3::X;
@@ -320,7 +350,7 @@ fn agree(position: [f64; 4], rates: [f64; 4], t: f64) -> Result<(), TestCaseErro
     compare!(model, q, compiled;
         sin cos tan asin acos atan sinh cosh tanh exp ln sqrt cbrt recip abs signum sin_cos powi powf power_of_power
         atan2 hypot min max clamp mul_add smooth operators branches loops time vectors whole_vectors matrices
-        angular_velocity parameters);
+        angular_velocity angular_velocities euler_angles euler_parameters parameters);
 
     let force = Everything::POWERS.iter().position(|p| p.name == "push").expect("a force has its power");
     let mut powers = vec![0.0; Everything::POWERS.len()];
@@ -407,10 +437,12 @@ fn macro_and_runtime_know_the_same_words() {
     let vectors = include_str!("../dynamics-macros/src/elaborate/vector_methods.rs");
     let mut jets = public(include_str!("../dynamics-runtime/src/expr/functions.rs"));
     jets.push("dt".to_owned());
+    let mut matrices = public(include_str!("../dynamics-runtime/src/matrix.rs"));
+    matrices.extend(public(include_str!("../dynamics-runtime/src/rotation.rs")));
     for (kind, mut runtime, mut elaborator) in [
         ("Expr", jets, listed(scalars, "SCALAR_METHODS")),
         ("vectors", public(include_str!("../dynamics-runtime/src/vector.rs")), listed(vectors, "VECTOR_METHODS")),
-        ("matrices", public(include_str!("../dynamics-runtime/src/matrix.rs")), listed(vectors, "MATRIX_METHODS")),
+        ("matrices", matrices, listed(vectors, "MATRIX_METHODS")),
     ] {
         for words in [&mut runtime, &mut elaborator] {
             words.sort();

@@ -56,19 +56,50 @@ fn first(tree: &TokenTree) -> Span {
 pub(crate) struct Diagnostics {
     errors: Option<Vec<syn::Error>>,
     seen: BTreeSet<String>,
+    /// The call of a library function that is being elaborated, and the function's name.
+    inside: Option<(Place, String)>,
 }
+
+/// Whether [`Diagnostics::enter`] was the outermost; to be given back.
+#[derive(Debug)]
+#[must_use]
+pub(crate) struct Entered(bool);
 
 impl Diagnostics {
     pub(crate) fn new() -> Self {
-        Self { errors: Some(Vec::new()), seen: BTreeSet::new() }
+        Self { errors: Some(Vec::new()), seen: BTreeSet::new(), inside: None }
+    }
+
+    /// From here on errors are about tokens that are not the user's: they stand at `call`, the outermost of them.
+    pub(crate) fn enter(&mut self, call: Place, name: impl FnOnce() -> String) -> Entered {
+        let outermost = self.inside.is_none();
+        if outermost {
+            self.inside = Some((call, name()));
+        }
+        Entered(outermost)
+    }
+
+    /// Back from where [`enter`](Self::enter) led.
+    pub(crate) fn leave(&mut self, entered: Entered) {
+        if entered.0 {
+            self.inside = None;
+        }
+    }
+
+    /// Where an error at `place` is shown.
+    pub(crate) fn shown_at(&self, place: Place) -> Place {
+        self.inside.as_ref().map_or(place, |(call, _)| *call)
     }
 
     /// Adds an error, unless there is one at this very place: a loop's body or a helper is elaborated many times, its mistake is one.
     pub(crate) fn error(&mut self, place: impl Into<Place>, message: &Message) {
-        let place = place.into();
+        let place = self.shown_at(place.into());
         let known = !self.seen.insert(format!("{:?}{:?}", place.start, place.end));
         if !known && let Some(errors) = &mut self.errors {
-            errors.push(place.error(message));
+            errors.push(match &self.inside {
+                Some((_, function)) => place.error(&message.inside(function)),
+                None => place.error(message),
+            });
         }
     }
 

@@ -18,7 +18,9 @@ mod origins;
 mod outside;
 mod paths;
 mod patterns;
+mod records;
 mod roles;
+mod rotations;
 mod scalar_methods;
 mod scope;
 mod sequence_methods;
@@ -29,8 +31,10 @@ mod vector_methods;
 use std::collections::BTreeSet;
 
 use dynamics_symbolic::mechanics::Model;
+use quote::ToTokens;
 
 use crate::diagnostics::Diagnostics;
+use crate::library::Library;
 use crate::syntax::{Declaration, Implementation, Role};
 use constraints::Declared;
 use dimensions::Dimensions;
@@ -51,6 +55,7 @@ type FunctionUnits = (UnitOf, UnitOf);
 struct Elaborator<'a> {
     declaration: &'a Declaration,
     implementation: &'a Implementation,
+    library: &'a Library,
     diagnostics: &'a mut Diagnostics,
     model: Model,
     origins: Origins,
@@ -63,6 +68,8 @@ struct Elaborator<'a> {
     /// `Self::NAME`, once evaluated.
     constants: Vec<Option<Value>>,
     frames: Vec<Frame>,
+    /// Matrices that are known to turn, and how.
+    rotations: rotations::Rotations,
     /// The constraints so far.
     constraints: Vec<Declared>,
     /// The role whose function is being elaborated, with all that it calls.
@@ -81,9 +88,11 @@ pub(crate) fn elaborate(
     implementation: &Implementation,
     diagnostics: &mut Diagnostics,
 ) -> Elaborated {
+    let library = Library::needed_by(implementation.functions.iter().map(|f| f.item.block.to_token_stream()));
     let mut elaborator = Elaborator {
         declaration,
         implementation,
+        library: &library,
         diagnostics,
         model: Model { name: declaration.name.to_string(), ..Model::default() },
         origins: Origins::default(),
@@ -93,6 +102,7 @@ pub(crate) fn elaborate(
         functions: Vec::new(),
         constants: Vec::new(),
         frames: Vec::new(),
+        rotations: rotations::Rotations::new(),
         constraints: Vec::new(),
         role: Role::Helper,
         reached: BTreeSet::new(),

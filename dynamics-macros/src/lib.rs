@@ -5,6 +5,7 @@ mod diagnostics;
 mod elaborate;
 mod emit;
 mod expand;
+mod library;
 mod messages;
 mod suggest;
 mod syntax;

@@ -12,6 +12,13 @@ pub(crate) struct Message {
     text: String,
 }
 
+impl Message {
+    /// The same, about what a function of the library did with what it was given.
+    pub(crate) fn inside(&self, function: impl Display) -> Self {
+        Self { id: self.id, text: format!("inside `{function}`, {}", self.text) }
+    }
+}
+
 impl Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)

@@ -11,6 +11,8 @@ extern crate alloc;
 pub mod adapters;
 #[cfg(feature = "std")]
 pub mod analysis;
+pub mod attitude;
+pub mod bodies;
 pub mod constrain;
 pub mod derivative;
 pub mod error;
@@ -21,6 +23,7 @@ pub mod generated;
 pub mod integrate;
 #[cfg(feature = "alloc")]
 pub mod kinematics;
+pub mod mass_properties;
 pub mod math;
 pub mod matrix;
 #[cfg(feature = "alloc")]
@@ -31,6 +34,7 @@ pub mod motion;
 #[cfg(feature = "alloc")]
 pub mod output;
 pub mod reaction;
+pub mod rotation;
 pub mod scalar;
 pub mod series;
 pub mod sin_cos;
@@ -39,10 +43,19 @@ pub mod smooth;
 pub mod spline;
 pub mod vector;
 
+pub use attitude::{EulerAngles, NotARotation};
+pub use bodies::{
+    Cylindrical, EulerParameters, Frame, Inertia, Joint, PlanarBody, PlanarFrame, PlanarJoint, Polar, RigidBody,
+    Spherical,
+};
 pub use derivative::TimeDerivative;
 pub use expr::Expr;
 pub use force::Force;
+#[cfg(feature = "alloc")]
+pub use mass_properties::MeshError;
+pub use mass_properties::{MassProperties, PrincipalAxes, UnphysicalInertia};
 pub use matrix::Mat3;
+pub use rotation::EulerSequence;
 pub use smooth::SmoothFunction;
 #[cfg(feature = "alloc")]
 pub use spline::{CubicSpline, SplineError};

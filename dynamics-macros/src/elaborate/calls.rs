@@ -43,7 +43,7 @@ impl<'a> Elaborator<'a> {
         }
         if matches!(text.as_str(), "value" | "rate" | "acceleration" | "power" | "is_constant")
             && arguments.is_empty()
-            && !matches!(receiver, Value::Model)
+            && !matches!(receiver, Value::Model | Value::Record(_))
         {
             return self.fail(name.span(), &messages::read_out(&text));
         }
@@ -61,6 +61,12 @@ impl<'a> Elaborator<'a> {
             Value::Sequence(items) => self.sequence_method(items, name, arguments),
             Value::Tuple(items) if text == "dt" && arguments.is_empty() => {
                 self.time_derivative(Value::Tuple(items), name)
+            }
+            Value::Record(record) => {
+                let (ty, place) = (record.ty, Place::from(name.span()));
+                let mut all = vec![(Value::Record(record), place)];
+                all.extend(arguments);
+                self.library_call(ty, name, all, place)
             }
             Value::Function(function) => self.function_method(function, name, arguments),
             other => self.unknown_method(&other, name, &[]),
@@ -165,6 +171,11 @@ impl<'a> Elaborator<'a> {
             return self.fail(name.span(), &messages::reaction_argument(name));
         }
         let arguments = self.arguments(&e.args);
+        if let [.., ty, name] = segments.as_slice()
+            && let Some(record) = self.library_type(ty)
+        {
+            return self.library_call(record, name, arguments, place);
+        }
         match segments.as_slice() {
             [.., ty, name] if *ty == "Self" || **ty == self.declaration.name => self.call_function(name, arguments),
             [.., ty, name] => self.associated(ty, name, arguments, place),
@@ -206,7 +217,9 @@ impl<'a> Elaborator<'a> {
             ("Expr" | "f64", "from") | ("Expr", "constant") => 1,
             ("Vec2", "new") | ("Force", "at" | "along") => 2,
             ("Vec3", "new") | ("Mat3", "from_rows" | "from_columns" | "diagonal") => 3,
-            ("Vec2" | "Vec3" | "Mat3", "from") | ("Mat3", "skew" | "rotation_x" | "rotation_y" | "rotation_z") => 1,
+            ("Mat3", "outer" | "axis_angle" | "euler" | "euler_space") => 2,
+            ("Vec2" | "Vec3" | "Mat3", "from")
+            | ("Mat3", "skew" | "rotation_x" | "rotation_y" | "rotation_z" | "euler_parameters") => 1,
             ("Mat3", "identity") => 0,
             ("Expr" | "f64" | "Vec2" | "Vec3" | "Mat3", _) if !arguments.is_empty() => {
                 let (receiver, _) = arguments.remove(0);
@@ -229,7 +242,7 @@ impl<'a> Elaborator<'a> {
             ("Vec2" | "Vec3", _) => self.vector_from(if ty_text == "Vec2" { 2 } else { 3 }, arguments.remove(0)),
             ("Force", "at") => self.force_at(arguments),
             ("Force", _) => self.force_along(arguments),
-            _ => self.matrix_constructor(&text, arguments),
+            _ => self.matrix_constructor(name, arguments),
         }
     }
 

@@ -7,7 +7,7 @@ use syn::{Expr, ExprForLoop, ExprIf, ExprMatch, Lit, Pat};
 
 use super::Elaborator;
 use super::scope::{Flow, Variable};
-use super::values::{Condition, Scalar, Term, Value};
+use super::values::{Condition, Record, Scalar, Term, Value};
 use crate::diagnostics::Place;
 use crate::messages;
 
@@ -125,6 +125,13 @@ impl<'a> Elaborator<'a> {
                 made.unwrap_or(Value::Poison)
             }
             (Value::Force(a), Value::Force(b)) => self.select_force(condition, a, b, at),
+            (Value::Record(a), Value::Record(b)) if a.ty == b.ty => {
+                let fields = self.select_all(condition, &a.fields, &b.fields, at);
+                if fields.iter().any(Value::is_poison) {
+                    return Value::Poison;
+                }
+                Value::Record(Rc::new(Record { ty: a.ty, name: a.name.clone(), fields }))
+            }
             (Value::Scalar(_) | Value::Integer(_), Value::Scalar(_) | Value::Integer(_)) => {
                 let (a, b) = (self.scalar(then.clone(), at), self.scalar(otherwise.clone(), at));
                 match (a, b) {
@@ -320,6 +327,8 @@ fn same(a: &Value, b: &Value) -> bool {
         }
         (Value::Matrix(a), Value::Matrix(b)) => Rc::ptr_eq(a, b),
         (Value::Force(a), Value::Force(b)) => Rc::ptr_eq(a, b),
+        (Value::Record(a), Value::Record(b)) => Rc::ptr_eq(a, b),
+        (Value::Axes(a), Value::Axes(b)) => a == b,
         (Value::Function(a), Value::Function(b)) => a == b,
         _ => false,
     }

@@ -49,7 +49,7 @@ impl Elaborator<'_> {
         if a == b {
             return Some(left.clone());
         }
-        let place = place.into();
+        let place = self.diagnostics.shown_at(place.into());
         let origin = self.origins.add(place);
         match self.dimensions.units.equate(a, b, origin) {
             Ok(()) => Some(left.clone()),

@@ -280,9 +280,13 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// `Vec2 { x, y }`, `Vec3 { x, y, z }`.
+    /// `Vec2 { x, y }`, `Vec3 { x, y, z }`, and the library's types.
     fn structure(&mut self, e: &'a syn::ExprStruct) -> Value {
-        let name = e.path.segments.last().map(|s| s.ident.to_string()).unwrap_or_default();
+        let last = e.path.segments.last().map(|s| &s.ident);
+        if let Some(ty) = last.and_then(|name| self.library_type(name)) {
+            return self.record(ty, e);
+        }
+        let name = last.map(ToString::to_string).unwrap_or_default();
         let members: &[&str] = match name.as_str() {
             "Vec2" => &["x", "y"],
             "Vec3" => &["x", "y", "z"],
@@ -320,6 +324,7 @@ impl<'a> Elaborator<'a> {
                     None => self.fail(at, &messages::no_component(name, v.len())),
                 }
             }
+            (Value::Record(record), member) => self.record_field(&record, member, at),
             (other, member) => {
                 let member = match member {
                     Member::Named(name) => name.to_string(),

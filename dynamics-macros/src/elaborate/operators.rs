@@ -196,12 +196,16 @@ impl Elaborator<'_> {
             }
             (Operator::Mul, Value::Matrix(b)) => {
                 let mut k = 0;
-                self.matrix_map(a, |e, _| {
+                let product = self.matrix_map(a, |e, _| {
                     let column = [0, 1, 2].map(|i| b[i][k % 3].clone());
                     let row = &a[k / 3];
                     k += 1;
                     e.dot(row, &column, at)
-                })
+                });
+                if let Some(product) = &product {
+                    self.note_product(a, &b, product);
+                }
+                product
             }
             (_, right) => {
                 return self.fail(at, &messages::shape_mismatch(op.sign(), "a `Mat3`", right.shape()));

@@ -35,6 +35,14 @@ const MATHEMATICS: &[(&str, f64)] = {
     ]
 };
 
+/// The axes of one of the twelve sequences: three letters, no two neighbours alike.
+fn sequence(name: &str) -> Option<[usize; 3]> {
+    let mut letters = name.chars();
+    let mut next = |axes: &str| letters.next().and_then(|letter| axes.find(letter));
+    let axes = [next("XYZ")?, next("xyz")?, next("xyz")?];
+    (letters.next().is_none() && axes[0] != axes[1] && axes[1] != axes[2]).then_some(axes)
+}
+
 impl Elaborator<'_> {
     /// A path as a value.
     pub(super) fn path(&mut self, e: &ExprPath) -> Value {
@@ -91,6 +99,10 @@ impl Elaborator<'_> {
             ("Vec3", _, Some(k)) => Value::Vector((0..3).map(|i| number(i64::from(i == k))).collect()),
             ("Mat3", "ZERO", _) => Value::matrix([(); 3].map(|()| [(); 3].map(|()| number(0)))),
             ("Mat3", "IDENTITY", _) => Value::matrix([0, 1, 2].map(|i| [0, 1, 2].map(|j| number(i64::from(i == j))))),
+            ("EulerSequence", _, _) => match sequence(&name) {
+                Some(axes) => Value::Axes(axes),
+                None => self.fail(place, &messages::foreign_constant(format!("{ty}::{name}"))),
+            },
             ("Force", "ZERO", _) => Value::Force(std::rc::Rc::default()),
             ("f64", "EPSILON", _) => self.number(Number::Float(f64::EPSILON)).into(),
             ("f64", "MIN_POSITIVE", _) => self.number(Number::Float(f64::MIN_POSITIVE)).into(),

@@ -22,6 +22,8 @@ pub(super) enum Flow {
 pub(super) struct Frame {
     /// Index of the function; `None` while a constant is evaluated.
     pub(super) function: Option<usize>,
+    /// The library type whose function this is.
+    pub(super) of: Option<usize>,
     pub(super) scopes: Vec<Vec<Variable>>,
     /// Set by `break`, `continue` and `return`, taken by the loop or call that it is meant for.
     pub(super) flow: Option<Flow>,

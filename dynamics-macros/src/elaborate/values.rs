@@ -40,6 +40,17 @@ pub(super) enum Term {
     Along { expression: Scalar, magnitude: Scalar },
 }
 
+/// A value of a library type.
+#[derive(Clone, Debug)]
+pub(super) struct Record {
+    /// Index of the type.
+    pub(super) ty: usize,
+    /// Its name.
+    pub(super) name: String,
+    /// In the order of their declaration.
+    pub(super) fields: Vec<Value>,
+}
+
 /// A value.
 #[derive(Clone, Debug)]
 pub(super) enum Value {
@@ -63,6 +74,10 @@ pub(super) enum Value {
     /// `Mat3` by rows.
     Matrix(Rc<[[Scalar; 3]; 3]>),
     Force(Rc<Vec<Term>>),
+    /// `Frame`, `RigidBody` and the like.
+    Record(Rc<Record>),
+    /// `EulerSequence::Zxz`: the axes to turn about.
+    Axes([usize; 3]),
     /// A smooth function among the parameters.
     Function(FunctionId),
 }
@@ -94,6 +109,7 @@ impl Value {
                 items.iter().fold(1, |sum: usize, item| sum.saturating_add(item.size()))
             }
             Self::Force(terms) => 1 + terms.len(),
+            Self::Record(record) => record.fields.iter().fold(1, |sum: usize, field| sum.saturating_add(field.size())),
             _ => 1,
         }
     }
@@ -114,6 +130,8 @@ impl Value {
             Self::Vector(v) => format!("a `Vec{}`", v.len()),
             Self::Matrix(_) => "a `Mat3`".into(),
             Self::Force(_) => "a `Force`".into(),
+            Self::Record(record) => format!("a `{}`", record.name),
+            Self::Axes(_) => "an `EulerSequence`".into(),
             Self::Function(_) => "a smooth function".into(),
         }
     }

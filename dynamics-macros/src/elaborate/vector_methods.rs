@@ -11,17 +11,26 @@ use super::Elaborator;
 use super::calls::Argument;
 use super::dimensions::power;
 use super::operators::Operator;
+use super::rotations::{Components, Rows};
 use super::values::{Scalar, Value};
 use crate::messages;
-
-type Rows = [[Scalar; 3]; 3];
 
 /// All methods of vectors.
 pub(crate) const VECTOR_METHODS: &[&str] =
     &["dot", "cross", "norm", "norm_squared", "normalize", "perp", "dt", "to_array"];
 
 /// All methods of matrices.
-pub(crate) const MATRIX_METHODS: &[&str] = &["transpose", "trace", "determinant", "row", "column", "dt"];
+pub(crate) const MATRIX_METHODS: &[&str] = &[
+    "transpose",
+    "trace",
+    "determinant",
+    "row",
+    "column",
+    "angular_velocity",
+    "angular_velocity_in_body",
+    "rotational_energy",
+    "dt",
+];
 
 impl Elaborator<'_> {
     pub(super) fn vector_method(&mut self, v: Vec<Scalar>, name: &Ident, mut arguments: Vec<Argument>) -> Value {
@@ -87,8 +96,8 @@ impl Elaborator<'_> {
     pub(super) fn matrix_method(&mut self, m: Rc<Rows>, name: &Ident, mut arguments: Vec<Argument>) -> Value {
         let text = name.to_string();
         let expected = match text.as_str() {
-            "row" | "column" => 1,
-            "transpose" | "trace" | "determinant" | "dt" => 0,
+            "row" | "column" | "rotational_energy" => 1,
+            "transpose" | "trace" | "determinant" | "angular_velocity" | "angular_velocity_in_body" | "dt" => 0,
             _ => return self.unknown_method(&Value::Matrix(m), name, MATRIX_METHODS),
         };
         if !self.takes(name, &arguments, expected) {
@@ -96,7 +105,9 @@ impl Elaborator<'_> {
         }
         let at = name.span();
         match text.as_str() {
-            "transpose" => Value::matrix([0, 1, 2].map(|i| [0, 1, 2].map(|j| m[j][i].clone()))),
+            "transpose" => self.transposed(&m),
+            "angular_velocity" => self.angular_velocity(&m, Components::World, name),
+            "angular_velocity_in_body" => self.angular_velocity(&m, Components::Body, name),
             "trace" => {
                 let sum = self.sum(Operator::Add, &m[0][0], &m[1][1], at);
                 sum.and_then(|s| self.sum(Operator::Add, &s, &m[2][2], at)).into()
@@ -105,6 +116,7 @@ impl Elaborator<'_> {
                 Value::Vector(normal) => self.dot(&m[0], &normal, at).into(),
                 _ => Value::Poison,
             },
+            "rotational_energy" => self.rotational_energy(&m, arguments.remove(0), name),
             "row" | "column" => {
                 let (index, place) = arguments.remove(0);
                 let k = match index {
@@ -122,12 +134,13 @@ impl Elaborator<'_> {
     }
 
     /// `Mat3::name(..)`; the number of arguments is checked.
-    pub(super) fn matrix_constructor(&mut self, name: &str, arguments: Vec<Argument>) -> Value {
+    pub(super) fn matrix_constructor(&mut self, word: &Ident, arguments: Vec<Argument>) -> Value {
         let zero = self.number(Number::ZERO);
         let one = self.number(Number::ONE);
-        match name {
+        let name = word.to_string();
+        match name.as_str() {
             "from_rows" | "from_columns" => {
-                let Some(rows) = self.three_vectors(arguments) else { return Value::Poison };
+                let Some(rows) = self.spatial_vectors(arguments) else { return Value::Poison };
                 let transposed = name == "from_columns";
                 Value::matrix(
                     [0, 1, 2]
@@ -152,32 +165,18 @@ impl Elaborator<'_> {
                     [y, v[0].clone(), zero],
                 ])
             }
-            "rotation_x" => self.rotation([1, 2, 0], arguments),
-            "rotation_y" => self.rotation([2, 0, 1], arguments),
-            "rotation_z" => self.rotation([0, 1, 2], arguments),
+            "outer" => match self.spatial_vectors(arguments).as_deref() {
+                Some([a, b]) => Value::matrix([0, 1, 2].map(|i| [0, 1, 2].map(|j| self.product(&a[i], &b[j])))),
+                _ => Value::Poison,
+            },
+            "rotation_x" => self.rotation(0, arguments),
+            "rotation_y" => self.rotation(1, arguments),
+            "rotation_z" => self.rotation(2, arguments),
+            "axis_angle" => self.axis_angle(word, arguments),
+            "euler" | "euler_space" => self.euler(word, arguments),
+            "euler_parameters" => self.euler_parameters(arguments),
             _ => Value::matrix([0, 1, 2].map(|i| [0, 1, 2].map(|j| if i == j { one.clone() } else { zero.clone() }))),
         }
-    }
-
-    /// Right-handed rotation about the last of the axes, which turns the first toward the second.
-    fn rotation(&mut self, [a, b, c]: [usize; 3], arguments: Vec<Argument>) -> Value {
-        let Some((value, place)) = arguments.into_iter().next() else { return Value::Poison };
-        let Some(angle) = self.scalar(value, place) else { return Value::Poison };
-        if self.require_dimensionless(&angle, "rotation", place).is_none() {
-            return Value::Poison;
-        }
-        let one = self.number(Number::ONE);
-        let unit = self.dimensionless();
-        let cos = Scalar { node: self.model.graph.unary(Unary::Cos, angle.node), unit: unit.clone() };
-        let sin = Scalar { node: self.model.graph.unary(Unary::Sin, angle.node), unit };
-        let minus_sin = self.negative(&sin);
-        let mut rows = [(); 3].map(|()| [(); 3].map(|()| self.number(Number::ZERO)));
-        rows[a][a] = cos.clone();
-        rows[b][b] = cos;
-        rows[a][b] = minus_sin;
-        rows[b][a] = sin;
-        rows[c][c] = one;
-        Value::matrix(rows)
     }
 
     /// `Mat3::from([[..]; 3])` or from a matrix.
@@ -196,14 +195,15 @@ impl Elaborator<'_> {
             };
             rows.push((row, place));
         }
-        match self.three_vectors(rows) {
+        match self.spatial_vectors(rows).and_then(|rows| Rows::try_from(rows).ok()) {
             Some(rows) => Value::matrix(rows),
             None => Value::Poison,
         }
     }
 
-    fn three_vectors(&mut self, arguments: Vec<Argument>) -> Option<Rows> {
-        let mut rows = Vec::new();
+    /// Arguments that all have to be vectors of space.
+    fn spatial_vectors(&mut self, arguments: Vec<Argument>) -> Option<Vec<[Scalar; 3]>> {
+        let (count, mut rows) = (arguments.len(), Vec::new());
         for (value, place) in arguments {
             let shape = value.shape();
             match value {
@@ -215,7 +215,7 @@ impl Elaborator<'_> {
                 _ => self.diagnostics.error(place, &messages::expected_shape("a `Vec3`", shape)),
             }
         }
-        <Rows>::try_from(rows).ok()
+        (rows.len() == count).then_some(rows)
     }
 
     fn wrong_shape(&mut self, expected: &str, arguments: Vec<Argument>) -> Value {

@@ -1,0 +1,408 @@
+//! Rotations, and the angular velocity of what they turn.
+//!
+//! Where a matrix is known to be a product of turns, its angular velocity is the sum of their rates about the axes as the turns before left
+//! them: what an expert writes by hand. Only a matrix of unknown making is differentiated element by element. Which turns a matrix is made of is
+//! looked up by its elements: equal elements are one node, so whatever way a matrix was made, it is found.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use dynamics_symbolic::graph::{NodeId, Number, Unary};
+use proc_macro2::Span;
+use syn::Ident;
+
+use super::Elaborator;
+use super::calls::Argument;
+use super::operators::Operator;
+use super::values::{Scalar, Value};
+use crate::diagnostics::Place;
+use crate::messages;
+
+pub(super) type Rows = [[Scalar; 3]; 3];
+
+/// The matrices that are known to be products of turns.
+pub(super) type Rotations = BTreeMap<[NodeId; 9], Rc<Vec<Turn>>>;
+
+/// A rotation that stands in a product of them.
+#[derive(Clone, Debug)]
+pub(super) struct Turn {
+    rows: Rc<Rows>,
+    by: By,
+}
+
+#[derive(Clone, Debug)]
+enum By {
+    /// An angle about a unit vector that does not move.
+    Angle { axis: [Scalar; 3], angle: Scalar },
+    /// Euler parameters.
+    Parameters([Scalar; 4]),
+    /// Nothing is known but the matrix.
+    Matrix,
+}
+
+/// In whose components an angular velocity is asked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Components {
+    World,
+    Body,
+}
+
+impl Elaborator<'_> {
+    /// The turns that a matrix is made of.
+    fn turns(&self, rows: &Rc<Rows>) -> Option<Rc<Vec<Turn>>> {
+        self.rotations.get(&key(rows)).cloned()
+    }
+
+    fn register(&mut self, rows: Rows, turns: Vec<Turn>) -> Value {
+        let rows = Rc::new(rows);
+        self.rotations.entry(key(&rows)).or_insert_with(|| Rc::new(turns));
+        Value::Matrix(rows)
+    }
+
+    fn one_turn(&mut self, rows: Rows, by: By) -> Value {
+        let turn = Turn { rows: Rc::new(rows.clone()), by };
+        self.register(rows, vec![turn])
+    }
+
+    /// Notes what a product of matrices is made of, if that is known of one of them.
+    pub(super) fn note_product(&mut self, a: &Rc<Rows>, b: &Rc<Rows>, product: &Value) {
+        let (Value::Matrix(rows), left, right) = (product, self.turns(a), self.turns(b)) else { return };
+        if left.is_none() && right.is_none() {
+            return;
+        }
+        let all = |turns: Option<Rc<Vec<Turn>>>, rows: &Rc<Rows>| {
+            turns.map_or_else(|| vec![Turn { rows: rows.clone(), by: By::Matrix }], |t| t.to_vec())
+        };
+        let mut turns = all(left, a);
+        turns.extend(all(right, b));
+        self.steps += turns.len();
+        self.rotations.entry(key(rows)).or_insert_with(|| Rc::new(turns));
+    }
+
+    /// The transpose, which turns back.
+    pub(super) fn transposed(&mut self, m: &Rc<Rows>) -> Value {
+        let rows = transpose(m);
+        let Some(turns) = self.turns(m) else { return Value::matrix(rows) };
+        let mut back = Vec::new();
+        for turn in turns.iter().rev() {
+            let by = match &turn.by {
+                By::Angle { axis, angle } => By::Angle { axis: axis.clone(), angle: self.negative(angle) },
+                By::Parameters([e0, e @ ..]) => {
+                    let [x, y, z] = e.clone().map(|x| self.negative(&x));
+                    By::Parameters([e0.clone(), x, y, z])
+                }
+                By::Matrix => By::Matrix,
+            };
+            back.push(Turn { rows: Rc::new(transpose(&turn.rows)), by });
+        }
+        self.register(rows, back)
+    }
+
+    /// `Mat3::rotation_z(angle)` and its like, about axis 0, 1 or 2.
+    pub(super) fn rotation(&mut self, axis: usize, arguments: Vec<Argument>) -> Value {
+        match arguments.into_iter().next().and_then(|argument| self.angle(argument, "rotation")) {
+            Some(angle) => self.about(axis, angle),
+            None => Value::Poison,
+        }
+    }
+
+    fn angle(&mut self, (value, place): Argument, function: &str) -> Option<Scalar> {
+        let angle = self.scalar(value, place)?;
+        self.require_dimensionless(&angle, function, place).map(|()| angle)
+    }
+
+    fn sine_and_cosine(&mut self, angle: &Scalar) -> (Scalar, Scalar) {
+        let unit = self.dimensionless();
+        let mut of = |function| Scalar { node: self.model.graph.unary(function, angle.node), unit: unit.clone() };
+        let cos = of(Unary::Cos);
+        (of(Unary::Sin), cos)
+    }
+
+    /// Right-handed rotation about a coordinate axis.
+    fn about(&mut self, c: usize, angle: Scalar) -> Value {
+        let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+        let (sin, cos) = self.sine_and_cosine(&angle);
+        let minus_sin = self.negative(&sin);
+        let mut rows = [(); 3].map(|()| [(); 3].map(|()| self.number(Number::ZERO)));
+        rows[a][a] = cos.clone();
+        rows[b][b] = cos;
+        rows[a][b] = minus_sin;
+        rows[b][a] = sin;
+        rows[c][c] = self.number(Number::ONE);
+        let axis = [0, 1, 2].map(|k| self.number(Number::integer(i64::from(k == c))));
+        self.one_turn(rows, By::Angle { axis, angle })
+    }
+
+    /// `Mat3::euler(sequence, angles)`; about axes of space in the reverse order.
+    pub(super) fn euler(&mut self, name: &Ident, mut arguments: Vec<Argument>) -> Value {
+        let (angles, at_angles) = arguments.remove(1);
+        let (sequence, at_sequence) = arguments.remove(0);
+        let axes = match sequence {
+            Value::Axes(axes) => axes,
+            Value::Poison => return Value::Poison,
+            other => return self.fail(at_sequence, &messages::expected_shape("an `EulerSequence`", other.shape())),
+        };
+        let angles = match angles {
+            Value::Array(items) if items.len() == 3 => items,
+            Value::Poison => return Value::Poison,
+            other => return self.fail(at_angles, &messages::expected_shape("an array of 3 angles", other.shape())),
+        };
+        let mut turns = Vec::new();
+        for (axis, angle) in axes.into_iter().zip(angles.iter()) {
+            let Some(angle) = self.angle((angle.clone(), at_angles), &name.to_string()) else { return Value::Poison };
+            turns.push(self.about(axis, angle));
+        }
+        if name == "euler_space" {
+            turns.reverse();
+        }
+        let mut turns = turns.into_iter();
+        let first = turns.next().unwrap_or(Value::Poison);
+        turns.fold(first, |product, turn| self.arithmetic(Operator::Mul, product, turn, name.span()))
+    }
+
+    /// `Mat3::axis_angle(axis, angle)`, after Rodrigues.
+    pub(super) fn axis_angle(&mut self, name: &Ident, mut arguments: Vec<Argument>) -> Value {
+        let angle = arguments.remove(1);
+        let (axis, at) = arguments.remove(0);
+        let v = match axis {
+            Value::Vector(v) if v.len() == 3 => v,
+            Value::Poison => return Value::Poison,
+            other => return self.fail(at, &messages::expected_shape("a `Vec3`", other.shape())),
+        };
+        let Some(angle) = self.angle(angle, "axis_angle") else { return Value::Poison };
+        let Value::Vector(n) = self.vector_method(v, &Ident::new("normalize", name.span()), Vec::new()) else {
+            return Value::Poison;
+        };
+        let (sin, cos) = self.sine_and_cosine(&angle);
+        let one = self.number(Number::ONE);
+        let versine = self.sum(Operator::Sub, &one, &cos, at);
+        let rows = versine.and_then(|versine| self.rodrigues(&n, &sin, &cos, &versine, at));
+        let (Some(rows), Ok(n)) = (rows, <[Scalar; 3]>::try_from(n)) else { return Value::Poison };
+        // About an axis that moves, the rate of the angle is not all.
+        let still = n.iter().all(|x| self.model.graph.is_constant(x.node));
+        self.one_turn(rows, if still { By::Angle { axis: n, angle } } else { By::Matrix })
+    }
+
+    /// (1 − cos) n nᵀ + sin n× + cos.
+    fn rodrigues(&mut self, n: &[Scalar], sin: &Scalar, cos: &Scalar, versine: &Scalar, at: Place) -> Option<Rows> {
+        let mut rows = [(); 3].map(|()| [(); 3].map(|()| cos.clone()));
+        for i in 0..3 {
+            for j in 0..3 {
+                let along = self.product(versine, &n[i]);
+                let along = self.product(&along, &n[j]);
+                let (across, sign) = if (i + 1) % 3 == j {
+                    (self.product(sin, &n[(i + 2) % 3]), Operator::Sub)
+                } else if i == j {
+                    (cos.clone(), Operator::Add)
+                } else {
+                    (self.product(sin, &n[(i + 1) % 3]), Operator::Add)
+                };
+                rows[i][j] = self.sum(sign, &along, &across, at)?;
+            }
+        }
+        Some(rows)
+    }
+
+    /// `Mat3::euler_parameters(e)`.
+    pub(super) fn euler_parameters(&mut self, mut arguments: Vec<Argument>) -> Value {
+        let (value, place) = arguments.remove(0);
+        let e = match value {
+            Value::Array(items) if items.len() == 4 => {
+                let e: Option<Vec<Scalar>> = items.iter().map(|e| self.scalar(e.clone(), place)).collect();
+                e
+            }
+            Value::Poison => None,
+            other => {
+                self.fail(place, &messages::expected_shape("an array of 4 scalars", other.shape()));
+                None
+            }
+        };
+        let Some(e) = e.and_then(|e| <[Scalar; 4]>::try_from(e).ok()) else { return Value::Poison };
+        for parameter in &e {
+            if self.require_dimensionless(parameter, "euler_parameters", place).is_none() {
+                return Value::Poison;
+            }
+        }
+        match self.rows_of_parameters(&e, place) {
+            Some(rows) => self.one_turn(rows, By::Parameters(e)),
+            None => Value::Poison,
+        }
+    }
+
+    fn rows_of_parameters(&mut self, e: &[Scalar; 4], at: Place) -> Option<Rows> {
+        let square = e.each_ref().map(|x| self.product(x, x));
+        let mut rows = [(); 3].map(|()| [(); 3].map(|()| square[0].clone()));
+        let two = self.number(Number::integer(2));
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let mut diagonal = self.sum(Operator::Add, &square[0], &square[1 + i], at)?;
+            for other in [j.min(k), j.max(k)] {
+                diagonal = self.sum(Operator::Sub, &diagonal, &square[1 + other], at)?;
+            }
+            rows[i][i] = diagonal;
+            let mixed = self.product(&e[1 + i], &e[1 + j]);
+            let turned = self.product(&e[0], &e[1 + k]);
+            for (row, column, sign) in [(i, j, Operator::Sub), (j, i, Operator::Add)] {
+                let sum = self.sum(sign, &mixed, &turned, at)?;
+                rows[row][column] = self.product(&two, &sum);
+            }
+        }
+        Some(rows)
+    }
+
+    /// `r.angular_velocity()`, `r.angular_velocity_in_body()`.
+    pub(super) fn angular_velocity(&mut self, m: &Rc<Rows>, components: Components, name: &Ident) -> Value {
+        let turns = self.turns(m).unwrap_or_else(|| Rc::new(vec![Turn { rows: m.clone(), by: By::Matrix }]));
+        let velocity = match components {
+            Components::World => self.in_the_world(&turns, name),
+            Components::Body => self.along_the_turns(&turns, name),
+        };
+        velocity.map_or(Value::Poison, |v| Value::Vector(v.to_vec()))
+    }
+
+    /// `r.rotational_energy(inertia)`: ½ ω·I ω, in the body's components or, where that is the same, in those before its last turns. A turn that leaves
+    /// the inertia as it is adds its rate and nothing else.
+    pub(super) fn rotational_energy(&mut self, m: &Rc<Rows>, (inertia, at): Argument, name: &Ident) -> Value {
+        let inertia = match inertia {
+            Value::Matrix(inertia) => inertia,
+            Value::Poison => return Value::Poison,
+            other => return self.fail(at, &messages::expected_shape("a `Mat3`", other.shape())),
+        };
+        let turns = self.turns(m).unwrap_or_else(|| Rc::new(vec![Turn { rows: m.clone(), by: By::Matrix }]));
+        let mut needed = turns.len();
+        while needed > 0 && self.leaves(&turns[needed - 1], &inertia, name.span()) {
+            needed -= 1;
+        }
+        self.energy_before(&turns, needed, &inertia, name).into()
+    }
+
+    /// ½ ω·I ω in the components before the turns from `first` on.
+    fn energy_before(&mut self, turns: &[Turn], first: usize, inertia: &Rc<Rows>, name: &Ident) -> Option<Scalar> {
+        let at = name.span();
+        let before = self.along_the_turns(&turns[..first], name)?;
+        let after = self.in_the_world(&turns[first..], name)?;
+        let omega = self.added(&before, &after, at)?;
+        let momentum = self.turned(inertia, &omega, at)?;
+        let double = self.dot(&omega, &momentum, at)?;
+        let half = self.number(Number::Float(0.5));
+        Some(self.product(&half, &double))
+    }
+
+    /// Whether R I Rᵀ = I.
+    fn leaves(&mut self, turn: &Turn, inertia: &Rc<Rows>, at: Span) -> bool {
+        if matches!(turn.by, By::Matrix) {
+            return false;
+        }
+        let (r, back) = (Value::Matrix(turn.rows.clone()), Value::matrix(transpose(&turn.rows)));
+        let turned = self.arithmetic(Operator::Mul, r, Value::Matrix(inertia.clone()), at);
+        match self.arithmetic(Operator::Mul, turned, back, at) {
+            Value::Matrix(turned) => key(&turned) == key(inertia),
+            _ => false,
+        }
+    }
+
+    /// In the world: each turn's rate, turned by all turns before it.
+    fn in_the_world(&mut self, turns: &[Turn], name: &Ident) -> Option<[Scalar; 3]> {
+        let at = name.span();
+        let mut sum = self.nothing();
+        let mut before: Option<Rc<Rows>> = None;
+        for turn in turns {
+            let own = self.own(turn, Components::World, name)?;
+            let own = match &before {
+                Some(before) => self.turned(before, &own, at)?,
+                None => own,
+            };
+            sum = self.added(&sum, &own, at)?;
+            before = Some(match before {
+                Some(before) => {
+                    let (left, right) = (Value::Matrix(before), Value::Matrix(turn.rows.clone()));
+                    let Value::Matrix(product) = self.arithmetic(Operator::Mul, left, right, at) else { return None };
+                    product
+                }
+                None => turn.rows.clone(),
+            });
+        }
+        Some(sum)
+    }
+
+    /// In the body: what there was before each turn, turned back by it, and the turn's own rate.
+    fn along_the_turns(&mut self, turns: &[Turn], name: &Ident) -> Option<[Scalar; 3]> {
+        let at = name.span();
+        let mut sum = self.nothing();
+        for turn in turns {
+            let own = self.own(turn, Components::Body, name)?;
+            let back = self.turned(&Rc::new(transpose(&turn.rows)), &sum, at)?;
+            sum = self.added(&back, &own, at)?;
+        }
+        Some(sum)
+    }
+
+    /// A turn's own angular velocity, in the components before it or after it.
+    fn own(&mut self, turn: &Turn, components: Components, name: &Ident) -> Option<[Scalar; 3]> {
+        let at = name.span();
+        match &turn.by {
+            By::Angle { axis, angle } => {
+                let Value::Scalar(rate) = self.time_derivative(Value::Scalar(angle.clone()), name) else { return None };
+                Some(axis.each_ref().map(|x| self.product(x, &rate)))
+            }
+            By::Parameters(e) => self.of_parameters(e, components, name),
+            By::Matrix => {
+                let Value::Matrix(rates) = self.time_derivative(Value::Matrix(turn.rows.clone()), name) else {
+                    return None;
+                };
+                let (m, rates) = match components {
+                    Components::World => ((*turn.rows).clone(), (*rates).clone()),
+                    Components::Body => (transpose(&turn.rows), transpose(&rates)),
+                };
+                // The rows of the transpose are columns: Rᵀ Ṙ has the products the other way round.
+                let pairs = [(2, 1), (0, 2), (1, 0)];
+                let pair = |(i, j): (usize, usize)| if components == Components::World { (i, j) } else { (j, i) };
+                let mut elements = pairs.map(pair).into_iter().map(|(i, j)| self.dot(&rates[i], &m[j], at));
+                Some([elements.next()??, elements.next()??, elements.next()??])
+            }
+        }
+    }
+
+    /// 2(e₀ė − ė₀e ± e×ė).
+    fn of_parameters(&mut self, e: &[Scalar; 4], components: Components, name: &Ident) -> Option<[Scalar; 3]> {
+        let at = name.span();
+        let all = Value::Vector(e.to_vec());
+        let Value::Vector(rates) = self.time_derivative(all, name) else { return None };
+        let two = self.number(Number::integer(2));
+        let mut velocity = Vec::new();
+        for i in 0..3 {
+            let (j, k) = (1 + (i + 1) % 3, 1 + (i + 2) % 3);
+            let forward = self.product(&e[0], &rates[1 + i]);
+            let backward = self.product(&rates[0], &e[1 + i]);
+            let difference = self.sum(Operator::Sub, &forward, &backward, at)?;
+            let (one, other) = (self.product(&e[j], &rates[k]), self.product(&e[k], &rates[j]));
+            let cross = self.sum(Operator::Sub, &one, &other, at)?;
+            let sign = if components == Components::World { Operator::Add } else { Operator::Sub };
+            let sum = self.sum(sign, &difference, &cross, at)?;
+            velocity.push(self.product(&two, &sum));
+        }
+        velocity.try_into().ok()
+    }
+
+    fn nothing(&mut self) -> [Scalar; 3] {
+        [(); 3].map(|()| self.number(Number::ZERO))
+    }
+
+    fn turned(&mut self, m: &Rc<Rows>, v: &[Scalar; 3], at: Span) -> Option<[Scalar; 3]> {
+        Some([self.dot(&m[0], v, at)?, self.dot(&m[1], v, at)?, self.dot(&m[2], v, at)?])
+    }
+
+    fn added(&mut self, a: &[Scalar; 3], b: &[Scalar; 3], at: Span) -> Option<[Scalar; 3]> {
+        let mut sum = |k: usize| self.sum(Operator::Add, &a[k], &b[k], at);
+        Some([sum(0)?, sum(1)?, sum(2)?])
+    }
+}
+
+fn key(rows: &Rc<Rows>) -> [NodeId; 9] {
+    let mut nodes = rows.iter().flatten().map(|x| x.node);
+    [(); 9].map(|()| nodes.next().unwrap_or_else(|| rows[0][0].node))
+}
+
+fn transpose(m: &Rows) -> Rows {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| m[j][i].clone()))
+}

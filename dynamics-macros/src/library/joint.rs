@@ -1,0 +1,129 @@
+//! Joints as constraints: what a function with `#[holonomic]` returns.
+
+use crate::bodies::{Frame, PlanarFrame};
+use crate::{Expr, Vec3};
+
+/// Joints in space, between a frame `a` fixed in one body and a frame `b` fixed in another: `link.frame(place, rotation)`, or `Frame::at(place)` in the world.
+///
+/// Each returns what is zero on every motion; the rows for positions, in lengths, come first, those for directions have no unit. Where axes have to
+/// be parallel or at right angles the products of unit vectors are zero, which holds with an axis reversed, too: the start state says which it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Joint;
+
+impl Joint {
+    /// Ball and socket: the origins are one.
+    #[must_use]
+    pub fn spherical(a: Frame, b: Frame) -> Vec3 {
+        b.origin() - a.origin()
+    }
+
+    /// Hinge: the origins are one, and so are the z axes.
+    #[must_use]
+    pub fn revolute(a: Frame, b: Frame) -> [Expr; 5] {
+        let d = b.origin() - a.origin();
+        [d.x, d.y, d.z, a.x().dot(b.z()), a.y().dot(b.z())]
+    }
+
+    /// Slide along the common z axis, without turning.
+    #[must_use]
+    pub fn prismatic(a: Frame, b: Frame) -> [Expr; 5] {
+        let d = b.origin() - a.origin();
+        [a.x().dot(d), a.y().dot(d), a.x().dot(b.z()), a.y().dot(b.z()), a.x().dot(b.y())]
+    }
+
+    /// Slides along the common z axis and turns about it.
+    #[must_use]
+    pub fn cylindrical(a: Frame, b: Frame) -> [Expr; 4] {
+        let d = b.origin() - a.origin();
+        [a.x().dot(d), a.y().dot(d), a.x().dot(b.z()), a.y().dot(b.z())]
+    }
+
+    /// Cross of Cardan or Hooke: the origins are one, the z axes, which carry the cross, stay at right angles.
+    #[must_use]
+    pub fn universal(a: Frame, b: Frame) -> [Expr; 4] {
+        let d = b.origin() - a.origin();
+        [d.x, d.y, d.z, a.z().dot(b.z())]
+    }
+
+    /// Plane on plane: the x-y planes are one.
+    #[must_use]
+    pub fn planar(a: Frame, b: Frame) -> [Expr; 3] {
+        let d = b.origin() - a.origin();
+        [a.z().dot(d), a.x().dot(b.z()), a.y().dot(b.z())]
+    }
+
+    /// Screw: as `cylindrical`, and a turn by `angle` (in rad; a coordinate of the model, which counts the turns) is an advance along z by `lead` per turn.
+    #[must_use]
+    pub fn screw(a: Frame, b: Frame, angle: impl Into<Expr>, lead: impl Into<Expr>) -> [Expr; 5] {
+        let d = b.origin() - a.origin();
+        let advance = lead.into() * angle.into() / core::f64::consts::TAU;
+        [a.x().dot(d), a.y().dot(d), a.x().dot(b.z()), a.y().dot(b.z()), a.z().dot(d) - advance]
+    }
+
+    /// Bolted together: the frames are one.
+    #[must_use]
+    pub fn weld(a: Frame, b: Frame) -> [Expr; 6] {
+        let d = b.origin() - a.origin();
+        [d.x, d.y, d.z, a.y().dot(b.z()), a.z().dot(b.x()), a.x().dot(b.y())]
+    }
+
+    /// Two wheels in mesh, of these angles and radii: they turn against one another. A wheel with teeth inside has a negative radius.
+    #[must_use]
+    pub fn gear(
+        angle: impl Into<Expr>,
+        radius: impl Into<Expr>,
+        other: impl Into<Expr>,
+        other_radius: impl Into<Expr>,
+    ) -> Expr {
+        radius.into() * angle.into() + other_radius.into() * other.into()
+    }
+
+    /// Rack and pinion, or a wheel that rolls on a line: the advance is the radius times the angle.
+    #[must_use]
+    pub fn rack(advance: impl Into<Expr>, angle: impl Into<Expr>, radius: impl Into<Expr>) -> Expr {
+        advance.into() - radius.into() * angle.into()
+    }
+
+    /// Two pulleys with one belt, of these angles and radii: they turn alike. A crossed belt is a `gear`.
+    #[must_use]
+    pub fn belt(
+        angle: impl Into<Expr>,
+        radius: impl Into<Expr>,
+        other: impl Into<Expr>,
+        other_radius: impl Into<Expr>,
+    ) -> Expr {
+        radius.into() * angle.into() - other_radius.into() * other.into()
+    }
+}
+
+/// Joints of the plane, between a frame fixed in one body and a frame fixed in another.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanarJoint;
+
+impl PlanarJoint {
+    /// Pin: the origins are one.
+    #[must_use]
+    pub fn revolute(a: PlanarFrame, b: PlanarFrame) -> [Expr; 2] {
+        let d = b.origin() - a.origin();
+        [d.x, d.y]
+    }
+
+    /// Slide along `a`'s x axis, without turning.
+    #[must_use]
+    pub fn prismatic(a: PlanarFrame, b: PlanarFrame) -> [Expr; 2] {
+        [a.y().dot(b.origin() - a.origin()), b.angle() - a.angle()]
+    }
+
+    /// Pin in a slot along `a`'s x axis.
+    #[must_use]
+    pub fn slot(a: PlanarFrame, b: PlanarFrame) -> Expr {
+        a.y().dot(b.origin() - a.origin())
+    }
+
+    /// Bolted together: the frames are one.
+    #[must_use]
+    pub fn weld(a: PlanarFrame, b: PlanarFrame) -> [Expr; 3] {
+        let d = b.origin() - a.origin();
+        [d.x, d.y, b.angle() - a.angle()]
+    }
+}

@@ -1,0 +1,97 @@
+//! Inertia of common solids of even density, about their centers of mass.
+
+use crate::{Expr, Mat3, Vec3};
+
+/// Inertia matrices of solids of even density, about the center of mass; where there is one, the axis of symmetry is z.
+///
+/// In a model they are expressions like any other: `Inertia::cylinder(self.m, self.r, self.h)` is worked out once per model. (Formulas: E. J. Routh,
+/// *Elementary Rigid Dynamics*, 7th ed., chapter 1.)
+#[derive(Clone, Copy, Debug)]
+pub struct Inertia;
+
+impl Inertia {
+    /// Box with edges a, b, c along x, y, z.
+    #[must_use]
+    pub fn cuboid(mass: impl Into<Expr>, a: impl Into<Expr>, b: impl Into<Expr>, c: impl Into<Expr>) -> Mat3 {
+        let (m, a, b, c) = (mass.into() / 12.0, a.into().powi(2), b.into().powi(2), c.into().powi(2));
+        Mat3::diagonal(m * (b + c), m * (c + a), m * (a + b))
+    }
+
+    /// Cylinder about z; a disk where the height is 0.
+    #[must_use]
+    pub fn cylinder(mass: impl Into<Expr>, radius: impl Into<Expr>, height: impl Into<Expr>) -> Mat3 {
+        let (m, r, h) = (mass.into() / 12.0, radius.into().powi(2), height.into().powi(2));
+        let across = m * (3.0 * r + h);
+        Mat3::diagonal(across, across, 6.0 * m * r)
+    }
+
+    /// Tube about z, between two radii; a hoop where these are equal and the height is 0.
+    #[must_use]
+    pub fn tube(
+        mass: impl Into<Expr>,
+        inner: impl Into<Expr>,
+        outer: impl Into<Expr>,
+        height: impl Into<Expr>,
+    ) -> Mat3 {
+        let (m, r, h) = (mass.into() / 12.0, inner.into().powi(2) + outer.into().powi(2), height.into().powi(2));
+        let across = m * (3.0 * r + h);
+        Mat3::diagonal(across, across, 6.0 * m * r)
+    }
+
+    /// Full sphere.
+    #[must_use]
+    pub fn sphere(mass: impl Into<Expr>, radius: impl Into<Expr>) -> Mat3 {
+        let i = 0.4 * mass.into() * radius.into().powi(2);
+        Mat3::diagonal(i, i, i)
+    }
+
+    /// Thin spherical shell.
+    #[must_use]
+    pub fn shell(mass: impl Into<Expr>, radius: impl Into<Expr>) -> Mat3 {
+        let i = 2.0 * mass.into() * radius.into().powi(2) / 3.0;
+        Mat3::diagonal(i, i, i)
+    }
+
+    /// Full cone about z; its center of mass is a quarter of the height above the base.
+    #[must_use]
+    pub fn cone(mass: impl Into<Expr>, radius: impl Into<Expr>, height: impl Into<Expr>) -> Mat3 {
+        let (m, r, h) = (0.0375 * mass.into(), radius.into().powi(2), height.into().powi(2));
+        let across = m * (4.0 * r + h);
+        Mat3::diagonal(across, across, 8.0 * m * r)
+    }
+
+    /// Thin rod along z. It has no inertia about its axis: a coordinate for its turning there would be without any.
+    #[must_use]
+    pub fn rod(mass: impl Into<Expr>, length: impl Into<Expr>) -> Mat3 {
+        let across = mass.into() * length.into().powi(2) / 12.0;
+        Mat3::diagonal(across, across, 0.0 * across)
+    }
+
+    /// Thin rectangular plate with edges a along x, b along y.
+    #[must_use]
+    pub fn plate(mass: impl Into<Expr>, a: impl Into<Expr>, b: impl Into<Expr>) -> Mat3 {
+        let (m, a, b) = (mass.into() / 12.0, a.into().powi(2), b.into().powi(2));
+        Mat3::diagonal(m * b, m * a, m * (a + b))
+    }
+
+    /// Full ellipsoid with semi-axes a, b, c along x, y, z.
+    #[must_use]
+    pub fn ellipsoid(mass: impl Into<Expr>, a: impl Into<Expr>, b: impl Into<Expr>, c: impl Into<Expr>) -> Mat3 {
+        let (m, a, b, c) = (0.2 * mass.into(), a.into().powi(2), b.into().powi(2), c.into().powi(2));
+        Mat3::diagonal(m * (b + c), m * (c + a), m * (a + b))
+    }
+
+    /// What a mass in a point adds at this distance from where the inertia is taken: m (d·d 1 − d dᵀ), the theorem of parallel axes.
+    #[must_use]
+    pub fn offset(mass: impl Into<Expr>, distance: impl Into<Vec3>) -> Mat3 {
+        let (m, d) = (mass.into(), distance.into());
+        m * (Mat3::IDENTITY * d.norm_squared() - Mat3::outer(d, d))
+    }
+
+    /// The inertia of what is turned: R I Rᵀ.
+    #[must_use]
+    pub fn turned(inertia: impl Into<Mat3>, rotation: impl Into<Mat3>) -> Mat3 {
+        let r = rotation.into();
+        r * inertia.into() * r.transpose()
+    }
+}

@@ -1,0 +1,469 @@
+//! Mass, center of mass and inertia of what bodies are put together from, in numbers, before a model moves.
+
+use core::fmt;
+use core::ops::Add;
+
+use crate::bodies::Inertia;
+use crate::math::{hypot, sqrt};
+use crate::matrix::Mat3;
+use crate::vector::Vec3;
+
+/// Mass, center of mass, and inertia about it, all in one set of axes.
+///
+/// ```
+/// use dynamics_runtime::{Inertia, Mat3, MassProperties, Vec3};
+///
+/// // A hammer: a head across the end of a handle along z.
+/// let handle = MassProperties::new(0.3, Inertia::cylinder(0.3, 0.01, 0.3).value());
+/// let head = MassProperties::new(0.5, Inertia::cuboid(0.5, 0.1, 0.03, 0.03).value());
+/// let hammer = handle + head.moved(Vec3::new(0.0, 0.0, 0.15));
+/// assert!((hammer.center.z - 0.15 * 0.5 / 0.8).abs() < 1e-16);
+/// let principal = hammer.principal_axes()?;
+/// assert!(principal.moments[0] < principal.moments[1]);
+/// # Ok::<(), dynamics_runtime::UnphysicalInertia>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassProperties {
+    /// Mass.
+    pub mass: f64,
+    /// Center of mass.
+    pub center: Vec3<f64>,
+    /// Inertia matrix about the center of mass.
+    pub inertia: Mat3<f64>,
+}
+
+/// Why no body has such an inertia matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum UnphysicalInertia {
+    /// The mass is negative or not a number.
+    Mass(f64),
+    /// An element is not a finite number.
+    NotFinite,
+    /// The elements (i, j) and (j, i) differ.
+    NotSymmetric {
+        /// Row of the one element.
+        i: usize,
+        /// Its column.
+        j: usize,
+        /// The two elements.
+        elements: [f64; 2],
+    },
+    /// A principal moment is negative.
+    NegativeMoment {
+        /// All three, in ascending order.
+        moments: [f64; 3],
+    },
+    /// The largest principal moment exceeds the sum of the others, which are made of the same squares of distances.
+    Triangle {
+        /// All three, in ascending order.
+        moments: [f64; 3],
+    },
+}
+
+impl fmt::Display for UnphysicalInertia {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mass(mass) => write!(f, "a body cannot have the mass {mass}; give a number that is not negative"),
+            Self::NotFinite => {
+                write!(f, "an inertia matrix has an element that is no finite number; check how it was made")
+            }
+            Self::NotSymmetric { i, j, elements: [a, b] } => write!(
+                f,
+                "an inertia matrix is symmetric, yet its elements ({i}, {j}) and ({j}, {i}) are {a} and {b}; write the products of inertia with one sign on both sides"
+            ),
+            Self::NegativeMoment { moments: [a, b, c] } => write!(
+                f,
+                "the principal moments of inertia are {a}, {b}, {c}, and no body has a negative one; check the signs of the products of inertia, and about which point the moments are"
+            ),
+            Self::Triangle { moments: [a, b, c] } => write!(
+                f,
+                "the principal moments of inertia are {a}, {b}, {c}, and no body has one that exceeds the sum of the others; check the units of the moments, and about which point they are"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for UnphysicalInertia {}
+
+/// Principal moments and axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipalAxes {
+    /// The moments in ascending order.
+    pub moments: [f64; 3],
+    /// The rotation whose columns are the axes in that order: the inertia matrix is R diag(moments) Rᵀ.
+    pub rotation: Mat3<f64>,
+}
+
+/// Relative to the largest element: what measured or rounded data may be off.
+const TOLERANCE: f64 = 1e-9;
+
+impl MassProperties {
+    /// With the center of mass at the origin.
+    #[must_use]
+    pub fn new(mass: f64, inertia: Mat3<f64>) -> Self {
+        Self { mass, center: Vec3::new(0.0, 0.0, 0.0), inertia }
+    }
+
+    /// A mass in a point.
+    #[must_use]
+    pub fn point(mass: f64, place: Vec3<f64>) -> Self {
+        Self { mass, center: place, inertia: Mat3::default() }
+    }
+
+    /// The same, moved by a vector.
+    #[must_use]
+    pub fn moved(self, by: Vec3<f64>) -> Self {
+        Self { center: self.center + by, ..self }
+    }
+
+    /// The same, turned about the origin.
+    #[must_use]
+    pub fn turned(self, rotation: Mat3<f64>) -> Self {
+        Self { center: rotation * self.center, inertia: Inertia::turned(self.inertia, rotation).value(), ..self }
+    }
+
+    /// What is left when another body is taken out of this one: a hole.
+    #[must_use]
+    pub fn without(self, hole: Self) -> Self {
+        self + Self { mass: -hole.mass, inertia: -hole.inertia, ..hole }
+    }
+
+    /// Inertia about any point, by the theorem of parallel axes.
+    #[must_use]
+    pub fn inertia_about(self, point: Vec3<f64>) -> Mat3<f64> {
+        self.inertia + Inertia::offset(self.mass, self.center - point).value()
+    }
+
+    /// Checks that some body has this mass and inertia: symmetric, no negative principal moment, none larger than the sum of the others; each to 1e-9 of
+    /// the largest element.
+    ///
+    /// # Errors
+    /// What is wrong, with the numbers.
+    pub fn check(self) -> Result<(), UnphysicalInertia> {
+        self.principal_axes().map(|_| ())
+    }
+
+    /// Principal moments of inertia about the center of mass, and their axes.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn principal_axes(self) -> Result<PrincipalAxes, UnphysicalInertia> {
+        if !(self.mass >= 0.0 && self.mass.is_finite()) {
+            return Err(UnphysicalInertia::Mass(self.mass));
+        }
+        let m = self.inertia.to_array();
+        if m.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(UnphysicalInertia::NotFinite);
+        }
+        let scale = m.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+            if (m[i][j] - m[j][i]).abs() > TOLERANCE * scale {
+                return Err(UnphysicalInertia::NotSymmetric { i, j, elements: [m[i][j], m[j][i]] });
+            }
+        }
+        let principal = diagonalised(m);
+        let moments = principal.moments;
+        if moments[0] < -TOLERANCE * scale {
+            return Err(UnphysicalInertia::NegativeMoment { moments });
+        }
+        if moments[2] - moments[0] - moments[1] > TOLERANCE * scale {
+            return Err(UnphysicalInertia::Triangle { moments });
+        }
+        Ok(principal)
+    }
+}
+
+/// Two bodies that are one.
+impl Add for MassProperties {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        let mass = self.mass + other.mass;
+        // Without mass there is no center; that of the first is as good as any.
+        let center =
+            if mass == 0.0 { self.center } else { (self.mass * self.center + other.mass * other.center) / mass };
+        Self { mass, center, inertia: self.inertia_about(center) + other.inertia_about(center) }
+    }
+}
+
+/// Jacobi's rotations on a symmetric matrix (G. H. Golub and C. F. Van Loan, *Matrix Computations*, 4th ed., §8.5): small moments keep
+/// their digits, and the axes are orthogonal to rounding however close moments are.
+fn diagonalised(mut m: [[f64; 3]; 3]) -> PrincipalAxes {
+    let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+        let mean = 0.5 * (m[i][j] + m[j][i]);
+        (m[i][j], m[j][i]) = (mean, mean);
+    }
+    // Quadratic convergence: five sweeps do; the rest is for matrices that a bound has not been proved for.
+    for _ in 0..30 {
+        let mut done = true;
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            if m[p][q].abs() <= f64::EPSILON * f64::EPSILON * (m[p][p].abs() + m[q][q].abs()) {
+                continue;
+            }
+            done = false;
+            let half = 0.5 * (m[q][q] - m[p][p]);
+            let root = hypot(half, m[p][q]);
+            let t = if half >= 0.0 { m[p][q] / (half + root) } else { m[p][q] / (half - root) };
+            let c = 1.0 / sqrt(1.0 + t * t);
+            turn(&mut m, &mut axes, (p, q), (c, t * c));
+        }
+        if done {
+            break;
+        }
+    }
+    let mut order = [0, 1, 2];
+    order.sort_unstable_by(|&a, &b| m[a][a].total_cmp(&m[b][b]));
+    let column = |k: usize| Vec3::from(axes.map(|row| row[order[k]]));
+    let (first, second) = (column(0), column(1));
+    // The third axis closes a right-handed set.
+    let rotation = Mat3::from_columns(first, second, first.cross(second));
+    PrincipalAxes { moments: order.map(|k| m[k][k]), rotation }
+}
+
+/// M ← JᵀMJ, axes ← axes J, for the rotation J in the plane of p and q.
+fn turn(m: &mut [[f64; 3]; 3], axes: &mut [[f64; 3]; 3], (p, q): (usize, usize), (c, s): (f64, f64)) {
+    for row in m.iter_mut().chain(axes.iter_mut()) {
+        (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
+    }
+    let (row_p, row_q) = (Vec3::from(m[p]), Vec3::from(m[q]));
+    (m[p], m[q]) = ((c * row_p - s * row_q).to_array(), (s * row_p + c * row_q).to_array());
+    (m[p][q], m[q][p]) = (0.0, 0.0);
+}
+
+/// Why triangles bound no body.
+#[cfg(feature = "alloc")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// A triangle names a vertex that does not exist.
+    NoVertex {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertex that it names.
+        vertex: usize,
+    },
+    /// An edge, from one vertex to another, has no triangle on its other side that runs along it backwards, or more than one on this: the surface has a hole, or
+    /// not all triangles are seen counter-clockwise from outside.
+    Open {
+        /// The vertices of the edge.
+        edge: [usize; 2],
+    },
+    /// The volume is not positive: all triangles are seen counter-clockwise from inside.
+    Inverted {
+        /// The volume.
+        volume: f64,
+    },
+    /// A coordinate or the density is not a finite number.
+    NotFinite,
+}
+
+#[cfg(feature = "alloc")]
+impl fmt::Display for MeshError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoVertex { triangle, vertex } => {
+                write!(f, "triangle {triangle} names vertex {vertex}, which does not exist; count vertices from 0")
+            }
+            Self::Open { edge: [a, b] } => write!(
+                f,
+                "the surface is not closed along the edge from vertex {a} to vertex {b}; give every edge two triangles, both seen counter-clockwise from outside"
+            ),
+            Self::Inverted { volume } => write!(
+                f,
+                "the triangles enclose the volume {volume}; give their vertices counter-clockwise as seen from outside"
+            ),
+            Self::NotFinite => {
+                write!(f, "a coordinate or the density is no finite number; check how the mesh was made")
+            }
+        }
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl core::error::Error for MeshError {}
+
+#[cfg(feature = "alloc")]
+impl MassProperties {
+    /// A body of even density bounded by triangles, each three indices of `vertices`, counter-clockwise as seen from outside.
+    ///
+    /// The sum over the tetrahedra between the triangles and a point amid the vertices, each with its sign (D. Eberly, *Polyhedral Mass Properties*, 2002, says the
+    /// same by integrals over the surface).
+    ///
+    /// # Errors
+    /// Where the triangles bound no body.
+    pub fn mesh(density: f64, vertices: &[Vec3<f64>], triangles: &[[usize; 3]]) -> Result<Self, MeshError> {
+        check_closed(vertices.len(), triangles)?;
+        // From amid the vertices, not from an origin that may be far away: nothing cancels.
+        let origin = vertices.iter().sum::<Vec3<f64>>() / (vertices.len().max(1) as f64);
+        let (mut volume, mut first, mut second) = (0.0, Vec3::new(0.0, 0.0, 0.0), Mat3::<f64>::default());
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|k| vertices[k] - origin);
+            let six = a.dot(b.cross(c));
+            volume += six / 6.0;
+            let sum = a + b + c;
+            first += sum * (six / 24.0);
+            // ∫ r rᵀ over a tetrahedron with one corner at the origin.
+            let squares = Mat3::outer(a, a) + Mat3::outer(b, b) + Mat3::outer(c, c) + Mat3::outer(sum, sum);
+            second += squares * (six / 120.0);
+        }
+        if !(volume.is_finite() && density.is_finite() && second.trace().is_finite()) {
+            return Err(MeshError::NotFinite);
+        }
+        if volume <= 0.0 {
+            return Err(MeshError::Inverted { volume });
+        }
+        let center = first / volume;
+        let central = (second - Mat3::outer(center, center) * volume) * density;
+        let trace = central.trace();
+        let inertia = Mat3::diagonal(trace, trace, trace) - central;
+        Ok(Self { mass: density * volume, center: center + origin, inertia })
+    }
+}
+
+/// Every edge has its two triangles, which run along it in opposite directions.
+#[cfg(feature = "alloc")]
+fn check_closed(vertices: usize, triangles: &[[usize; 3]]) -> Result<(), MeshError> {
+    let mut edges = alloc::vec::Vec::with_capacity(3 * triangles.len());
+    for (i, &[a, b, c]) in triangles.iter().enumerate() {
+        if let Some(&vertex) = [a, b, c].iter().find(|k| **k >= vertices) {
+            return Err(MeshError::NoVertex { triangle: i, vertex });
+        }
+        edges.extend([[a, b], [b, c], [c, a]]);
+    }
+    edges.sort_unstable();
+    let twice = edges.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0]);
+    let alone = edges.iter().find(|[a, b]| edges.binary_search(&[*b, *a]).is_err()).copied();
+    match twice.or(alone) {
+        Some(edge) => Err(MeshError::Open { edge }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn distance(a: Mat3<f64>, b: Mat3<f64>) -> f64 {
+        (a - b).to_array().into_iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()))
+    }
+
+    fn rotation() -> Mat3<f64> {
+        Mat3::axis_angle(Vec3::new(1.0, -2.0, 0.5), 1.1).value()
+    }
+
+    #[test]
+    fn halves_make_the_whole() {
+        let half = MassProperties::new(1.0, Inertia::cuboid(1.0, 0.5, 2.0, 3.0).value());
+        let (left, right) = (half.moved(Vec3::new(-0.25, 0.0, 0.0)), half.moved(Vec3::new(0.25, 0.0, 0.0)));
+        let whole = left + right;
+        assert!(distance(whole.inertia, Inertia::cuboid(2.0, 1.0, 2.0, 3.0).value()) < 1e-15);
+        let again = whole.without(right);
+        assert!(distance(again.inertia, left.inertia) < 1e-15 && (again.center - left.center).norm() < 1e-15);
+        let turned = whole.turned(rotation()).moved(Vec3::new(1.0, 2.0, 3.0));
+        let by_parts = left.turned(rotation()) + right.turned(rotation());
+        assert!(distance(turned.inertia, by_parts.inertia) < 1e-14);
+        let about = turned.inertia_about(Vec3::new(1.0, 2.0, 3.0));
+        assert!(distance(about, turned.inertia) < 1e-15);
+        let points = MassProperties::point(2.0, Vec3::new(1.0, 0.0, 0.0))
+            + MassProperties::point(2.0, Vec3::new(-1.0, 0.0, 0.0));
+        assert_eq!(points.inertia, Mat3::diagonal(0.0, 4.0, 4.0));
+    }
+
+    #[test]
+    fn principal_axes_of_turned_bodies() {
+        for moments in [
+            [1.0, 2.0, 2.5],
+            [1.0, 1.0, 2.0],
+            [3.0, 3.0, 3.0],
+            [1e-8, 1.0, 1.0],
+            [2.0, 2.0 + 1e-12, 3.0],
+            [0.0, 0.0, 0.0],
+        ] {
+            let [a, b, c] = moments;
+            for r in [Mat3::IDENTITY.value(), rotation(), Mat3::rotation_y(core::f64::consts::FRAC_PI_2)] {
+                let inertia = r * Mat3::diagonal(c, a, b) * r.transpose();
+                let found = MassProperties::new(1.0, inertia).principal_axes().expect("a body has it");
+                for (found, given) in found.moments.iter().zip(moments) {
+                    assert!((found - given).abs() < 1e-15 * c.max(1.0), "{moments:?}: {found}");
+                }
+                found.rotation.check_rotation().expect("axes of a body");
+                let [x, y, z] = found.moments;
+                let again = found.rotation * Mat3::diagonal(x, y, z) * found.rotation.transpose();
+                assert!(distance(again, inertia) < 3e-15, "{moments:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_no_body_has_is_refused() {
+        let check = |inertia| MassProperties::new(1.0, inertia).check();
+        assert!(
+            matches!(check(Mat3::diagonal(1.0, 1.0, 2.1)), Err(UnphysicalInertia::Triangle { moments: [_, _, c] }) if c == 2.1)
+        );
+        assert!(
+            matches!(check(Mat3::diagonal(1.0, -1.0, 1.0)), Err(UnphysicalInertia::NegativeMoment { moments: [a, ..] }) if a == -1.0)
+        );
+        let product = Mat3::from([[1.0, 0.2, 0.0], [-0.2, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        let refused = UnphysicalInertia::NotSymmetric { i: 0, j: 1, elements: [0.2, -0.2] };
+        assert_eq!(check(product), Err(refused));
+        assert_eq!(check(Mat3::diagonal(1.0, f64::NAN, 1.0)), Err(UnphysicalInertia::NotFinite));
+        assert_eq!(MassProperties::new(-1.0, Mat3::default()).check(), Err(UnphysicalInertia::Mass(-1.0)));
+        // Plates and rods are on the boundary, to rounding.
+        for thin in [Inertia::plate(0.7, 0.3, 1.1), Inertia::rod(1.3, 0.7)] {
+            let r = rotation();
+            check(r * thin.value() * r.transpose()).expect("it is thin, and a body");
+        }
+        let text = std::format!("{refused}");
+        assert!(text.contains("(0, 1)") && text.contains("; "), "{text}");
+    }
+
+    /// A box of twelve triangles, anywhere.
+    #[cfg(feature = "alloc")]
+    fn cuboid(size: [f64; 3], r: Mat3<f64>, place: Vec3<f64>) -> (std::vec::Vec<Vec3<f64>>, [[usize; 3]; 12]) {
+        let corner = |k: usize| {
+            let [x, y, z] = [0, 1, 2].map(|i| size[i] * (f64::from(u8::from(k >> i & 1 == 1)) - 0.5));
+            place + r * Vec3::new(x, y, z)
+        };
+        let faces = [
+            [0, 2, 1],
+            [1, 2, 3],
+            [4, 5, 6],
+            [5, 7, 6],
+            [0, 1, 4],
+            [1, 5, 4],
+            [2, 6, 3],
+            [3, 6, 7],
+            [0, 4, 2],
+            [2, 4, 6],
+            [1, 3, 5],
+            [3, 7, 5],
+        ];
+        ((0..8).map(corner).collect(), faces)
+    }
+
+    #[cfg(feature = "alloc")]
+    #[test]
+    fn meshes() {
+        let (size, place) = ([1.0, 2.0, 3.0], Vec3::new(100.0, -50.0, 30.0));
+        let (vertices, triangles) = cuboid(size, rotation(), place);
+        let body = MassProperties::mesh(0.5, &vertices, &triangles).expect("a closed box");
+        let expected =
+            MassProperties::new(3.0, Inertia::cuboid(3.0, 1.0, 2.0, 3.0).value()).turned(rotation()).moved(place);
+        assert!((body.mass - 3.0).abs() < 1e-13 && (body.center - place).norm() < 1e-13);
+        assert!(distance(body.inertia, expected.inertia) < 1e-12, "{:?}", body.inertia);
+
+        let mut open = triangles;
+        open[3] = open[2];
+        assert!(matches!(MassProperties::mesh(0.5, &vertices, &open), Err(MeshError::Open { .. })));
+        assert!(matches!(MassProperties::mesh(0.5, &vertices, &triangles[1..]), Err(MeshError::Open { .. })));
+        let inverted = triangles.map(|[a, b, c]| [a, c, b]);
+        assert!(
+            matches!(MassProperties::mesh(0.5, &vertices, &inverted), Err(MeshError::Inverted { volume }) if (volume + 6.0).abs() < 1e-12)
+        );
+        let mut beyond = triangles;
+        beyond[0][1] = 8;
+        assert_eq!(MassProperties::mesh(0.5, &vertices, &beyond), Err(MeshError::NoVertex { triangle: 0, vertex: 8 }));
+        assert_eq!(MassProperties::mesh(f64::NAN, &vertices, &triangles), Err(MeshError::NotFinite));
+    }
+}
