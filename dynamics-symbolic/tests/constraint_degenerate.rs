@@ -244,23 +244,3 @@ fn end_stops_have_code_of_their_own() {
         assert!(words(&compiled.report).contains(said), "{said}\n{}", compiled.report);
     }
 }
-
-/// x y = 0 and y² = 0, of which the x axis is the manifold: Newton's method halves both, and ends in the origin, where x y has no gradient.
-#[test]
-fn a_singular_place_on_the_way_is_not_taken_for_the_mechanism() {
-    let (mut b, q) = particles(&["x", "y", "z"]);
-    let one = b.ratio(1, 1);
-    let shifted = b.add(q[2], one);
-    // Twisted, so that no row is a multiple of a coordinate: y (x + z³), y (1 + z), of which the first vanishes twice where x = −z³ and y = 0.
-    let cube = {
-        let square = b.mul(q[2], q[2]);
-        b.mul(square, q[2])
-    };
-    let other = b.add(q[0], cube);
-    let (first, second) = (b.mul(q[1], other), b.mul(q[1], shifted));
-    constrain(&mut b, "first", HOLONOMIC, &[first]);
-    constrain(&mut b, "second", HOLONOMIC, &[second]).redundant = true;
-    let analysis = analyse(&b.model);
-    assert_eq!((&analysis.findings[..], &analysis.tangent[..]), (&[][..], &[][..]));
-    assert_eq!((analysis.rank, analysis.least.all, analysis.least.holonomic), (1, 1, 1));
-}
