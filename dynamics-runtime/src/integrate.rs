@@ -68,7 +68,7 @@ pub use esdirk4::Esdirk4;
 pub use event::{Crossing, Direction, Scan, ScanError, place, root};
 pub use gauss::{Gauss, Gauss4, Gauss6};
 pub use generalized_alpha::GeneralizedAlpha;
-pub use radau5::{Collocation, Radau5};
+pub use radau5::{Between, Collocation, Radau5};
 pub use rk4::Rk4;
 pub use semi_implicit_euler::SemiImplicitEuler;
 pub use stepper::{Kept, Step, StepError, StepOptions, Stepper};
@@ -377,6 +377,12 @@ pub trait Scheme<V: Vector> {
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error>;
+    /// Is told of a step that was made before and is to be tried once more: what is known of it may start its iterations. Whether these may end elsewhere, so that it is only
+    /// what it was where it ends where it did.
+    #[inline(always)]
+    fn retrace(&mut self, _step: &Step<V>) -> bool {
+        false
+    }
     /// q̈ at the end of the step just tried.
     fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error>;
     /// The interpolant of the step just finished; may evaluate further stages.

@@ -4,6 +4,7 @@ use dynamics::constrain::solve_once;
 use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
 
+mod between_methods;
 mod between_steps;
 mod change_points;
 mod fixed_steps;

@@ -317,6 +317,10 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
         self.solved
     }
 
+    fn retrace(&mut self, _: &Step<V>) -> bool {
+        true
+    }
+
     fn accepted(&mut self, step: &Step<V>) {
         let mut changes = [V::zeros(); STAGES];
         for (change, k) in changes.iter_mut().zip(&self.k) {

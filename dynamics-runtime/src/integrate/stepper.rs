@@ -2,6 +2,7 @@
 
 use super::first_step::first_step;
 use super::landing::Landing;
+use super::tableau::zip;
 use super::{Controller, Hold, Knot, Phase, Scheme, Settled, System, Tolerances};
 use crate::model::Vector;
 
@@ -103,6 +104,8 @@ const FAR: f64 = 1.0;
 const SURPRISE: f64 = 30.0;
 /// See [`Stepper::fruitless`].
 const FRUITLESS: u32 = 4;
+/// Ends that are apart by no more permitted errors are the same.
+const SAME: f64 = 1.0;
 /// Steps between two looks at stiffness while nothing is suspected.
 const STIFFNESS_INTERVAL: u64 = 32;
 
@@ -242,6 +245,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.slides_at
     }
 
+    /// How many fixed steps were made in parts, to go round positions where what holds the system nearly loses a direction, and when the first.
+    #[must_use]
+    pub fn parted(&self) -> (u64, Option<f64>) {
+        self.passing.parted()
+    }
+
     /// Makes one step towards `limit`, which is met exactly and never passed.
     #[inline]
     pub fn step<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<Step<V>, StepError<Y::Error>> {
@@ -356,24 +365,44 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.scheme.dense(system, &start, &step.end, step.h)
     }
 
-    /// Makes a recorded step once more, for its interpolant; the stepper's own place does not change.
+    /// Makes a recorded step once more, for its interpolant; `None` where it would end elsewhere now: iterations may end at another solution of their
+    /// equations, or at none.
     pub fn again<Y: System<V>>(
         scheme: &mut S,
         system: &mut Y,
         step: &Step<V>,
         tolerances: &Tolerances,
-    ) -> Result<S::Dense, Y::Error> {
+    ) -> Result<Option<S::Dense>, Y::Error> {
         let mut start = step.start;
         system.hold_stages(step.kept.stages, tolerances);
         system.hold_branches(&mut start, step.h, step.kept.branches)?;
         system.attempting(&mut start, step.h)?;
-        scheme.attempt(system, &start, step.h, tolerances)?;
         let mut end = step.end;
         if step.kept.branches {
             // The step that follows may have found others there.
             end.a = system.accelerations(end.t, &end.y.q, &end.y.u)?;
         }
-        scheme.dense(system, &start, &end, step.h)
+        let strays = scheme.retrace(&Step { start, end, ..*step });
+        let (found, _) = scheme.attempt(system, &start, step.h, tolerances)?;
+        if strays && !(scheme.converged() && Self::ends_there(system, step, found, tolerances)?) {
+            return Ok(None);
+        }
+        scheme.dense(system, &start, &end, step.h).map(Some)
+    }
+
+    /// Whether a step that was made once more ends where it did.
+    fn ends_there<Y: System<V>>(
+        system: &mut Y,
+        step: &Step<V>,
+        mut end: Phase<V>,
+        tolerances: &Tolerances,
+    ) -> Result<bool, Y::Error> {
+        let Step { start, end: Knot { t, y, .. }, .. } = step;
+        let apart = |end: &Phase<V>| tolerances.norm(&zip(end, y, |found, known| found - known), &start.y, y);
+        if apart(&end) > SAME && system.settles() {
+            system.settle(*t, &mut end, tolerances)?;
+        }
+        Ok(apart(&end) <= SAME)
     }
 
     /// The end of a step with this start, size and upkeep, settled, and its error, 1 where it is just permitted; `None` where its equations are not solved.

@@ -107,7 +107,7 @@ impl<M: Model, C: Choice> Driver<M> for C {
     where
         M: Simulate,
     {
-        let dense = Stepper::again(&mut self.scheme::<M::Vector>(), plant, step, tolerances).ok()?;
+        let dense = Stepper::again(&mut self.scheme::<M::Vector>(), plant, step, tolerances).ok()??;
         Some(Box::new(dense))
     }
 

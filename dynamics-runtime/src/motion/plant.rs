@@ -103,13 +103,36 @@ impl<M: Constraints> Plant<'_, '_, M> {
         tolerances: &Tolerances,
     ) -> bool {
         let Kept { stages, between, .. } = step.kept;
-        between
-            || stages
-                && PROBES.iter().any(|&theta| {
-                    let y = dense.at(theta);
-                    let state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
-                    self.upkeep.violation(self.model, &state, tolerances) > STRAYED
-                })
+        between || stages && self.off_between(dense, step, tolerances) > STRAYED
+    }
+
+    /// How far states within a step are off the constraints at most, in permitted errors.
+    pub(crate) fn off_between<D: Dense<M::Vector> + ?Sized>(
+        &mut self,
+        dense: &D,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> f64 {
+        PROBES.iter().fold(0.0, |most: f64, &theta| {
+            let y = dense.at(theta);
+            let state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
+            most.max(self.upkeep.violation(self.model, &state, tolerances))
+        })
+    }
+
+    /// Whether states within a step stray from constraints that may drift: further than its ends.
+    pub(crate) fn strays<D: Dense<M::Vector> + ?Sized>(
+        &mut self,
+        dense: &D,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> bool {
+        if M::ROWS.is_empty() || self.upkeep.settles() {
+            return false;
+        }
+        let ends = [&step.start, &step.end].map(|end| self.state(end.t, &end.y.q, &end.y.u));
+        let drift = ends.map(|end| self.upkeep.violation(self.model, &end, tolerances));
+        self.off_between(dense, step, tolerances) > STRAYED * drift[0].max(drift[1]).max(1.0)
     }
 
     #[cold]

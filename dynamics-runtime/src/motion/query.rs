@@ -300,21 +300,42 @@ impl<'m, M: Simulate> Motion<'m, M> {
 
     fn interpolant(&self, index: usize) -> Cached<M::Vector> {
         let step = self.step(index);
-        let Step { start, end, h, .. } = &step;
         let plant = &mut self.plant(index);
         let tolerances = &self.trajectory.tolerances;
         let driver = self.trajectory.driver_of(index).filter(|_| self.is_repeatable());
         let again = driver.and_then(|driver| driver.interpolate(plant, &step, tolerances));
-        // A step that was made once can be made again unless the law changed its mind; both ends are known in any case.
-        let interpolant = again.unwrap_or_else(|| {
-            let mut first = *start;
-            if !self.is_repeatable() || plant.attempting(&mut first, *h).is_err() {
-                first = *start;
-            }
-            Box::new(Hermite::new(start.y, &first.a, &end.y, &end.a, *h))
-        });
+        let interpolant = match again {
+            Some(again) if !plant.strays(&*again, &step, tolerances) => again,
+            again => self.by_its_ends(plant, &step, again),
+        };
         let settles = !M::ROWS.is_empty() && plant.settles_between(&*interpolant, &step, tolerances);
         Cached { index, interpolant, settles }
+    }
+
+    /// The interpolant of a step by its ends alone, which are known in any case: where the step cannot be made again, as where the law changed its mind, or where one of
+    /// its stages lies right beside a singular position, unless the step made `again` is nearer to the constraints.
+    #[cold]
+    fn by_its_ends(
+        &self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        again: Option<Interpolant<M::Vector>>,
+    ) -> Interpolant<M::Vector> {
+        let Step { start, end, h, .. } = step;
+        let mut first = *start;
+        if !self.is_repeatable() || plant.attempting(&mut first, *h).is_err() {
+            first = *start;
+        }
+        let quintic = Hermite::new(start.y, &first.a, &end.y, &end.a, *h);
+        let tolerances = &self.trajectory.tolerances;
+        match again {
+            Some(again)
+                if plant.off_between(&*again, step, tolerances) <= plant.off_between(&quintic, step, tolerances) =>
+            {
+                again
+            }
+            _ => Box::new(quintic),
+        }
     }
 }
 

@@ -110,6 +110,8 @@ pub struct Counts {
     pub stiff_at: Option<f64>,
     /// When the motion was first found to slide along a place where accelerations jump: they lead to it from both sides.
     pub slides_at: Option<f64>,
+    /// How many fixed steps were made in parts, to go round positions where constraints nearly lose rank, and when the first began.
+    pub parted: (u64, Option<f64>),
 }
 
 /// A run without its model: everything that an error can carry.

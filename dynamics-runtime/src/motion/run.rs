@@ -119,6 +119,7 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
         wall_time: None,
         stiff_at: stepper.stiff_at(),
         slides_at: stepper.slides_at(),
+        parted: stepper.parted(),
     };
     // The next record is made by the method that goes on.
     if !matches!(result, Ok(Ended::Stiff(_))) {

@@ -93,6 +93,8 @@ pub struct Summary {
     pub error: Option<GlobalError>,
     /// When the motion was first found to slide along a place where accelerations jump: they lead to it from both sides.
     pub slides_at: Option<f64>,
+    /// How many fixed steps were made in parts, to go round positions where constraints nearly lose rank, and when the first began.
+    pub parted: (u64, Option<f64>),
     /// What makes its accuracy doubtful.
     pub doubts: Doubts,
 }
@@ -145,6 +147,7 @@ impl<M: Simulate> Motion<'_, M> {
             stiff_at: counts.stiff_at,
             error: self.global_error().cloned(),
             slides_at: counts.slides_at,
+            parted: counts.parted,
             doubts: self.doubts(worst, history.scale),
         }
     }
@@ -198,6 +201,15 @@ impl fmt::Display for Summary {
             Grouped(self.rejected),
             Grouped(self.evaluations)
         )?;
+        if let (parted @ 1.., Some(first)) = self.parted {
+            let (were, at) = if parted == 1 { ("was", "at") } else { ("were", "first at") };
+            let parted = Grouped(parted);
+            writeln!(
+                f,
+                "               {parted} {were} made in parts, to go round a singular position, {at} t = {}",
+                Rounded(first)
+            )?;
+        }
         if let Some(time) = self.wall_time {
             writeln!(f, "  wall time    {time:.3?}")?;
         }

@@ -40,6 +40,10 @@ pub(super) struct Passing {
     last: bool,
     /// By how much the stages disagreed in the attempt made last.
     found: f64,
+    /// How many steps were made in parts, and where the first of them starts.
+    parted: (u64, Option<f64>),
+    /// The step that is being made has been in parts already.
+    parting: bool,
 }
 
 /// What is to be done with an attempt.
@@ -81,6 +85,19 @@ impl Passing {
             Some((best, _)) if best != attempt => Verdict::Again(best),
             _ => Verdict::Best,
         }
+    }
+
+    pub(super) fn parted(&self) -> (u64, Option<f64>) {
+        self.parted
+    }
+
+    /// A piece of a step that starts at `t` is made, `whole` or not; `done`: the last piece of it.
+    fn count(&mut self, t: f64, whole: bool, done: bool) {
+        if self.best.is_some() && !whole && !self.parting {
+            self.parted = (self.parted.0 + 1, self.parted.1.or(Some(t)));
+            self.parting = true;
+        }
+        self.parting &= !done;
     }
 
     /// A step is made. Of shorter ones nothing is learned.
@@ -150,7 +167,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let whole = h.abs() >= (1.0 - SLACK) * fixed.abs();
         let there = self.origin.0 + (self.origin.1 + 1) as f64 * fixed.abs().copysign(h);
         let left = (there - end_t) * h.signum();
-        self.origin.1 += u64::from(left <= SLACK * fixed.abs());
+        let done = left <= SLACK * fixed.abs();
+        self.origin.1 += u64::from(done);
+        self.passing.count(self.now.t, whole, done);
         self.passing.made(whole);
     }
 
@@ -217,6 +236,20 @@ mod tests {
         passing.begin();
         // Elsewhere it is left as it is.
         assert_eq!(passing.judge(0, 1e3, || false), Verdict::Good);
+    }
+
+    #[test]
+    fn steps_in_parts_are_counted_once() {
+        let mut passing = after(&[1.0, 1.0]);
+        passing.count(1.0, true, true);
+        assert_eq!(passing.parted(), (0, None));
+        assert_eq!(passing.judge(0, 1e3, || true), Verdict::Again(1));
+        [false, true].map(|done| passing.count(2.0, false, done));
+        assert_eq!(passing.parted(), (1, Some(2.0)));
+        passing.begin();
+        // The last one, which is as short as the motion leaves it.
+        passing.count(3.0, false, true);
+        assert_eq!(passing.parted(), (1, Some(2.0)));
     }
 
     #[test]
