@@ -449,3 +449,114 @@ proptest! {
         compare!(SpaceXyz SpaceZxz SpaceYxz SpaceXzx Parametrised);
     }
 }
+
+/// A body on a joint in the world, at rest: how it starts to move is what the joint leaves of its fall.
+macro_rules! on_a_joint {
+    ($($Name:ident $joint:ident $rows:literal)*) => {$(
+        /// A body with a joint in its corner.
+        #[derive(Clone, Debug, Dynamics)]
+        #[coordinates(place: [m; 3], e: [_; 4])]
+        #[units(m: kg, inertia: kg * m^2, gravity: m / s^2, anchor: m, corner: m)]
+        pub struct $Name {
+            /// Mass.
+            pub m: f64,
+            /// Inertia about the center of mass.
+            pub inertia: Mat3<f64>,
+            /// Gravity.
+            pub gravity: Vec3<f64>,
+            /// Where the joint is in the world.
+            pub anchor: Vec3<f64>,
+            /// How its axes stand there.
+            pub axes: Mat3<f64>,
+            /// Where it is in the body.
+            pub corner: Vec3<f64>,
+        }
+        #[dynamics]
+        impl $Name {
+            fn body(&self, q: &Coordinates<Self>) -> RigidBody {
+                let frame = Frame::new(Vec3::from(q.place), EulerParameters::new(q.e).rotation());
+                RigidBody::new(self.m, Vec3::ZERO, self.inertia, frame)
+            }
+            #[kinetic]
+            fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+                self.body(q).kinetic_energy()
+            }
+            #[potential]
+            fn weight(&self, q: &Coordinates<Self>) -> Expr {
+                self.body(q).potential_energy(self.gravity)
+            }
+            #[holonomic]
+            fn unit(&self, q: &Coordinates<Self>) -> Expr {
+                EulerParameters::new(q.e).norm_constraint()
+            }
+            #[holonomic]
+            fn joint(&self, q: &Coordinates<Self>) -> [Expr; $rows] {
+                Joint::$joint(Frame::new(self.anchor, self.axes), self.body(q).frame.frame(self.corner, Mat3::IDENTITY))
+            }
+        }
+        impl $Name {
+            /// Accelerations of the center of mass and about it, in the world.
+            fn falls() -> [Vec3<f64>; 2] {
+                let Fall { m, inertia, gravity, anchor, axes, corner } = fall();
+                let model = Self { m, inertia, gravity, anchor, axes, corner };
+                let (place, e) = (anchor - axes * corner, axes.to_euler_parameters().expect("a rotation"));
+                let state = model.state().place(place.to_array()).e(e).build().expect("the frames of the joint are one");
+                let accelerations = model.accelerations(&state).expect("the joint is regular");
+                let q = Self::coordinates_with(&state, &accelerations, &[0.0; 1 + $rows]);
+                let body = model.body(&q);
+                [body.center_of_mass().dt().rate(), body.angular_velocity().rate()]
+            }
+        }
+    )*};
+}
+
+on_a_joint! {
+    Hinged revolute 5
+    Sliding prismatic 5
+    OnAShaft cylindrical 4
+    OnAPlane planar 3
+    Welded weld 6
+}
+
+struct Fall {
+    m: f64,
+    inertia: Mat3<f64>,
+    gravity: Vec3<f64>,
+    anchor: Vec3<f64>,
+    axes: Mat3<f64>,
+    corner: Vec3<f64>,
+}
+
+fn fall() -> Fall {
+    Fall {
+        m: 1.7,
+        inertia: Mat3::from([[1.0, 0.1, -0.2], [0.1, 1.5, 0.05], [-0.2, 0.05, 1.2]]),
+        gravity: Vec3::new(0.7, -1.1, -9.3),
+        anchor: Vec3::new(0.4, 1.0, -0.6),
+        axes: Mat3::euler(EulerSequence::Zyx, [0.4, -0.7, 1.2]),
+        corner: Vec3::new(0.3, -0.5, 0.2),
+    }
+}
+
+#[test]
+fn joints_leave_what_they_say() {
+    let Fall { m, inertia, gravity, axes, corner, .. } = fall();
+    let (n, arm) = (axes.column(2), axes * corner * -1.0);
+    let along = n * n.dot(gravity);
+    // About the axis: the moment of the weight by the moment of inertia.
+    let turning = Inertia::turned(inertia, axes).value() + Inertia::offset(m, arm).value();
+    let spin = n * (n.dot(arm.cross(gravity * m)) / n.dot(turning * n));
+    let zero = Vec3::new(0.0, 0.0, 0.0);
+    for (name, found, expected) in [
+        ("revolute", Hinged::falls(), [spin.cross(arm), spin]),
+        ("prismatic", Sliding::falls(), [along, zero]),
+        ("cylindrical", OnAShaft::falls(), [along + spin.cross(arm), spin]),
+        ("planar", OnAPlane::falls(), [gravity - along, zero]),
+        ("weld", Welded::falls(), [zero, zero]),
+    ] {
+        for (found, expected) in found.iter().zip(expected) {
+            let error = (*found - expected).norm();
+            assert!(error < 1e-12, "{name}: {found:?} instead of {expected:?}, {error:e} off");
+        }
+    }
+}

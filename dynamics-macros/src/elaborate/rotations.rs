@@ -17,6 +17,7 @@ use super::operators::Operator;
 use super::values::{Scalar, Value};
 use crate::diagnostics::Place;
 use crate::messages;
+use crate::syntax::Role;
 
 pub(super) type Rows = [[Scalar; 3]; 3];
 
@@ -273,7 +274,49 @@ impl Elaborator<'_> {
         while needed > 0 && self.leaves(&turns[needed - 1], &inertia, name.span()) {
             needed -= 1;
         }
-        self.energy_before(&turns, needed, &inertia, name).into()
+        let Some(mut energy) = self.energy_before(&turns, needed, &inertia, name) else { return Value::Poison };
+        for turn in turns.iter() {
+            if let By::Parameters(e) = &turn.by
+                && matches!(self.role, Role::Kinetic | Role::Lagrangian)
+                && self.have_unit_norm(e)
+            {
+                let along = self.energy_along(e, &inertia, name);
+                match along.and_then(|along| self.sum(Operator::Add, &energy, &along, name.span())) {
+                    Some(sum) => energy = sum,
+                    None => return Value::Poison,
+                }
+            }
+        }
+        energy.into()
+    }
+
+    /// Whether a constraint that always holds says that the squares of Euler parameters have the sum 1. (Constraints are elaborated before energies.)
+    fn have_unit_norm(&mut self, e: &[Scalar; 4]) -> bool {
+        let graph = &mut self.model.graph;
+        let mut norm = graph.number(Number::integer(-1));
+        for parameter in e {
+            let square = graph.mul(parameter.node, parameter.node);
+            norm = graph.add(norm, square);
+        }
+        let held = self.model.constraints.iter().filter(|c| c.is_holonomic() && !c.switched);
+        held.flat_map(|c| &c.components).any(|(_, row)| *row == norm)
+    }
+
+    /// 2 J (e·ė)², with a third of the trace of the inertia for J: what makes the mass matrix of Euler parameters regular.
+    ///
+    /// Rotations know nothing of the length of e: along e there would be no inertia, and pivots would vanish wherever a parameter does. With the norm constraint e·ė
+    /// is zero on every motion, and so are the term, its gradient and what it adds to the equations of motion, 4 J (e·ë + ė·ė) e, as that is half of Φ̈; reactions stay what
+    /// they are, too (after F. E. Udwadia and A. D. Schutte, J. Appl. Mech. 77 (2010) 044505).
+    fn energy_along(&mut self, e: &[Scalar; 4], inertia: &Rc<Rows>, name: &Ident) -> Option<Scalar> {
+        let at = name.span();
+        let Value::Vector(rates) = self.time_derivative(Value::Vector(e.to_vec()), name) else { return None };
+        let along = self.dot(e, &rates, at)?;
+        let square = self.product(&along, &along);
+        let trace = self.sum(Operator::Add, &inertia[0][0], &inertia[1][1], at)?;
+        let trace = self.sum(Operator::Add, &trace, &inertia[2][2], at)?;
+        let factor = self.number(Number::Float(2.0 / 3.0));
+        let factor = self.product(&factor, &trace);
+        Some(self.product(&factor, &square))
     }
 
     /// ½ ω·I ω in the components before the turns from `first` on.
