@@ -1,0 +1,145 @@
+//! A book in orbit, spun about its intermediate axis: it turns over, again and again, at even intervals.
+//!
+//!     I ω̇ + ω × I ω = 0
+//!
+//! The component along the intermediate axis is a Jacobi elliptic sine; it changes its sign every 2 K(m)/τ (Landau & Lifshitz, Mechanics, §37). About the other
+//! two axes nothing of the kind happens. Four Euler parameters have no singular place on the way.
+
+mod common;
+use dynamics::prelude::*;
+
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(e: [_; 4])]
+#[units(mass: kg, size: m)]
+struct Book {
+    mass: f64,
+    /// Height, width, thickness: along the body's x, y, z.
+    size: [f64; 3],
+}
+
+#[dynamics]
+impl Book {
+    fn body(&self, q: &Coordinates<Self>) -> RigidBody {
+        let [a, b, c] = self.size;
+        let frame = Frame::turned(EulerParameters::new(q.e).rotation());
+        RigidBody::new(self.mass, Vec3::ZERO, Inertia::cuboid(self.mass, a, b, c), frame)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        self.body(q).kinetic_energy()
+    }
+    #[holonomic]
+    fn unit(&self, q: &Coordinates<Self>) -> Expr {
+        EulerParameters::new(q.e).norm_constraint()
+    }
+    /// In the body's components.
+    #[output]
+    fn omega(&self, q: &Coordinates<Self>) -> Vec3 {
+        self.body(q).frame.angular_velocity_in_body()
+    }
+    #[output]
+    fn momentum(&self, q: &Coordinates<Self>) -> Vec3 {
+        self.body(q).angular_momentum(Vec3::ZERO)
+    }
+    #[event]
+    fn turning_over(&self, q: &Coordinates<Self>) -> Expr {
+        self.omega(q).y
+    }
+    #[drawing]
+    fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
+        let frame = self.body(q).frame;
+        let corner = |i: usize| {
+            let half = |k: usize| if i >> k & 1 == 1 { 0.5 * self.size[k] } else { -0.5 * self.size[k] };
+            frame.point(vec3(half(0), half(1), half(2)))
+        };
+        let mut drawing = Drawing::new();
+        for i in 0..8 {
+            for k in (0..3).filter(|k| i >> k & 1 == 0) {
+                drawing = drawing.line(corner(i), corner(i | 1 << k));
+            }
+        }
+        drawing.trace("corner", corner(7))
+    }
+}
+
+/// The complete elliptic integral K(m), by the arithmetic-geometric mean.
+fn elliptic_k(m: f64) -> f64 {
+    let (mut a, mut b) = (1.0, (1.0 - m).sqrt());
+    while (a - b).abs() > 1e-15 * a {
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+    }
+    std::f64::consts::FRAC_PI_2 / a
+}
+
+fn main() -> common::Outcome {
+    let book = Book { mass: 0.8, size: [0.24, 0.17, 0.03] };
+    let [a, b, c] = book.size;
+    let [least, middle, most] = [0, 1, 2].map(|k| Inertia::cuboid(book.mass, a, b, c).value()[(k, k)]);
+    assert!(least < middle && middle < most);
+
+    // About each axis in turn, a thousandth beside it.
+    let spin = 6.0;
+    let spun = |axis: usize| {
+        let mut omega = [spin * 1e-3; 3];
+        omega[axis] = spin;
+        let [x, y, z] = omega.map(|w| 0.5 * w);
+        book.state().e([1.0, 0.0, 0.0, 0.0]).e_rate([0.0, x, y, z]).build()
+    };
+    let motion = book.simulate(spun(1)?).until(30.0).tolerance(1e-12).run()?;
+    println!("{}", motion.summary());
+
+    // Landau's formulas; where L² < 2 E I₂ the least and the most moment change places.
+    let omega = [spin * 1e-3, spin, spin * 1e-3];
+    let sum = |power: i32| [least, middle, most].iter().zip(omega).map(|(i, w)| i.powi(power) * w * w).sum::<f64>();
+    let (double_energy, momentum) = (sum(1), sum(2));
+    let (first, last) = if momentum > double_energy * middle { (least, most) } else { (most, least) };
+    let tau = ((last - middle) * (momentum - double_energy * first) / (first * middle * last)).sqrt();
+    let m =
+        (middle - first) * (double_energy * last - momentum) / ((last - middle) * (momentum - double_energy * first));
+    let interval = 2.0 * elliptic_k(m) / tau;
+
+    let flips: Vec<f64> = motion.events().iter().map(|e| e.time()).collect();
+    println!("it turns over at {flips:.3?} s, by the closed form every {interval:.9} s");
+    assert!(flips.len() >= 5);
+    for pair in flips.windows(2) {
+        assert!((pair[1] - pair[0] - interval).abs() < 1e-6 * interval, "{}", pair[1] - pair[0]);
+    }
+
+    // What is kept: the angular momentum, a vector of the world.
+    let momentum_at = |state: &State<Book>| -> Result<Vec3<f64>, SolveError> {
+        let mut outputs = [0.0; 6];
+        book.outputs(state, &mut outputs)?;
+        Ok(Vec3::new(outputs[3], outputs[4], outputs[5]))
+    };
+    let drift = (momentum_at(&motion.end())? - momentum_at(&motion.at(0.0))?).norm() / momentum.sqrt();
+    println!("angular momentum drifts by {drift:.1e} of itself");
+    assert!(drift < 1e-9);
+
+    // About the least and the most moment of inertia it just turns.
+    let component = |motion: &Motion<Book>, axis: usize| {
+        let mut line = Vec::new();
+        for state in motion.sample(common::times(30.0, 3000)) {
+            let mut outputs = [0.0; 6];
+            if book.outputs(&state, &mut outputs).is_ok() {
+                line.push((state.t, outputs[axis]));
+            }
+        }
+        line
+    };
+    let mut panel = Panel::new(Axis::new("time in s"), Axis::new("spin about the axis it was spun about, in rad/s"));
+    for (axis, name) in [(0, "least moment"), (1, "intermediate"), (2, "most")] {
+        let motion = book.simulate(spun(axis)?).until(30.0).tolerance(1e-11).run()?;
+        let line = component(&motion, axis);
+        let least = line.iter().fold(f64::INFINITY, |least, (_, w)| least.min(*w));
+        assert!(if axis == 1 { least < -0.99 * spin } else { least > 0.99 * spin }, "{name}: {least}");
+        panel = panel.line(name, line);
+    }
+    let mut files = common::Files::of("tumbling_book");
+    Chart::new("A book spun about each of its axes")
+        .panel(panel)
+        .panel_height(320.0)
+        .write_svg(files.path("spin.svg"))?;
+    motion.animate(files.path("tumbling.html"))?;
+    files.list();
+    Ok(())
+}
