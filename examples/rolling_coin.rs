@@ -1,0 +1,116 @@
+//! A coin rolls on a table without slipping, in a circle, and wobbles about it when pushed.
+//!
+//!     ṙ + ω × (contact − r) = 0,        T = ½ m |ṙ|² + ½ ω·I ω,        V = m g r cos(lean)
+//!
+//! Leaning by β on a circle of radius R it spins with γ̇² = 4 g sin β / ((6 − 5 ρ sin β) ρ r cos β), ρ = r/R (C. Le Saux, R. I. Leine and C. Glocker, J. Nonlinear Sci. 15 (2005) 27).
+
+mod common;
+use dynamics::prelude::*;
+
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, yaw: rad, lean: rad, spin: rad)]
+#[units(mass: kg, radius: m, g: m / s^2)]
+struct Coin {
+    mass: f64,
+    radius: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Coin {
+    /// Heading and lean, without the spin: x along the track, y along the axle, −z toward the table.
+    fn leaning(&self, q: &Coordinates<Self>) -> Frame {
+        let center = vec3(q.x, q.y, self.radius * q.lean.cos());
+        Frame::new(center, Mat3::rotation_z(q.yaw) * Mat3::rotation_x(q.lean))
+    }
+    /// The axle is y: a thin disk has half its inertia across.
+    fn coin(&self, q: &Coordinates<Self>) -> RigidBody {
+        let across = 0.25 * self.mass * self.radius.powi(2);
+        let inertia = Mat3::diagonal(across, 2.0 * across, across);
+        RigidBody::new(self.mass, Vec3::ZERO, inertia, self.leaning(q).frame(Vec3::ZERO, Mat3::rotation_y(q.spin)))
+    }
+    fn contact(&self, q: &Coordinates<Self>) -> Vec3 {
+        self.leaning(q).point(-self.radius * Vec3::Z)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        self.coin(q).kinetic_energy()
+    }
+    #[potential]
+    fn weight(&self, q: &Coordinates<Self>) -> Expr {
+        self.coin(q).potential_energy(-self.g * Vec3::Z)
+    }
+    /// What is fixed in the coin rests where it touches the table.
+    #[nonholonomic]
+    fn rolling(&self, q: &Coordinates<Self>) -> Vec2 {
+        let slip = self.coin(q).frame.carried_velocity(self.contact(q));
+        vec2(slip.x, slip.y)
+    }
+    #[drawing]
+    fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
+        let frame = self.coin(q).frame;
+        let rim = |k: u32| {
+            let angle = f64::from(k) * std::f64::consts::TAU / 24.0;
+            frame.point(vec3(self.radius * angle.sin(), 0.0, self.radius * angle.cos()))
+        };
+        let mut drawing = Drawing::new();
+        for k in 0..24 {
+            drawing = drawing.line(rim(k), rim(k + 1));
+        }
+        drawing.line(frame.origin(), rim(0)).trace("contact", self.contact(q))
+    }
+}
+
+fn main() -> common::Outcome {
+    let coin = Coin { mass: 0.0075, radius: 0.012, g: 9.81 };
+    // 25° of lean on a circle of 5 cm.
+    let (lean, circle) = (25.0_f64.to_radians(), 0.05);
+    let ratio = coin.radius / circle;
+    let spin =
+        (4.0 * coin.g * lean.sin() / ((6.0 - 5.0 * ratio * lean.sin()) * ratio * coin.radius * lean.cos())).sqrt();
+    // The contact describes the circle; the center of mass is nearer to its middle by r sin β.
+    let yaw = -ratio * spin;
+    let speed = coin.radius * (spin + yaw * lean.sin());
+    let steady = coin.state().lean(lean).x_rate(speed).yaw_rate(yaw).spin_rate(spin).build()?;
+    let period = std::f64::consts::TAU / yaw.abs();
+    let motion = coin.simulate(steady).until(4.0 * period).tolerance(1e-12).run()?;
+    println!("{}", motion.summary());
+    let end = motion.end();
+    println!(
+        "after four circles of {period:.4} s it is back to {:.1e} m, and leans by {:.10}°",
+        end.x().hypot(end.y()),
+        end.lean().to_degrees()
+    );
+    assert!(end.x().hypot(end.y()) < 1e-9 && (end.lean() - lean).abs() < 1e-9);
+    let widest = motion.sample(common::times(period, 400)).map(|s| s.x().hypot(s.y())).fold(0.0, f64::max);
+    assert!((widest - 2.0 * (circle - coin.radius * lean.sin())).abs() < 1e-5, "the circle is {widest} wide");
+
+    // Pushed, it wobbles about the circle, and gives nothing away.
+    let lean_rate = 4.0;
+    let pushed = coin.state().lean(lean).x_rate(speed).yaw_rate(yaw).spin_rate(spin);
+    let pushed = pushed.lean_rate(lean_rate).y_rate(-coin.radius * lean_rate * lean.cos()).build()?;
+    let wobbling = coin.simulate(pushed).until(4.0 * period).tolerance(1e-11).run()?;
+    println!("{}", wobbling.summary());
+    assert!(wobbling.summary().energy_drift < 1e-9);
+    let leans: Vec<f64> = wobbling.sample(common::times(4.0 * period, 4000)).map(|s| s.lean()).collect();
+    let (least, most) = leans.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
+    println!("pushed, it leans between {:.2}° and {:.2}°", least.to_degrees(), most.to_degrees());
+    assert!(least < lean && lean < most && most < 1.5);
+
+    let mut files = common::Files::of("rolling_coin");
+    let track = |motion: &Motion<Coin>| {
+        motion.sample(common::times(4.0 * period, 4000)).map(|s| (s.x(), s.y())).collect::<Vec<_>>()
+    };
+    Chart::new("A coin on a table")
+        .panel(
+            Panel::new(Axis::new("x in m"), Axis::new("y in m"))
+                .equal_axes()
+                .line("steady", track(&motion))
+                .line("pushed", track(&wobbling)),
+        )
+        .panel_height(420.0)
+        .write_svg(files.path("from_above.svg"))?;
+    wobbling.animate(files.path("rolling.html"))?;
+    files.list();
+    Ok(())
+}
