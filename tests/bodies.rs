@@ -560,3 +560,70 @@ fn joints_leave_what_they_say() {
         }
     }
 }
+
+/// A symmetric top, said with words and by hand.
+mod symmetric_top {
+    use super::*;
+
+    /// With words: the spin leaves the inertia as it is.
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(angles: [rad; 3])]
+    pub struct Said {
+        pub across: f64,
+        pub along: f64,
+        pub moment: f64,
+    }
+    #[dynamics]
+    impl Said {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            let inertia = Mat3::diagonal(self.across, self.across, self.along);
+            Mat3::euler(EulerSequence::Zxz, q.angles).rotational_energy(inertia)
+        }
+        #[potential]
+        fn weight(&self, q: &Coordinates<Self>) -> Expr {
+            self.moment * q.angles[1].cos()
+        }
+    }
+
+    /// As in textbooks: ½ A (ϑ̇² + φ̇² sin²ϑ) + ½ C (ψ̇ + φ̇ cos ϑ)².
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(angles: [rad; 3])]
+    pub struct ByHand {
+        pub across: f64,
+        pub along: f64,
+        pub moment: f64,
+    }
+    #[dynamics]
+    impl ByHand {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            let [phi, theta, psi] = q.angles;
+            let across = theta.dt().powi(2) + (phi.dt() * theta.sin()).powi(2);
+            0.5 * self.across * across + 0.5 * self.along * (psi.dt() + phi.dt() * theta.cos()).powi(2)
+        }
+        #[potential]
+        fn weight(&self, q: &Coordinates<Self>) -> Expr {
+            self.moment * q.angles[1].cos()
+        }
+    }
+
+    /// Operations of the accelerations, per evaluation.
+    fn operations(listing: &str) -> u32 {
+        let line = listing.lines().find_map(|line| line.strip_prefix("accelerations: ")).expect("they are listed");
+        line.split(' ').next().and_then(|count| count.parse().ok()).expect("a count comes first")
+    }
+
+    #[test]
+    fn words_cost_what_the_textbook_costs() {
+        let (said, by_hand) = (operations(Said::LISTING), operations(ByHand::LISTING));
+        assert!(said <= by_hand && by_hand < 40, "{said} operations, by hand {by_hand}");
+        let (across, along, moment) = (0.05, 0.01, 0.5);
+        let (said, by_hand) = (Said { across, along, moment }, ByHand { across, along, moment });
+        let (angles, rates) = ([0.3, 1.1, -0.7], [0.9, -0.4, 30.0]);
+        let said = said.accelerations(&said.state().angles(angles).angles_rate(rates).build().expect("finite"));
+        let hand = by_hand.accelerations(&by_hand.state().angles(angles).angles_rate(rates).build().expect("finite"));
+        let (said, hand) = (said.expect("regular"), hand.expect("regular"));
+        assert!((said - hand).norm() < 1e-13 * hand.norm(), "{said} and {hand}");
+    }
+}
