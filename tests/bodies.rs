@@ -568,10 +568,10 @@ mod symmetric_top {
     /// With words: the spin leaves the inertia as it is.
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(angles: [rad; 3])]
-    pub struct Said {
-        pub across: f64,
-        pub along: f64,
-        pub moment: f64,
+    struct Said {
+        across: f64,
+        along: f64,
+        moment: f64,
     }
     #[dynamics]
     impl Said {
@@ -589,10 +589,10 @@ mod symmetric_top {
     /// As in textbooks: ½ A (ϑ̇² + φ̇² sin²ϑ) + ½ C (ψ̇ + φ̇ cos ϑ)².
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(angles: [rad; 3])]
-    pub struct ByHand {
-        pub across: f64,
-        pub along: f64,
-        pub moment: f64,
+    struct ByHand {
+        across: f64,
+        along: f64,
+        moment: f64,
     }
     #[dynamics]
     impl ByHand {
