@@ -4,7 +4,7 @@
 //!   what Radau IIA factors.
 //! * **Formula**: ESDIRK4(3)6L\[2\]SA: six stages one after the other, the first of them the start, the last one the end. Of each only its velocities are unknown,
 //!   U = u* + hγ a(q* + hγ U, U), γ = ¼, with u* and q* from the stages before: simplified Newton iterations with
-//!   1 − hγ ∂a/∂u − (hγ)² ∂a/∂q, one real matrix of N rows for all stages.
+//!   1 − hγ ∂a/∂u − (hγ)² ∂a/∂q, one real matrix of N rows for all stages. The fifth stage lies 4 % of the step beyond its end: accelerations have to exist there.
 //! * **Jacobian and factors** are kept from step to step while the iterations converge fast, and renewed within a stage where they do not: a stiff
 //!   direction that turns asks for that.
 //! * **Order** 4, stages of order 2. Positions and velocities of very stiff motions may converge with orders 2 to 3: order reduction, more of it than Radau IIA

@@ -417,7 +417,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         system.hold_branches(&mut start, step.h, step.kept.branches)?;
         system.attempting(&mut start, step.h)?;
         let (mut end, error) = scheme.attempt(system, &start, step.h, tolerances)?;
-        if !scheme.converged() || !end.is_finite() {
+        if !(scheme.converged() && end.is_finite() && error.is_finite()) {
             return Ok(None);
         }
         if system.settles() {

@@ -14,6 +14,7 @@ use super::{Output, Simulate, Simulation};
 use crate::integrate::{Direction, StepOptions, Tolerances};
 use crate::methods::{Dop853, Rk4, Suits, Tsit5, Verner9};
 use crate::model::{Expansion, ModelState, Vector};
+
 /// Above this tolerance Tsitouras 5(4) is chosen. Measured by time for the same error on double pendulum and Kepler (e = 0.9), all explicit methods lie
 /// within a quarter of each other at errors of 1e-3.
 const LOOSE: f64 = 1e-4;
