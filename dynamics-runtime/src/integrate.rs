@@ -23,9 +23,11 @@
 //! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the stage velocity, so
 //! only accelerations are evaluated.
 
+#[macro_use]
+mod dense;
+
 mod composition;
 mod controller;
-mod dense;
 mod differences;
 mod dop853;
 mod dop853_table;

@@ -6,14 +6,14 @@
 //! * **Order** 4, 6 or 8; no error estimate, hence a fixed step.
 //! * **Structure**: symplectic and reversible where Verlet's steps are; the energy error stays at O(hᵖ). With velocities in the forces they
 //!   are neither, and of order 3 at most.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]): its error is O(h⁶) in q, O(h⁵) in u, above that of the ends at order 6 and 8.
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)): its error is O(h⁶) in q, O(h⁵) in u, above that of the ends at order 6 and 8.
 //! * **Stability**: oscillations to hω = 2.7, 2.5 and 3.1.
 //! * **Cost**: 5, 9 or 17 evaluations of q̈ per step.
 //! * **Source**: Suzuki, Phys. Lett. A 146 (1990) 319; Kahan, Li, Math. Comp. 66 (1997) 1089; Hairer, Lubich, Wanner, *Geometric Numerical Integration*,
 //!   2nd ed., §II.4 and §V.3.2.
 
 use super::stormer_verlet::verlet;
-use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
 
 /// Suzuki's five steps, 1/(4 − ∛4): the first two, and the middle one.
@@ -85,7 +85,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = 2.5;
     const SCAN: usize = 8;
-    type Dense = Hermite<V>;
+    quintic!(V);
 
     fn new() -> Self {
         Self { k: [Phase::zeros(); S], last: V::zeros() }
@@ -116,16 +116,6 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
     #[inline(always)]
     fn finish<Y: System<V>>(&mut self, _: &mut Y, _: f64, _: &Phase<V>) -> Result<V, Y::Error> {
         Ok(self.last)
-    }
-
-    fn dense<Y: System<V>>(
-        &mut self,
-        _: &mut Y,
-        start: &Knot<V>,
-        end: &Knot<V>,
-        h: f64,
-    ) -> Result<Hermite<V>, Y::Error> {
-        Ok(Hermite::new(start.y, &start.a, &end.y, &end.a, h))
     }
 
     fn stages(&self) -> &[Phase<V>] {

@@ -70,6 +70,29 @@ impl<V: Vector> Hermite<V> {
         }
         Self { h, start, second, higher }
     }
+
+    /// From the ends of a step of size h.
+    #[must_use]
+    pub fn between(start: &Knot<V>, end: &Knot<V>, h: f64) -> Self {
+        Self::new(start.y, &start.a, &end.y, &end.a, h)
+    }
+}
+
+/// The dense output of a [`Scheme`](super::Scheme) that needs no more than the ends of its step: [`Hermite`].
+macro_rules! quintic {
+    ($vector:ty) => {
+        type Dense = crate::integrate::Hermite<$vector>;
+
+        fn dense<D: crate::integrate::System<$vector>>(
+            &mut self,
+            _: &mut D,
+            start: &crate::integrate::Knot<$vector>,
+            end: &crate::integrate::Knot<$vector>,
+            h: f64,
+        ) -> Result<Self::Dense, D::Error> {
+            Ok(crate::integrate::Hermite::between(start, end, h))
+        }
+    };
 }
 
 impl<V: Vector> Dense<V> for Hermite<V> {

@@ -7,14 +7,14 @@
 //! * **Order** 2; no error estimate, hence a fixed step.
 //! * **Structure**: keeps E to rounding, symmetric and reversible; not symplectic, and it keeps no momenta. Systems that do not tell their energy
 //!   ([`System::energy`]) get the midpoint rule.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]).
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
 //! * **Stability**: energy bounds the motion; the iterations converge to hω = 1, and from hω = 2 on the step is refused.
 //! * **Cost**: 1 evaluation of q̈ and 1 of E per iteration, 6 to 15 iterations a step, and 1 of q̈ at its end.
 //! * **Source**: Gonzalez, J. Nonlinear Sci. 6 (1996) 449; Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §V.5.
 
 use super::fixed_point::{Course, FixedPoint, share};
 use super::tableau::zip;
-use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
 
 /// Below this part of the energy's size, motion is too slow to take up what is missing of it: at turning points, where the rule itself errs least.
@@ -51,7 +51,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = f64::INFINITY;
     const SCAN: usize = 4;
-    type Dense = Hermite<V>;
+    quintic!(V);
 
     fn new() -> Self {
         Self { k: [Phase::zeros(); 2], solved: true }
@@ -105,16 +105,6 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
 
     fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
         system.accelerations(end_t, &end.q, &end.u)
-    }
-
-    fn dense<S: System<V>>(
-        &mut self,
-        _: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
-        h: f64,
-    ) -> Result<Hermite<V>, S::Error> {
-        Ok(Hermite::new(start.y, &start.a, &end.y, &end.a, h))
     }
 
     fn stages(&self) -> &[Phase<V>] {

@@ -10,7 +10,7 @@
 //! * **Structure**: symmetric and reversible; in canonical variables symplectic: the energy error stays at O(h⁴) and O(h⁶) for times exponentially long in
 //!   1/h, and momenta, linear ones and those quadratic in (q, p), are kept to rounding. In (q, u) with M(q) it is symmetric, no more, which keeps
 //!   energy for reversible motions far from chaos.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]), of order 4 at least in u: better than the collocation polynomial's.
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)), of order 4 at least in u: better than the collocation polynomial's.
 //! * **Stability**: A-stable; it damps nothing, and what is faster than the step is not solved for: the iterations converge to hω = 2.5 and
 //!   3. Far beyond, the step is refused, and that is better than an answer: solved by Newton's method, a pendulum on a stiff spring (k = 1e8, h = 0.02) gains 2 J in
 //!   two seconds.
@@ -20,7 +20,7 @@
 use super::fixed_point::{Course, FixedPoint, share};
 use super::linear::{Matrices, factor, solve};
 use super::stormer_verlet::moved;
-use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, Step, System, Tolerances};
+use super::{ControllerSettings, Knot, Method, Phase, Scheme, Step, System, Tolerances};
 use crate::model::Vector;
 
 /// √3 and √15.
@@ -252,7 +252,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Gauss<V, S> {
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = f64::INFINITY;
     const SCAN: usize = 8;
-    type Dense = Hermite<V>;
+    quintic!(V);
 
     fn new() -> Self {
         Self {
@@ -287,16 +287,6 @@ impl<V: Vector, const S: usize> Scheme<V> for Gauss<V, S> {
 
     fn finish<Y: System<V>>(&mut self, system: &mut Y, end_t: f64, end: &Phase<V>) -> Result<V, Y::Error> {
         system.accelerations(end_t, &end.q, &end.u)
-    }
-
-    fn dense<Y: System<V>>(
-        &mut self,
-        _: &mut Y,
-        start: &Knot<V>,
-        end: &Knot<V>,
-        h: f64,
-    ) -> Result<Hermite<V>, Y::Error> {
-        Ok(Hermite::new(start.y, &start.a, &end.y, &end.a, h))
     }
 
     fn stages(&self) -> &[Phase<V>] {

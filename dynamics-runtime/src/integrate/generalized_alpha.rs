@@ -16,7 +16,7 @@
 //! * **Error estimate**: the difference from the integrals of the parabola through three q̈, of order 3. Fast oscillations count, and every change of the step
 //!   starts some: with step control stiff motions cost many times what they do with a fixed step. What is left in a step adds up with
 //!   order 2, so a tolerance ε is held by permitting a tenth of ε^{3/2} in a step.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]).
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
 //! * **Stability**: A-stable, ρ → ρ∞ at infinite frequency: ρ∞ = 1 damps nothing, ρ∞ = 0 all that is fast in one step. Fast oscillations
 //!   overshoot in the first steps. With constraints λ needs ρ∞ < 1.
 //! * **Cost**: 1 evaluation of q̈ and a projection per iteration, 2 to 4 iterations, 1 at the end of constrained steps; a Jacobian and N projections where
@@ -25,7 +25,7 @@
 //!   Math. 129 (2015) 149; scaling: Bottasso, Bauchau & Cardona, SIAM J. Sci. Comput. 29 (2007) 397.
 
 use super::linear::{Matrices, factor, solve};
-use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, Step, System, Tolerances};
+use super::{ControllerSettings, Knot, Method, Phase, Scheme, Step, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -405,7 +405,7 @@ impl<V: Vector> Scheme<V> for GeneralizedAlpha<V> {
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = f64::INFINITY;
     const SCAN: usize = 4;
-    type Dense = Hermite<V>;
+    quintic!(V);
 
     fn new() -> Self {
         Self::damping(USUAL)
@@ -442,16 +442,6 @@ impl<V: Vector> Scheme<V> for GeneralizedAlpha<V> {
 
     fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
         system.accelerations(end_t, &end.q, &end.u)
-    }
-
-    fn dense<S: System<V>>(
-        &mut self,
-        _: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
-        h: f64,
-    ) -> Result<Hermite<V>, S::Error> {
-        Ok(Hermite::new(start.y, &start.a, &end.y, &end.a, h))
     }
 
     fn stages(&self) -> &[Phase<V>] {

@@ -527,12 +527,12 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         // The end may have been settled.
         (0..V::LEN).for_each(|l| z[2][l] = end.y.u[l] - start.y.u[l]);
         let stages = Collocation::new(start.y, &Cubic::new(&z), &end.y, h);
-        Ok(Between::choose(Hermite::new(start.y, &start.a, &end.y, &end.a, h), stages, &end.y, &self.permitted))
+        Ok(Between::choose(Hermite::between(start, end, h), stages, &end.y, &self.permitted))
     }
 
     fn retrace(&mut self, step: &Step<V>) -> bool {
         let Step { start, end, h, .. } = step;
-        let between = Hermite::new(start.y, &start.a, &end.y, &end.a, *h);
+        let between = Hermite::between(start, end, *h);
         self.known = Some(C.map(|c| zip(&between.at(c), &start.y, |to, from| to - from).u));
         true
     }

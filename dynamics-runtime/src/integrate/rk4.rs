@@ -3,13 +3,13 @@
 //! * **Problem**: smooth, not stiff; a step known to suit it (real time, comparison, fixed sampling).
 //! * **Formula**: y₁ = y₀ + h/6·(k₁ + 2k₂ + 2k₃ + k₄), k₂ and k₃ at the middle, k₄ at the end.
 //! * **Order** 4; local error O(h⁵); no error estimate, hence a fixed step.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]), of higher order than the step.
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)), of higher order than the step.
 //! * **Stability**: real axis to −2.79, imaginary axis to ±2.83.
 //! * **Cost**: 4 evaluations of q̈ per step.
 //! * **Source**: Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Nørsett, Wanner, *Solving ODE I*, §II.1.
 
 use super::tableau::{Row, advance, stiffness, sum, zip};
-use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -34,7 +34,7 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
     const WEIGHTS: &'static [f64] = &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
     const STABILITY_BORDER: f64 = 2.785;
     const SCAN: usize = 4;
-    type Dense = Hermite<V>;
+    quintic!(V);
 
     fn new() -> Self {
         Self { k: [Phase::zeros(); 4], last: Phase::zeros(), h: 0.0 }
@@ -63,16 +63,6 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
     #[inline(always)]
     fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
         system.accelerations(end_t, &end.q, &end.u)
-    }
-
-    fn dense<S: System<V>>(
-        &mut self,
-        _: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
-        h: f64,
-    ) -> Result<Hermite<V>, S::Error> {
-        Ok(Hermite::new(start.y, &start.a, &end.y, &end.a, h))
     }
 
     fn stages(&self) -> &[Phase<V>] {

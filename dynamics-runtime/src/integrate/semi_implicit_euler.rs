@@ -5,13 +5,13 @@
 //!   oscillations from growing.
 //! * **Order** 1; no error estimate, hence a fixed step.
 //! * **Structure**: symplectic where q̈ = a(t, q) comes from a potential and a constant M; energy then errs by O(h) for exponentially long times.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]).
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
 //! * **Stability**: oscillations to hω = 2.
 //! * **Cost**: 1 evaluation of q̈ per step.
 //! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §I.1.2 and §VI.3.
 
 use super::tableau::zip;
-use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
 
 /// The semi-implicit Euler method, order 1.
@@ -28,7 +28,7 @@ impl<V: Vector> Scheme<V> for SemiImplicitEuler<V> {
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = 2.0;
     const SCAN: usize = 4;
-    type Dense = Hermite<V>;
+    quintic!(V);
 
     fn new() -> Self {
         Self { k: [Phase::zeros()] }
@@ -51,16 +51,6 @@ impl<V: Vector> Scheme<V> for SemiImplicitEuler<V> {
     #[inline(always)]
     fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
         system.accelerations(end_t, &end.q, &end.u)
-    }
-
-    fn dense<S: System<V>>(
-        &mut self,
-        _: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
-        h: f64,
-    ) -> Result<Hermite<V>, S::Error> {
-        Ok(Hermite::new(start.y, &start.a, &end.y, &end.a, h))
     }
 
     fn stages(&self) -> &[Phase<V>] {

@@ -10,14 +10,14 @@
 //!   simulations refuse other models, as M(q) brings velocities into Q. Systems that do not say so
 //!   ([`System::has_velocity_forces`]) are evaluated twice per step, which keeps order 2 and nothing else.
 //! * **Resonance**: steps near hω = π/2, 2π/3, … of a nonlinear oscillation excite it by the step; hω < 1 is safe.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]).
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
 //! * **Stability**: oscillations to hω = 2.
 //! * **Cost**: 1 evaluation of q̈ per step; with constraints 2, and corrections.
 //! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §I.1.4, §VI.3, §VII.1.4, §IX; Andersen, J. Comput. Phys. 52 (1983) 24;
 //!   Leimkuhler, Skeel, J. Comput. Phys. 112 (1994) 117.
 
 use super::tableau::zip;
-use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
 
 /// x + h·d, element by element.
@@ -76,7 +76,7 @@ macro_rules! scheme {
             const WEIGHTS: &'static [f64] = &[];
             const STABILITY_BORDER: f64 = 2.0;
             const SCAN: usize = 4;
-            type Dense = Hermite<V>;
+            quintic!(V);
 
             fn new() -> Self {
                 Self { k: [Phase::zeros(); 2] }
@@ -99,16 +99,6 @@ macro_rules! scheme {
             #[inline(always)]
             fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
                 if system.has_velocity_forces() { system.accelerations(end_t, &end.q, &end.u) } else { Ok(self.k[1].u) }
-            }
-
-            fn dense<S: System<V>>(
-                &mut self,
-                _: &mut S,
-                start: &Knot<V>,
-                end: &Knot<V>,
-                h: f64,
-            ) -> Result<Hermite<V>, S::Error> {
-                Ok(Hermite::new(start.y, &start.a, &end.y, &end.a, h))
             }
 
             fn stages(&self) -> &[Phase<V>] {

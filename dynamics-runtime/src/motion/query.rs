@@ -326,7 +326,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
         if !self.is_repeatable() || plant.attempting(&mut first, *h).is_err() {
             first = *start;
         }
-        let quintic = Hermite::new(start.y, &first.a, &end.y, &end.a, *h);
+        let quintic = Hermite::between(&first, end, *h);
         let tolerances = &self.trajectory.tolerances;
         match again {
             Some(again)
@@ -423,7 +423,7 @@ impl<M: Simulate> Sampler<'_, '_, M> {
                 (settled && knot.a.as_slice().iter().all(|a| a.is_finite())).then_some(knot)
             });
             let (from, to) = (from?, to?);
-            Some(Hermite::new(from.y, &from.a, &to.y, &to.a, (b - a) * h).at((theta - a) / (b - a)))
+            Some(Hermite::between(&from, &to, (b - a) * h).at((theta - a) / (b - a)))
         })
     }
 }

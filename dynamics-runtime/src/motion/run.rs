@@ -261,7 +261,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     fn drifted_off(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>, kind: Kind) -> Result<Flow, Halt> {
         let Step { start, end, h, .. } = step;
         let Plan { plant, .. } = &mut *self.plan;
-        let between = Hermite::new(start.y, &start.a, &end.y, &end.a, *h);
+        let between = Hermite::between(start, end, *h);
         let corner = causes::corner_within(plant.model, |theta| {
             let y = between.at(theta);
             plant.state(start.t + theta * h, &y.q, &y.u)

@@ -71,7 +71,7 @@ pub(super) fn suspect<M: Simulate>(
     slipping: Slipping,
 ) -> Option<usize> {
     let Step { start, end, h, .. } = step;
-    let between = Hermite::new(start.y, &start.a, &end.y, &end.a, *h);
+    let between = Hermite::between(start, end, *h);
     (0..PLACES.len()).find(|place| {
         let theta = PLACES[*place];
         let y = if theta < 1.0 { between.at(theta) } else { end.y };

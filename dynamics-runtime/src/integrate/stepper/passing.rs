@@ -244,7 +244,7 @@ mod tests {
         passing.count(1.0, true, true);
         assert_eq!(passing.parted(), (0, None));
         assert_eq!(passing.judge(0, 1e3, || true), Verdict::Again(1));
-        [false, true].map(|done| passing.count(2.0, false, done));
+        [false, true].into_iter().for_each(|done| passing.count(2.0, false, done));
         assert_eq!(passing.parted(), (1, Some(2.0)));
         passing.begin();
         // The last one, which is as short as the motion leaves it.

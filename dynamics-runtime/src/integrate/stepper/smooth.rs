@@ -23,7 +23,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let begin = Knot { a: self.scheme.stages()[0].u, ..*start };
         let (step, fails) = ((start.t, h), *error > 1.0);
         let part = if system.finds_kinks_by_ends() {
-            let path = Hermite::new(begin.y, &begin.a, &end.y, &end.a, h);
+            let path = Hermite::between(&begin, end, h);
             system.kink(step, fails, |theta| path.at(theta))
         } else {
             let path = self.scheme.dense(system, &begin, end, h)?;
