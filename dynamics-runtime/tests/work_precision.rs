@@ -163,6 +163,10 @@ fn options_without_sense_are_named() {
         (open().until(0.0), "a motion until 0"),
         (study(&model).tolerances([]), "DOP853 (order 8) has no tolerances"),
         (study(&model).methods([Rk4.into()]), "RK4 (order 4) has no steps"),
+        (study(&model).methods_at([], [Dop853.into()]), "DOP853 (order 8) has no tolerances"),
+        (study(&model).methods_at([], [Rk4.into()]).steps([0.1]), "RK4 (order 4) has no steps"),
+        (study(&model).methods_at([1e-3, 0.0], [Dop853.into()]), "0 is none of the tolerances"),
+        (study(&model).methods_at([-0.1], [Rk4.into()]), "-0.1 is none of the steps"),
         (study(&model).tolerances([1e-3, -1.0]), "-1 is none of the tolerances"),
         (study(&model).tolerances([f64::NAN]), "NaN is none of the tolerances"),
         (study(&model).methods([Rk4.into()]).steps([f64::INFINITY]), "inf is none of the steps"),
@@ -173,6 +177,27 @@ fn options_without_sense_are_named() {
         let said = refused(study);
         assert!(said.starts_with(message), "{said}");
     }
+}
+
+/// What is cheap for one method takes another for ever: lists of their own, in any order, beside those of all.
+#[test]
+fn methods_run_at_tolerances_and_steps_of_their_own() {
+    let model = Oscillator { omega: 2.0 };
+    let study = ran(study(&model)
+        .tolerances([1e-4, 1e-9])
+        .methods([Dop853.into()])
+        .methods_at([1e-5, 1e-3], [DormandPrince5.into()])
+        .methods_at([0.01, 0.02], [Rk4.into()]));
+    let settings =
+        study.curves().iter().map(|curve| curve.points.iter().map(|point| point.setting).collect::<Vec<_>>());
+    assert_eq!(settings.collect::<Vec<_>>(), [[1e-4, 1e-9], [1e-3, 1e-5], [0.02, 0.01]]);
+    let steps = |k: usize| study.curves()[k].points.iter().map(|point| point.outcome.as_ref().unwrap().steps.unwrap());
+    assert_eq!(steps(2).collect::<Vec<_>>(), [500, 1000]);
+    let alone = [1e-3, 1e-5].map(|tolerance| {
+        let simulation = model.simulate(at_rest_or_not([1.0], [0.5])).until(END).method(DormandPrince5);
+        simulation.tolerance(tolerance).run().unwrap().counts().steps
+    });
+    assert_eq!(steps(1).collect::<Vec<_>>(), alone);
 }
 
 #[test]
@@ -239,6 +264,19 @@ fn charts_show_what_is_believed_and_what_is_not() {
     assert!(study.to_string().contains("< 10⁻⁸"), "{study}");
     let page = Page::new("a <page>").text("measured & drawn").study(&study).to_html();
     assert!(page.contains("<h1>a &lt;page&gt;</h1>") && page.contains("measured &amp; drawn"));
+    // Tables scroll by themselves, with names that are short: their captions stand above.
+    assert!(page.contains("table{display:block;") && !page.contains("<pre>"));
+    assert!(page.contains("to an error of positions of</p>\n<table>\n<tr><th></th><th>0.001</th>"), "{page}");
+    // A chart drawn for wide windows has letters of 7 pixels on a telephone: there is one drawn for those beside each.
+    let narrow = |page: &str| {
+        let charts = page.split("<div class=\"narrow\">").skip(1);
+        charts
+            .map(|chart| chart.split_once(" width=\"").unwrap().1.split('"').next().unwrap().parse().unwrap())
+            .collect()
+    };
+    let widths: Vec<f64> = narrow(&page);
+    assert_eq!(widths.len(), page.matches("<figure>").count());
+    assert!(!widths.is_empty() && widths.iter().all(|width| *width <= 360.0), "{widths:?}");
     let outside = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!outside.contains("http") && !outside.contains("<script"), "no network, nothing to run");
 }

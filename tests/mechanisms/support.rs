@@ -193,9 +193,10 @@ fn judge<M: Simulate>(
             met.iter().zip(errors).all(|(e, bound)| e <= bound) && drifted.iter().zip(drift).all(|(d, b)| d <= b);
         kept &= good;
         table += &format!(
-            "{} {formulation:?} at {tolerance:.0e}: errors {}, drift {}, {} steps, {} evaluations\n",
+            "{} {formulation:?} at {tolerance:.0e}: errors {} (digits {:.1?}), drift {}, {} steps, {} evaluations\n",
             if good { "kept  " } else { "BROKEN" },
             beside(&met, errors),
+            met.map(|error| -error.log10()),
             beside(&drifted, drift),
             summary.steps,
             summary.evaluations

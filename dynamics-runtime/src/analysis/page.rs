@@ -1,5 +1,6 @@
 //! Studies and comparisons side by side on one HTML page without network access.
 
+use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write;
@@ -12,6 +13,9 @@ use crate::output::file::{self, FileError};
 use crate::output::text::xml;
 use crate::output::{Chart, Panel};
 
+/// Width of charts in pixels: where there is room, and on telephones, where a wide one would be shrunk with its letters.
+const WIDE: f64 = 620.0;
+const NARROW: f64 = 350.0;
 /// Errors of the table that compares curves.
 const COMPARED: [f64; 5] = [1e-3, 1e-6, 1e-8, 1e-9, 1e-12];
 
@@ -49,7 +53,9 @@ impl Page {
         panels.extend(parts.map(|part| study.panel(part, Cost::Time)));
         charts(&mut html, panels);
         for part in [ErrorOf::State, ErrorOf::Positions] {
-            let _ = writeln!(html, "<pre>{}</pre>", xml(&study.comparison(part, Cost::Time, &COMPARED)));
+            let (caption, rows) = study.compared(part, Cost::Time, &COMPARED);
+            let _ = writeln!(html, "<p>{}</p>", xml(&caption));
+            table(&mut html, &rows);
         }
         html.push_str("<details><summary>all runs</summary>\n");
         table(&mut html, &study.rows());
@@ -102,8 +108,9 @@ fn open_section(html: &mut String, title: &str, heading: &str, legend: &str) {
 fn charts(html: &mut String, panels: impl IntoIterator<Item = Panel>) {
     html.push_str("<div class=\"charts\">\n");
     for panel in panels {
-        let chart = Chart::new("").width(620.0).panel_height(340.0).panel(panel);
-        let _ = writeln!(html, "<figure>{}</figure>", chart.to_svg());
+        let chart = Chart::new("").panel_height(340.0).panel(panel);
+        let [wide, narrow] = [WIDE, NARROW].map(|width| chart.clone().width(width).to_svg());
+        let _ = writeln!(html, "<figure><div class=\"wide\">{wide}</div><div class=\"narrow\">{narrow}</div></figure>");
     }
     html.push_str("</div>\n");
 }
@@ -111,16 +118,21 @@ fn charts(html: &mut String, panels: impl IntoIterator<Item = Panel>) {
 /// Rows of text, the names of the columns first.
 fn table(html: &mut String, rows: &[Vec<String>]) {
     html.push_str("<table>\n");
+    let columns = rows.first().map_or(0, Vec::len);
     for (i, row) in rows.iter().enumerate() {
-        table_row(html, row, if i == 0 { "th" } else { "td" });
+        table_row(html, row, if i == 0 { "th" } else { "td" }, columns);
     }
     html.push_str("</table>\n");
 }
 
-fn table_row(html: &mut String, row: &[String], cell: &str) {
+/// A row that ends early says something in words, which does not widen the column where it begins.
+fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     html.push_str("<tr>");
-    for text in row {
-        let _ = write!(html, "<{cell}>{}</{cell}>", xml(text));
+    for (i, text) in row.iter().enumerate() {
+        let left = columns.saturating_sub(i);
+        let words = i + 1 == row.len() && left > 1;
+        let span = if words { format!(" class=\"words\" colspan=\"{left}\"") } else { String::new() };
+        let _ = write!(html, "<{cell}{span}>{}</{cell}>", xml(text));
     }
     html.push_str("</tr>\n");
 }
@@ -134,5 +146,7 @@ const COMPARISON_LEGEND: &str = "Differences are those from the fullest model; i
 
 const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;margin:1.5rem auto;\
 max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(560px,100%),1fr));gap:.5rem}\
-figure{margin:0}svg{max-width:100%;height:auto}pre,table{font-size:13px;overflow-x:auto}table{border-collapse:collapse}\
-td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left}h2{margin-top:2rem}";
+figure{margin:0}svg{max-width:100%;height:auto}table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}\
+td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td.words{text-align:left}h2{margin-top:2rem}\
+p,li{overflow-wrap:anywhere}.narrow{display:none}\
+@media(max-width:560px){.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";

@@ -43,6 +43,8 @@ struct Candidate<'m, M: Simulate> {
     name: String,
     method: Any<M>,
     options: Option<Options<'m, M>>,
+    /// Tolerances or steps of its own, instead of those of the study.
+    settings: Option<Vec<f64>>,
 }
 
 /// Chosen where no tolerances are given: from a sketch to all digits but one or two.
@@ -105,8 +107,25 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
 
     /// Adds methods under their own names. Without any: DOP853 and Dormand–Prince 5(4).
     pub fn methods(mut self, methods: impl IntoIterator<Item = Any<M>>) -> Self {
-        let named = |method: Any<M>| Candidate { name: method.to_string(), method, options: None };
+        let named = |method: Any<M>| Candidate { name: method.to_string(), method, options: None, settings: None };
         self.candidates.extend(methods.into_iter().map(named));
+        self
+    }
+
+    /// Adds methods under their own names that run at these tolerances, or with these steps if theirs are fixed, instead of the study's: a method of
+    /// low order that would need millions of steps where others need hundreds.
+    pub fn methods_at(
+        mut self,
+        settings: impl IntoIterator<Item = f64>,
+        methods: impl IntoIterator<Item = Any<M>>,
+    ) -> Self {
+        let settings: Vec<f64> = settings.into_iter().collect();
+        self.candidates.extend(methods.into_iter().map(|method| Candidate {
+            name: method.to_string(),
+            method,
+            options: None,
+            settings: Some(settings.clone()),
+        }));
         self
     }
 
@@ -118,7 +137,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         options: impl Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm,
     ) -> Self {
         let options: Option<Options<'m, M>> = Some(Box::new(options));
-        self.candidates.push(Candidate { name: name.into(), method: method.into(), options });
+        self.candidates.push(Candidate { name: name.into(), method: method.into(), options, settings: None });
         self
     }
 
@@ -184,6 +203,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
                 name: method.to_string(),
                 method,
                 options: None,
+                settings: None,
             }));
         }
         for (i, candidate) in self.candidates.iter().enumerate() {
@@ -193,12 +213,18 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         }
         let tolerances =
             self.tolerances.get_or_insert_with(|| DECADES.map(|k| libm::pow(10.0, f64::from(-k))).collect());
-        for (settings, adaptive, what) in [(&*tolerances, true, "tolerances"), (&self.steps, false, "steps")] {
-            let uses = self.candidates.iter().find(|candidate| candidate.method.is_adaptive() == adaptive);
-            if let (Some(candidate), true) = (uses, settings.is_empty()) {
+        for (settings, what) in [(&*tolerances, "tolerances"), (&self.steps, "steps")] {
+            if let Some(&value) = settings.iter().find(|value| !is_setting(**value)) {
+                return Err(WorkPrecisionError::Setting { what, value });
+            }
+        }
+        for candidate in &self.candidates {
+            let what = if candidate.method.is_adaptive() { "tolerances" } else { "steps" };
+            let settings = self.settings(candidate);
+            if settings.is_empty() {
                 return Err(WorkPrecisionError::NoSettings { what, method: candidate.name.clone() });
             }
-            if let Some(&value) = settings.iter().find(|value| !(**value > 0.0 && value.is_finite())) {
+            if let Some(&value) = settings.iter().find(|value| !is_setting(**value)) {
                 return Err(WorkPrecisionError::Setting { what, value });
             }
         }
@@ -207,10 +233,14 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
 
     /// Tolerances or steps of a candidate, from coarse to fine.
     fn settings(&self, candidate: &Candidate<'m, M>) -> Vec<f64> {
-        let given = if candidate.method.is_adaptive() { self.tolerances.as_deref() } else { Some(&*self.steps) };
-        let mut settings = given.unwrap_or_default().to_vec();
+        let shared = if candidate.method.is_adaptive() { self.tolerances.as_deref() } else { Some(&*self.steps) };
+        let mut settings = candidate.settings.as_deref().or(shared).unwrap_or_default().to_vec();
         settings.sort_by(|a, b| b.total_cmp(a));
         settings.dedup();
         settings
     }
+}
+
+fn is_setting(value: f64) -> bool {
+    value > 0.0 && value.is_finite()
 }

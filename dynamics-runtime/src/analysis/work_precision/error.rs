@@ -84,7 +84,9 @@ impl fmt::Display for WorkPrecisionError {
             Self::End { end } => {
                 write!(f, "a motion until {end} cannot be studied; give a finite time beside the start's")
             }
-            Self::NoSettings { what, method } => write!(f, "{method} has no {what} to run with; say `.{what}([..])`"),
+            Self::NoSettings { what, method } => {
+                write!(f, "{method} has no {what} to run with; say `.{what}([..])`, or name some in `.methods_at(..)`")
+            }
             Self::Setting { what, value } => {
                 write!(f, "{value} is none of the {what} that there are; give numbers above 0")
             }

@@ -99,30 +99,41 @@ impl<M: Simulate> Study<'_, M> {
     /// below 1 this library is the cheaper. Times are in µs.
     #[must_use]
     pub fn comparison(&self, part: ErrorOf, cost: Cost, errors: &[f64]) -> String {
+        let (caption, mut rows) = self.compared(part, cost, errors);
+        if let Some(corner) = rows.first_mut().and_then(|header| header.first_mut()) {
+            *corner = caption;
+        }
+        columns(&rows)
+    }
+
+    /// [`Study::comparison`] as what it is called and rows of text, the errors first.
+    pub(in crate::analysis) fn compared(
+        &self,
+        part: ErrorOf,
+        cost: Cost,
+        errors: &[f64],
+    ) -> (String, Vec<Vec<String>>) {
         let (what, unit) = match cost {
             Cost::Time => ("µs", 1e6),
             Cost::Evaluations => ("evaluations", 1.0),
         };
-        let mut rows = Vec::new();
-        let header = errors.iter().map(|error| readable(*error, 2));
-        rows.push([format!("{}: {what} to an error of {part} of", self.problem)].into_iter().chain(header).collect());
+        let caption = format!("{}: {what} to an error of {part} of", self.problem);
+        let row = |name: &str, cells: &dyn Fn(f64) -> String| -> Vec<String> {
+            [name.to_string()].into_iter().chain(errors.iter().map(|error| cells(*error))).collect()
+        };
         let cell = |value: Option<f64>, digits| value.map_or_else(|| "–".to_string(), |value| readable(value, digits));
         let cost = |curve: &Curve, error: f64| self.cost_of(curve, part, error, cost).map(|cost| unit * cost);
-        for curve in &self.curves {
-            let cells = errors.iter().map(|error| cell(cost(curve, *error), 3));
-            rows.push([curve.name.clone()].into_iter().chain(cells).collect());
-        }
+        let mut rows = alloc::vec![row("", &|error| readable(error, 2))];
+        rows.extend(self.curves.iter().map(|curve| row(&curve.name, &|error| cell(cost(curve, error), 3))));
         if self.curves.iter().any(|curve| curve.outside) {
             let best = |outside: bool, error: f64| {
                 let curves = self.curves.iter().filter(|curve| curve.outside == outside);
                 curves.filter_map(|curve| cost(curve, error)).min_by(f64::total_cmp)
             };
-            let ratio = |error: &f64| cell(best(false, *error).zip(best(true, *error)).map(|(a, b)| a / b), 2);
-            rows.push(
-                ["best own over best of the others".to_string()].into_iter().chain(errors.iter().map(ratio)).collect(),
-            );
+            let ratio = |error: f64| cell(best(false, error).zip(best(true, error)).map(|(a, b)| a / b), 2);
+            rows.push(row("best own over best of the others", &ratio));
         }
-        columns(&rows)
+        (caption, rows)
     }
 
     /// The runs as rows of text, the names of the columns first.
