@@ -149,4 +149,4 @@ max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repea
 figure{margin:0}svg{max-width:100%;height:auto}table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}\
 td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td.words{text-align:left}h2{margin-top:2rem}\
 p,li{overflow-wrap:anywhere}.narrow{display:none}\
-@media(max-width:560px){.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";
+@media(max-width:560px){td,th{padding:.1rem .35rem}.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";
