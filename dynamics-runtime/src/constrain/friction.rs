@@ -24,6 +24,8 @@ const EXHAUSTIVE: usize = 6;
 const MOST: usize = 25;
 /// Solutions closer than this, against their size, are one.
 const SAME: f64 = 1e-7;
+/// Rounding errors of a reaction, in parts of what it is the sum of: where it changes its sign it is much smaller than that.
+const NOISE: f64 = 16.0 * f64::EPSILON;
 
 /// Memory that the friction solve takes on top of the factored system: S, ∂Q/∂λ, Newton's matrix, vectors.
 pub(super) const fn memory(n: usize, r: usize) -> usize {
@@ -238,10 +240,10 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
                 }
             }
             let size = (0..k).map(|i| lambda[self.read.get(i)].abs()).fold(0.0, f64::max);
-            let left = max_abs(&self.right[..k]);
+            let (left, noise) = (max_abs(&self.right[..k]), self.noise());
             let lu = Lu::new(&mut self.matrix[..k * k], k, &mut Memory::rest(work));
             let negative = lu.negative;
-            if left <= 1e-13 * size || left == 0.0 {
+            if left <= noise.max(1e-13 * size) {
                 return Some((lambda, negative));
             }
             if lu.least.is_nan() || lu.least <= 1e-14 || !left.is_finite() {
@@ -251,7 +253,7 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
             let step = max_abs(&self.step[..k]);
             (0..k).for_each(|i| lambda[self.read.get(i)] += self.step[i]);
             // At rounding level: nothing more is gained.
-            if step <= 1e-15 * size {
+            if step <= noise.max(1e-15 * size) {
                 return Some((lambda, negative));
             }
         }
@@ -261,7 +263,19 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
     fn same(&self, a: &M::Rows, b: &M::Rows) -> bool {
         let rows = || (0..self.k).map(|i| self.read.get(i));
         let size = rows().map(|row| a[row].abs().max(b[row].abs())).fold(0.0, f64::max);
-        rows().all(|row| (a[row] - b[row]).abs() <= SAME * size)
+        let same = (SAME * size).max(4.0 * self.noise());
+        rows().all(|row| (a[row] - b[row]).abs() <= same)
+    }
+
+    /// Rounding errors of the reactions that are read, at the force evaluated last.
+    fn noise(&self) -> f64 {
+        let n = M::Vector::LEN;
+        let sum = |row: usize| {
+            let influence = &self.by_force[row * n..(row + 1) * n];
+            let terms = influence.iter().zip(self.force.iter()).map(|(x, force)| (x * force).abs());
+            self.offset[row].abs() + terms.sum::<f64>()
+        };
+        NOISE * (0..self.k).map(|i| sum(self.read.get(i))).fold(0.0, f64::max)
     }
 
     /// The row that friction changes most: what a report names.
