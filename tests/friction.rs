@@ -217,6 +217,64 @@ fn what_sticks_without_load_is_released_by_an_event() {
     assert!((motion.end().y() - 5.0 * flown.powi(3) / 6.0).abs() < 1e-8, "{}", motion.end().y());
 }
 
+/// A block held by friction of a given size, and one that runs into it and latches.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(runner: m, block: m)]
+#[units(runs: kg, rests: kg, most: N)]
+struct Latched {
+    runs: f64,
+    rests: f64,
+    most: f64,
+}
+
+#[dynamics]
+impl Latched {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.runs * q.runner.dt().powi(2) + 0.5 * self.rests * q.block.dt().powi(2)
+    }
+    #[holonomic(switched)]
+    fn latch(&self, q: &Coordinates<Self>) -> Expr {
+        q.block - q.runner
+    }
+    #[nonholonomic(switched, integrable)]
+    fn stick(&self, q: &Coordinates<Self>) -> Expr {
+        q.block.dt()
+    }
+    #[force]
+    fn rub(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.block, -self.most * q.slip(Self::stick))
+    }
+    #[event]
+    fn limit(&self, q: &Coordinates<Self>) -> Expr {
+        self.most - q.reaction(Self::stick).abs()
+    }
+    #[event]
+    fn gap(&self, q: &Coordinates<Self>) -> Expr {
+        q.block - q.runner
+    }
+}
+
+/// What sticks takes any impulse, and the summary says so; released in the action, both slide on together
+/// at 1.2 m/s, for half a metre.
+#[test]
+fn what_sticks_in_an_impact_is_named() {
+    let model = Latched { runs: 2.0, rests: 3.0, most: 7.2 };
+    let start = model.state().block(0.3).runner_rate(3.0).release("latch").build().unwrap();
+    let run = || model.simulate(start).until(2.0).tolerance(1e-9).stick_slip("stick", "limit");
+    let stuck = run().on_event_with("gap", Direction::Falling, |change| change.engage("latch")).run().unwrap();
+    let (name, time) = stuck.summary().stuck_in_impact.unwrap();
+    assert!(name == "stick" && (time - 0.1).abs() < 1e-9 && stuck.end().block() == 0.3);
+    assert!(stuck.summary().to_string().contains("`stick` stuck in an impact at t = 0.1"), "{}", stuck.summary());
+    let slid = run().on_event_with("gap", Direction::Falling, |change| {
+        change.release_to("stick", 1.0);
+        change.engage("latch");
+    });
+    let slid = slid.run().unwrap();
+    assert!(slid.summary().stuck_in_impact.is_none());
+    assert!((slid.end().block() - (0.3 + 1.2 * 1.2 / (2.0 * 7.2 / 5.0))).abs() < 1e-7, "{}", slid.end().block());
+}
+
 /// A block that sticks without side load is lifted off: at that instant neither side rubs.
 #[test]
 fn what_sticks_without_load_is_lifted_off() {

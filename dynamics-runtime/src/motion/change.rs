@@ -397,10 +397,8 @@ impl<'c, M: Simulate> Change<'c, M> {
                 held: constraint != struck && constraint.switched.is_none_or(|switch| start.modes().holds(switch)),
                 approach: rows_of(constraint, before),
                 impulse: rows_of(constraint, impulses),
-                energy_lost: -rows
-                    .filter(|row| impulses[*row] != 0.0)
-                    .map(|row| 0.5 * impulses[row] * rate(row))
-                    .sum::<f64>(),
+                energy_lost: 0.0
+                    - rows.filter(|row| impulses[*row] != 0.0).map(|row| 0.5 * impulses[row] * rate(row)).sum::<f64>(),
             });
         }
     }

@@ -190,7 +190,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     /// Calls `action` with the state at every crossing of an event in the given direction (along the motion): an impact changes
-    /// velocities, a switch changes inputs. It may return [`Flow::Stop`] to end the simulation there. Inputs that it sets are
+    /// velocities, a switch changes inputs. It may return [`Flow::Stop`] to end the simulation there. A motion that starts where the function is zero
+    /// crosses there if it moves on in that direction. Inputs that it sets are
     /// held; where [`Simulation::inputs`] supplies them, the closure sees what was set in the state that it gets.
     pub fn on_event<R: Into<Flow>>(
         mut self,

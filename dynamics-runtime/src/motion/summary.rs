@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 
+use super::change::Impact;
 use super::conditioning::{Conditioning, Nearest};
 use super::doubts::Doubts;
 use super::drift::ConstraintDrift;
@@ -17,7 +18,7 @@ use super::record::EventRecord;
 use super::simulate::Simulate;
 use super::upkeep::Upkept;
 use crate::integrate::Method;
-use crate::model::{ModelState, Route};
+use crate::model::{Constraint, ConstraintKind, ModelState, Route};
 
 /// How much a quantity that should stay constant has changed.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,6 +80,8 @@ pub struct Summary {
     pub impacts: usize,
     /// Energy that the moving bodies lost in them, see [`EventRecord::energy_lost`].
     pub energy_lost: f64,
+    /// The first impact that a sticking contact took part in: a switched nonholonomic constraint, and when. It holds whatever the impulse is.
+    pub stuck_in_impact: Option<(&'static str, f64)>,
     /// Worst conditioning of the mass matrix over the accepted states.
     pub conditioning: Conditioning,
     /// Names of the events and how often each happened.
@@ -140,6 +143,7 @@ impl<M: Simulate> Motion<'_, M> {
             nearest: self.nearest(),
             impacts: self.events().iter().flat_map(|event| &event.impacts).filter(|impact| !impact.held).count(),
             energy_lost: self.events().iter().map(EventRecord::energy_lost).sum(),
+            stuck_in_impact: self.stuck_in_impact(),
             conditioning: self.conditioning(),
             events,
             kept: self.trajectory.kept.clone(),
@@ -150,6 +154,20 @@ impl<M: Simulate> Motion<'_, M> {
             parted: counts.parted,
             doubts: self.doubts(worst, history.scale),
         }
+    }
+
+    fn stuck_in_impact(&self) -> Option<(&'static str, f64)> {
+        let sticks = |name: &str| {
+            let held = |c: &&Constraint| c.kind == ConstraintKind::Nonholonomic && c.switched.is_some();
+            M::CONSTRAINTS.iter().filter(held).any(|c| c.name == name)
+        };
+        self.events().iter().find_map(|event| {
+            let largest = |impact: &Impact| impact.impulse.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+            // Far below what was struck with, it is rounding.
+            let least = 1e-9 * event.impacts.iter().map(largest).fold(0.0, f64::max);
+            let stuck = event.impacts.iter().find(|i| i.held && largest(i) > least && sticks(i.constraint))?;
+            Some((stuck.constraint, event.time()))
+        })
     }
 
     /// Names of the switched constraints that some recorded state leaves released.
@@ -314,6 +332,14 @@ impl Summary {
         self.write_nearest(f)?;
         if self.impacts > 0 {
             write!(f, "\n  impacts      {}, {:.6e} of energy lost", Grouped(self.impacts as u64), self.energy_lost)?;
+        }
+        if let Some((constraint, time)) = self.stuck_in_impact {
+            write!(
+                f,
+                "\n  warning      `{constraint}` stuck in an impact at t = {}, however large its impulse is; where friction would let go, release it in \
+                 the event's action with `.release_to(..)`",
+                Rounded(time)
+            )?;
         }
         let Upkept { rests, fastest_rest, .. } = self.upkept;
         if rests > 0 {
