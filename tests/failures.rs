@@ -44,6 +44,16 @@ fn pendulum() -> Pendulum {
 mod starts {
     use super::*;
 
+    /// What is eliminated by the constraint leaves a divisor of either sign.
+    #[test]
+    fn negative_inertia_is_refused_beside_constraints() {
+        let model = Pendulum { mass: -1.0, ..pendulum() };
+        let start = model.state().x(0.6).y(-0.8).build().unwrap();
+        let error = model.simulate(start).until(1.0).run().unwrap_err();
+        assert!(error.to_string().contains("has negative inertia at this state"), "{error}");
+        assert_eq!(error.time, 0.0);
+    }
+
     #[test]
     fn positions_off_the_constraint_are_refused() {
         let error = pendulum().state().x(1.0).y(0.1).build().unwrap_err();

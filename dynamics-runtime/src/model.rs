@@ -309,6 +309,8 @@ pub trait Constraints: Dynamics {
     const ROUTE: Route;
     /// Whether applied forces depend on reactions.
     const FRICTION: bool = false;
+    /// Whether M comes from a kinetic energy, so that no motion that the constraints leave may have negative inertia.
+    const KINETIC: bool = false;
 
     /// Φ(q,t), zero on every motion.
     fn residual(&self, state: &Self::State) -> Self::Residual;

@@ -27,6 +27,8 @@ use super::run::{Ended, Halt, Keep, Plan, Show, Sink};
 use super::second::{Probe, Second, SecondRun};
 use super::upkeep::{PlaceError, Upkeep};
 use super::watch::{Action, Flow, Watch};
+use crate::constrain::{solve_general, with_workspace};
+use crate::error::SolveError;
 use crate::integrate::{Direction, Tolerances};
 use crate::methods::{Any, Radau5};
 use crate::model::{Branches, Constraints, Events, ModelState, Outputs, Powers};
@@ -352,6 +354,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     /// Runs into a sink, with the options checked.
     fn fly(mut self, checked: Checked<'m, M>, sink: &mut dyn Sink<M>) -> Result<Landed<'m, M>, SimulationError<M>> {
         let constants = self.constants()?;
+        self.check_inertia()?;
         let law = self.law.take();
         let (driver, reason) = checked.method;
         let contacts: Vec<_> = checked.guards.iter().filter_map(Guard::closing::<M>).collect();
@@ -420,6 +423,20 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     fn constants(&self) -> Result<M::Constants, SimulationError<M>> {
         self.model.constants().map_err(|error| self.refused(SimulationErrorKind::SingularMassMatrix(error)))
+    }
+
+    /// Refuses negative inertia at the start: generated code that eliminates constraints does not see the sign of what it divides by.
+    fn check_inertia(&self) -> Result<(), SimulationError<M>> {
+        if !M::KINETIC {
+            return Ok(());
+        }
+        let start = with_inputs::<M>(self.law.as_ref(), self.start);
+        match with_workspace::<M, _>(|workspace| solve_general(self.model, &start, workspace).err()) {
+            Some(SolveError::SingularMassMatrix(error)) if error.negative => {
+                Err(self.refused(SimulationErrorKind::SingularMassMatrix(error)))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn refused(&self, kind: SimulationErrorKind) -> SimulationError<M> {

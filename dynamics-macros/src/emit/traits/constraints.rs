@@ -150,11 +150,13 @@ impl Emission<'_> {
         let listed: Vec<TokenStream> = listed.collect();
         let (rows, route) = (self.named(&equations.rows), self.route(equations));
         let (bool, friction) = (quote!(#private::bool), equations.force_by_multipliers.is_some());
+        let kinetic = self.compiled.equations.energies.is_some();
         quote! {
             const CONSTRAINTS: &'static [#private::Constraint] = &[#(#listed),*];
             const ROWS: &'static [#private::Quantity] = #rows;
             const ROUTE: #private::Route = #route;
             const FRICTION: #bool = #friction;
+            const KINETIC: #bool = #kinetic;
         }
     }
 
