@@ -318,6 +318,8 @@ fn general_with<M: Constraints>(
     }
     if let Some(more) = more {
         factored.gamma.iter_mut().zip(more.as_slice()).for_each(|(gamma, more)| *gamma += more);
+        // Nothing else brings back rows that drift, and where coordinates are embedded stages lie on the manifold.
+        factored.system.weigh_alike();
     }
     let Factored { force, gamma, floor, slack, system } = &mut factored;
     let mut accelerations = M::Vector::zeros();
@@ -414,9 +416,15 @@ impl<'w> Factored<'w> {
             *floor = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
         }
         let slack = slack(model, state, jacobian, &active);
-        let system = System::factor(mass, jacobian, active, (slack, usual), names::<M>(), &mut memory)?;
+        let system =
+            System::factor(mass, jacobian, active, is_redundant::<M>, (slack, usual), names::<M>(), &mut memory)?;
         Ok(Some(Self { force, gamma, floor, slack, system }))
     }
+}
+
+/// Whether a row is declared to repeat others.
+fn is_redundant<M: Constraints>(row: usize) -> bool {
+    M::CONSTRAINTS.iter().any(|c| c.redundant && (c.first..c.first + c.rows).contains(&row))
 }
 
 fn contradiction(miss: Miss, size: f64, slack: f64, system: &System<'_>, names: Names) -> Result<(), SolveError> {

@@ -62,6 +62,8 @@ pub(super) fn correct_rows<M: Constraints>(
     let Some(mut factored) = Factored::new(model, state, active, false, workspace)? else {
         return Ok(Correction::not_a_number());
     };
+    // A state on the constraints is on all of them, as near as rounding lets it be.
+    factored.system.weigh_alike();
     let mut correction = Correction::none();
     let Correction { change, impulses }: &mut CorrectionOf<M> = &mut correction;
     let _left_over =

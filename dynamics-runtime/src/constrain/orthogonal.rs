@@ -3,7 +3,7 @@
 //! Householder with pivoting: Aᵀ P = Q [R₁ R₂; 0 0], R₁ k×k upper triangular, k the rank. Then, from the right, [R₁ R₂] = [T 0] Vᵀ with T lower
 //! triangular. So A = P V [Tᵀ 0; 0 0] Qᵀ: the first k columns of Q span the row space, the others its null space, and least-squares
 //! solutions of both A x = b and Aᵀ y = c, of least norm, cost two triangular solves. Where the rank is full nothing is lost against plain
-//! QR; where it is not, the result does not depend on which rows are thought the redundant ones.
+//! QR; where it is not, the result does not depend on which rows are thought the redundant ones, unless some are known to be: these come last.
 //!
 //! Cost: 2nr² operations. Golub & Van Loan, Matrix Computations, 4th ed., §5.4–5.5. Stability: backward stable; the rank found this way can
 //! exceed the numerical rank in matrices contrived to that end (Kahan's).
@@ -34,6 +34,9 @@ fn reflect(v: &[f64], tau: f64, x: &mut [f64]) {
     add_scaled(&mut x[1..], -along, &v[1..]);
 }
 
+/// A row that is known to be redundant stands in for others where these are nearer to each other by this factor.
+const STANDS_IN: f64 = 0.5;
+
 /// The decomposition.
 pub(crate) struct Orthogonal<'w> {
     /// Number of rows of A.
@@ -52,6 +55,8 @@ pub(crate) struct Orthogonal<'w> {
     tau_right: &'w mut [f64],
     /// Row of A at each place.
     order: Indices<'w>,
+    /// Some rows are known to be redundant, and fit as the others allow.
+    pub(super) known: bool,
 }
 
 /// Memory that a decomposition takes besides A.
@@ -60,25 +65,43 @@ pub(crate) const fn memory(r: usize) -> usize {
 }
 
 impl<'w> Orthogonal<'w> {
-    /// Decomposes A, whose rows should be of about equal length: a pivot below `tolerance` times the first one is zero.
-    pub(crate) fn new(a: &'w mut [f64], r: usize, n: usize, tolerance: f64, memory: &mut Memory<'w>) -> Self {
+    /// Decomposes A, whose rows should be of about equal length: a pivot below `tolerance` times the first one is zero. `redundant`: the rows that are known to be.
+    pub(crate) fn new(
+        a: &'w mut [f64],
+        (r, n): (usize, usize),
+        redundant: impl Fn(usize) -> bool,
+        tolerance: f64,
+        memory: &mut Memory<'w>,
+    ) -> Self {
         let (tau, tau_right) = (memory.take(r), memory.take(r));
         let order = memory.indices(r);
         let c = memory.zeros(r * r);
-        let mut it = Self { r, n, rank: 0, condition: 1.0, a, tau, c, tau_right, order };
-        it.reduce_left(tolerance);
+        let known = (0..r).any(&redundant);
+        let mut it = Self { r, n, rank: 0, condition: 1.0, a, tau, c, tau_right, order, known };
+        it.reduce_left(redundant, tolerance);
         it.reduce_right();
         it
     }
 
     /// Aᵀ P = Q R, the longest remaining column first.
-    fn reduce_left(&mut self, tolerance: f64) {
+    fn reduce_left(&mut self, redundant: impl Fn(usize) -> bool, tolerance: f64) {
         let (r, n) = (self.r, self.n);
         let mut first = 0.0;
         while self.rank < r.min(n) {
             let k = self.rank;
-            let longest = (k..r).map(|i| (i, norm(&self.a[i * n + k..(i + 1) * n])));
-            let (row, size) = longest.fold((k, 0.0), |best, next| if next.1 > best.1 { next } else { best });
+            let length = |i: usize| norm(&self.a[i * n + k..(i + 1) * n]);
+            let longest = |known: bool| {
+                let rows = (k..r).filter(|i| known == (self.known && redundant(self.order.get(*i))));
+                let lengths = rows.map(|i| (i, length(i)));
+                lengths.fold((k, 0.0), |best: (usize, f64), next| if next.1 > best.1 { next } else { best })
+            };
+            let (mut row, mut size) = longest(false);
+            if self.known {
+                let instead = longest(true);
+                if STANDS_IN * instead.1 > size || size <= tolerance * first {
+                    (row, size) = instead;
+                }
+            }
             if k == 0 {
                 first = size;
             }
@@ -154,19 +177,22 @@ impl<'w> Orthogonal<'w> {
     }
 
     /// The y (k numbers, in the rotated frame: x = Q (y, ·)) that fits A x = b best; `b` (r numbers) becomes what is left over, b − A x.
-    /// `w`: r numbers of memory.
+    /// `w`: r numbers of memory. Where rows are known to be redundant, those that were chosen are fulfilled: beside the manifold the others differ from what they repeat, and
+    /// how they are weighed against each other changes from one state to the next, which integration takes for a force without derivatives.
     pub(crate) fn fit(&self, b: &mut [f64], y: &mut [f64], w: &mut [f64]) {
         let (r, k) = (self.r, self.rank);
         for (p, w) in w.iter_mut().enumerate() {
             *w = b[self.order.get(p)];
         }
-        if k == r {
+        if k == r || self.known {
             // R₁ᵀ y = P b: column i of R₁ lies at the start of row i.
             for i in 0..k {
                 let column = &self.a[i * self.n..];
                 y[i] = (w[i] - dot(&column[..i], &y[..i])) / column[i];
             }
-            return b.fill(0.0);
+            b.fill(0.0);
+            (k..r).for_each(|p| b[self.order.get(p)] = w[p] - dot(&self.a[p * self.n..p * self.n + k], &y[..k]));
+            return;
         }
         for i in 0..k {
             reflect(&self.c[i * r + i..(i + 1) * r], self.tau_right[i], &mut w[i..]);
@@ -235,7 +261,7 @@ mod tests {
         // A small tail beside a large head, a row that repeats another, and one that nearly does.
         let rows = [[1.0, 1e-9, 0.0], [0.6, 0.0, 0.8], [1.0, 1e-9, 0.0], [0.6, 1e-5, 0.8]];
         let (mut a, mut work) = (rows.concat(), [0.0; memory(4)]);
-        let it = Orthogonal::new(&mut a, 4, 3, 1e-8, &mut Memory::rest(&mut work));
+        let it = Orthogonal::new(&mut a, (4, 3), |_| false, 1e-8, &mut Memory::rest(&mut work));
         assert!(it.rank == 3 && it.condition > 1e4, "{} {}", it.rank, it.condition);
         for row in rows {
             // Rows lie in the span of the first columns of Q, and keep their length.

@@ -31,6 +31,10 @@ pub(crate) const RANK_TOLERANCE: f64 = 1e-8;
 /// Share of a row's length by which a coordinate with little inertia may outweigh the others in it.
 const LIGHT: f64 = 1e3;
 
+/// Rows that differ in length by more than this factor count alike even where some are declared redundant: near a singular position a row that nearly
+/// vanishes decides less than those that repeat it.
+const COMPARABLE: f64 = 30.0;
+
 /// What the numbers belong to.
 #[derive(Clone, Copy)]
 pub(crate) struct Names {
@@ -101,12 +105,13 @@ pub(crate) struct Miss {
 }
 
 impl<'w> System<'w> {
-    /// Factors M (n×n) and the rows of Φ_q (r×n) that hold, which is overwritten. `slack`: at least [`RANK_TOLERANCE`], the share of its length
-    /// by which a row has to differ from the others. `usual`: the lengths of rows where they have not vanished.
+    /// Factors M (n×n) and the rows of Φ_q (r×n) that hold, which is overwritten. `redundant`: the rows that are
+    /// declared so. `slack`: at least [`RANK_TOLERANCE`], the share of its length by which a row has to differ from the others. `usual`: the lengths of rows where they have not vanished.
     pub(crate) fn factor(
         mass: &[f64],
         jacobian: &'w mut [f64],
         holds: impl Fn(usize) -> bool,
+        redundant: impl Fn(usize) -> bool,
         (slack, usual): (f64, &[f64]),
         names: Names,
         memory: &mut Memory<'w>,
@@ -124,6 +129,7 @@ impl<'w> System<'w> {
         }
         scale_coordinates(mass, &jacobian[..m * n], scale);
         let (mut vanished, widest) = (false, max_abs(scale));
+        let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
         for (i, (row, weight)) in jacobian.chunks_exact_mut(n).zip(&mut *weight).take(m).enumerate() {
             row.iter_mut().zip(&*scale).for_each(|(x, s)| *x *= s);
             let length = norm(row);
@@ -134,6 +140,7 @@ impl<'w> System<'w> {
                 *weight = if usual > 0.0 && usual.is_finite() { 1.0 / usual } else { 1.0 };
                 continue;
             }
+            (shortest, longest) = (shortest.min(length), longest.max(length));
             *weight = 1.0 / length;
             row.iter_mut().for_each(|x| *x *= *weight);
         }
@@ -142,7 +149,13 @@ impl<'w> System<'w> {
             (0..n).for_each(|j| to[j] = scale[i] * from[j] * scale[j]);
         }
         let inertia = max_abs(turned);
-        let rows = Orthogonal::new(&mut jacobian[..m * n], m, n, slack, memory);
+        let rows = Orthogonal::new(
+            &mut jacobian[..m * n],
+            (m, n),
+            |i| longest <= COMPARABLE * shortest && redundant(active.get(i)),
+            slack,
+            memory,
+        );
         rows.rotate_symmetric(turned, x);
         let mut it = Self { n, active, m, vanished, scale, weight, rows, mass: turned, x, y, b, w };
         it.factor_free(inertia, names)?;
@@ -156,6 +169,11 @@ impl<'w> System<'w> {
 
     pub(crate) fn rank(&self) -> usize {
         self.rows.rank
+    }
+
+    /// From here on rows that are declared redundant count as much as the others.
+    pub(crate) fn weigh_alike(&mut self) {
+        self.rows.known = false;
     }
 
     pub(crate) fn condition(&self) -> f64 {

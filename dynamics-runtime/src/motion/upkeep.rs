@@ -340,8 +340,10 @@ impl<M: Constraints> Upkeep<M> {
         state: &M::State,
     ) -> Result<M::Vector, SolveError> {
         let workspace = &mut self.workspace;
+        // Stages of projected steps lie beside the manifold, where rows that repeat others are better left out.
+        let alike = repeat::<M>() && self.formulation != Some(Formulation::Projected);
         let solved = match self.gains {
-            (0.0, 0.0) => constrain::accelerate(model, constants, state, workspace)?,
+            (0.0, 0.0) if !alike => constrain::accelerate(model, constants, state, workspace)?,
             gains => constrain::solve_baumgarte(model, constants, state, gains, workspace)?,
         };
         let mut accelerations = solved.accelerations;
@@ -362,8 +364,7 @@ impl<M: Constraints> Upkeep<M> {
     /// Whether constraints that are independent elsewhere depend on each other, once the motion is under way: what a start is taken for is decided
     /// where it is.
     fn loses_rank(&self, diagnosis: &Diagnosis) -> bool {
-        let repeat = M::CONSTRAINTS.iter().any(|constraint| constraint.redundant);
-        self.under_way && diagnosis.rank < diagnosis.active && diagnosis.active == M::ROWS.len() && !repeat
+        self.under_way && diagnosis.rank < diagnosis.active && diagnosis.active == M::ROWS.len() && !repeat::<M>()
     }
 
     /// The accelerations in a singular position are those of the branch: least ones, as the general solver finds them, are on none.
@@ -683,4 +684,9 @@ impl<'w> Distances<'w> {
     fn along(&self, row: usize, residual: f64) -> f64 {
         self.gradients.distance(row, residual)
     }
+}
+
+/// Whether some constraints are declared to repeat others.
+fn repeat<M: Constraints>() -> bool {
+    M::CONSTRAINTS.iter().any(|constraint| constraint.redundant)
 }
