@@ -14,11 +14,12 @@ mod macros {
     pub(crate) mod elaborate;
     pub(crate) mod emit;
     pub(crate) mod expand;
+    pub(crate) mod library;
     pub(crate) mod messages;
     pub(crate) mod suggest;
     pub(crate) mod syntax;
 }
-use macros::{compile, diagnostics, elaborate, emit, expand, messages, suggest, syntax};
+use macros::{compile, diagnostics, elaborate, emit, expand, library, messages, suggest, syntax};
 
 pub mod corpus;
 pub mod engine;
