@@ -135,90 +135,71 @@ impl TwoWires {
     }
 }
 
-/// A pendulum under a cart that starts with a jerk.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(x: m, theta: rad)]
-#[units(m: kg, l: m, g: m / s^2, v: m / s, start: s)]
-struct Jerk {
-    m: f64,
-    l: f64,
-    g: f64,
-    v: f64,
-    start: f64,
+/// A pendulum under a cart, with what holds the cart.
+macro_rules! under_a_cart {
+    ($(#[$words:meta])* $name:ident { $($held:tt)* }) => {
+        $(#[$words])*
+        #[derive(Clone, Debug, Dynamics)]
+        #[coordinates(x: m, theta: rad)]
+        #[units(m: kg, l: m, g: m / s^2, v: m / s, start: s)]
+        struct $name {
+            m: f64,
+            l: f64,
+            g: f64,
+            v: f64,
+            start: f64,
+        }
+
+        #[dynamics]
+        impl $name {
+            #[kinetic]
+            fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+                0.5 * self.m * vec2(q.x + self.l * q.theta.sin(), -self.l * q.theta.cos()).dt().norm_squared()
+            }
+            #[potential]
+            fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+                -self.m * self.g * self.l * q.theta.cos()
+            }
+            $($held)*
+        }
+    };
 }
 
-#[dynamics]
-impl Jerk {
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.m * vec2(q.x + self.l * q.theta.sin(), -self.l * q.theta.cos()).dt().norm_squared()
-    }
-    #[potential]
-    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-        -self.m * self.g * self.l * q.theta.cos()
-    }
-    #[holonomic]
-    fn way(&self, q: &Coordinates<Self>) -> Expr {
-        q.x - if q.t < self.start { 0.0 * q.x } else { self.v * (q.t - self.start) }
-    }
-}
-
-/// The same with a velocity that jumps.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(x: m, theta: rad)]
-#[units(m: kg, l: m, g: m / s^2, v: m / s, start: s)]
-struct Pace {
-    m: f64,
-    l: f64,
-    g: f64,
-    v: f64,
-    start: f64,
-}
-
-#[dynamics]
-impl Pace {
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.m * vec2(q.x + self.l * q.theta.sin(), -self.l * q.theta.cos()).dt().norm_squared()
-    }
-    #[potential]
-    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-        -self.m * self.g * self.l * q.theta.cos()
-    }
-    #[nonholonomic(integrable)]
-    fn pace(&self, q: &Coordinates<Self>) -> Expr {
-        q.x.dt() - self.v * if q.t < self.start { Expr::ZERO } else { Expr::ONE }
+under_a_cart! {
+    /// It starts with a jerk.
+    Jerk {
+        #[holonomic]
+        fn way(&self, q: &Coordinates<Self>) -> Expr {
+            q.x - if q.t < self.start { 0.0 * q.x } else { self.v * (q.t - self.start) }
+        }
     }
 }
 
-/// The same of two constraints.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(x: m, theta: rad)]
-#[units(m: kg, l: m, g: m / s^2, v: m / s)]
-struct Started {
-    m: f64,
-    l: f64,
-    g: f64,
-    v: f64,
+under_a_cart! {
+    /// The same with a velocity that jumps.
+    Pace {
+        #[nonholonomic(integrable)]
+        fn pace(&self, q: &Coordinates<Self>) -> Expr {
+            q.x.dt() - self.v * if q.t < self.start { Expr::ZERO } else { Expr::ONE }
+        }
+    }
 }
 
-#[dynamics]
-impl Started {
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.m * vec2(q.x + self.l * q.theta.sin(), -self.l * q.theta.cos()).dt().norm_squared()
-    }
-    #[potential]
-    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-        -self.m * self.g * self.l * q.theta.cos()
-    }
-    #[nonholonomic(switched, integrable)]
-    fn parked(&self, q: &Coordinates<Self>) -> Expr {
-        q.x.dt()
-    }
-    #[nonholonomic(switched, integrable)]
-    fn driven(&self, q: &Coordinates<Self>) -> Expr {
-        q.x.dt() - self.v
+under_a_cart! {
+    /// The same of two constraints, and an event that changes them.
+    Started {
+        #[nonholonomic(switched, integrable)]
+        fn parked(&self, q: &Coordinates<Self>) -> Expr {
+            q.x.dt()
+        }
+        #[nonholonomic(switched, integrable)]
+        fn driven(&self, q: &Coordinates<Self>) -> Expr {
+            q.x.dt() - self.v
+        }
+        #[event]
+        fn starts(&self, q: &Coordinates<Self>) -> Expr {
+            q.t - self.start
+        }
     }
 }
 
@@ -310,11 +291,10 @@ mod corners {
     /// What the error advises, against the impulse by hand: θ̇ jumps by −v cos θ/l.
     #[test]
     fn a_jerk_as_a_change_of_constraints_is_passed() {
-        let model = Started { m: 1.0, l: 0.8, g: 9.81, v: 2.0 };
+        let model = Started { m: 1.0, l: 0.8, g: 9.81, v: 2.0, start: 1.0 };
         let start = model.state().theta(0.3).release("driven").assemble().unwrap();
-        let at = |t: f64| move |state: &State<Started>| state.t - t;
-        let run = model.simulate(start).until(3.0).tolerance(1e-10).event("start", at(1.0));
-        let run = run.on_event_with("start", Direction::Any, |change| {
+        let run = model.simulate(start).until(3.0).tolerance(1e-10);
+        let run = run.on_event_with("starts", Direction::Any, |change| {
             change.release_to("parked", 1.0);
             change.engage("driven");
             Flow::Continue

@@ -1,24 +1,13 @@
 //! What `REPORT` says of mechanisms beside singular values at states that are assembled: freedom, independent rows, unique reactions, and that every
 //! loop determines its coordinates. Newton's method ends in singular positions of some of them; the report is on the mechanism, not on those.
 
-use dynamics::model::{Terms, Vector};
+#[path = "common/singular_values.rs"]
+mod singular_values;
+
+use dynamics::model::Vector;
 use dynamics::prelude::*;
 use nalgebra::DMatrix;
-
-/// Φ_q at a state, its rows scaled to length one.
-fn jacobian<M: Constraints>(model: &M, state: &M::State) -> DMatrix<f64> {
-    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let (mut mass, mut force, mut jacobian, mut gamma) =
-        (vec![0.0; n * n], vec![0.0; n], vec![0.0; r * n], vec![0.0; r]);
-    model.terms(state, &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma });
-    let mut rows = DMatrix::from_row_slice(r, n, &jacobian);
-    rows.row_iter_mut().for_each(|mut row| row /= row.norm());
-    rows
-}
-
-fn rank(matrix: &DMatrix<f64>) -> usize {
-    matrix.clone().svd(false, false).singular_values.iter().filter(|s| **s > 1e-9).count()
-}
+use singular_values::{jacobian, rank};
 
 /// The text of an entry of the report, in one line.
 fn entry(report: &str, heading: &str) -> Option<String> {

@@ -131,12 +131,12 @@ impl Folding {
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, rod: rad, slide: m)]
 #[units(inertia: kg * m^2, mass: kg, length: m, force: N)]
-struct EqualSliderCrank {
-    inertia: f64,
-    mass: f64,
-    length: f64,
+pub(super) struct EqualSliderCrank {
+    pub(super) inertia: f64,
+    pub(super) mass: f64,
+    pub(super) length: f64,
     /// On the slider.
-    force: f64,
+    pub(super) force: f64,
 }
 
 #[dynamics]

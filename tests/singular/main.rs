@@ -13,6 +13,8 @@ mod lock_ups;
 mod passing;
 mod starts;
 mod summaries;
+#[path = "../models/three_cranks.rs"]
+mod three_cranks;
 
 /// A parallelogram of three bars by their angles, a : b : a over a ground of b.
 #[derive(Clone, Debug, Dynamics)]

@@ -1,5 +1,7 @@
 //! Motions that pass change points.
 
+use super::change_points::EqualSliderCrank;
+use super::three_cranks::ThreeCranks;
 use super::*;
 
 /// Where constraints may drift, what they have drifted decides at a change point: the run says so, or it has passed and is right. The motion
@@ -143,31 +145,10 @@ fn in_a_change_point_along_an_axis_a_row_has_no_gradient() {
     assert!(!solved.unique());
 }
 
-/// A crank as long as its rod: where both stand upright, the slider may go on or stay on the crank's axis.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(crank: rad, rod: rad, slide: m)]
-#[units(inertia: kg * m^2, mass: kg, length: m)]
-struct EqualSliderCrank {
-    inertia: f64,
-    mass: f64,
-    length: f64,
-}
-
-#[dynamics]
-impl EqualSliderCrank {
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.inertia * (q.crank.dt().powi(2) + q.rod.dt().powi(2)) + 0.5 * self.mass * q.slide.dt().powi(2)
-    }
-    #[holonomic]
-    fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.length * vec2(q.crank.cos() + q.rod.cos(), q.crank.sin() - q.rod.sin()) - vec2(q.slide, 0.0)
-    }
-}
-
+/// Where both stand upright, the slider may go on or stay on the crank's axis.
 #[test]
 fn a_slider_crank_of_equal_lengths_stays_on_its_branch() {
-    let model = EqualSliderCrank { inertia: 0.1, mass: 1.0, length: 0.5 };
+    let model = EqualSliderCrank { inertia: 0.1, mass: 1.0, length: 0.5, force: 0.0 };
     let start = model.state().crank(1.0).rod_guess(1.0).slide_guess(0.5).crank_rate(2.0).assemble().unwrap();
     assert!((start.rod() - 1.0).abs() < 1e-14 && (start.rod_rate() - 2.0).abs() < 1e-14, "{start:?}");
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
@@ -178,44 +159,6 @@ fn a_slider_crank_of_equal_lengths_stays_on_its_branch() {
             assert!((state.slide() - state.crank().cos()).abs() < bound, "{tolerance:e}: {state:?}");
         }
         assert!(motion.summary().energy_drift < 100.0 * bound, "{}", motion.summary());
-    }
-}
-
-/// Three cranks on one coupler, by angles: the third crank repeats what the others say.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(first: rad, coupler: rad, second: rad, third: rad)]
-#[units(inertia: kg * m^2, a: m, b: m, weight: N)]
-struct ThreeCranks {
-    inertia: f64,
-    a: f64,
-    b: f64,
-    weight: f64,
-}
-
-#[dynamics]
-impl ThreeCranks {
-    fn along(&self, length: f64, angle: Expr) -> Vec2 {
-        length * vec2(angle.cos(), angle.sin())
-    }
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        let squares = q.first.dt().powi(2) + q.second.dt().powi(2) + q.third.dt().powi(2);
-        0.5 * self.inertia * (squares + q.coupler.dt().powi(2))
-    }
-    #[potential]
-    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-        self.weight * self.a * (q.first.sin() + q.second.sin() + q.third.sin())
-    }
-    #[holonomic]
-    fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.along(self.a, q.first) + self.along(self.b, q.coupler) - self.along(self.a, q.second) - vec2(self.b, 0.0)
-    }
-    #[holonomic]
-    #[redundant]
-    fn middle(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.along(self.a, q.first) + self.along(0.5 * self.b, q.coupler)
-            - self.along(self.a, q.third)
-            - vec2(0.5 * self.b, 0.0)
     }
 }
 
