@@ -45,7 +45,7 @@ pub(crate) struct Orthogonal<'w> {
     n: usize,
     /// k.
     pub(crate) rank: usize,
-    /// First pivot over the last admitted one: an estimate of the condition of A, 1 where there is none.
+    /// First pivot over the least admitted one: an estimate of the condition of A, 1 where there is none.
     pub(crate) condition: f64,
     /// R by columns, below it the reflectors of Q.
     a: &'w mut [f64],
@@ -108,7 +108,8 @@ impl<'w> Orthogonal<'w> {
             if size <= tolerance * first {
                 break;
             }
-            self.condition = first / size;
+            // Rows that stand in for others come out of order.
+            self.condition = self.condition.max(first / size);
             swap_rows(self.a, n, k, row);
             self.order.swap(k, row);
             self.tau[k] = reflector(&mut self.a[k * n + k..(k + 1) * n]);

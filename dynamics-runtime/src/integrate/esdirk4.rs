@@ -21,7 +21,7 @@
 
 use super::linear::{Matrices, factor, solve};
 use super::tableau::zip;
-use super::{ControllerSettings, Hermite, Knot, Method, Phase, Scheme, Step, System, Tolerances};
+use super::{ControllerSettings, Knot, Method, Phase, Scheme, Step, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -239,7 +239,7 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = f64::INFINITY;
     const SCAN: usize = 8;
-    type Dense = Hermite<V>;
+    quintic!(V);
 
     fn new() -> Self {
         Self {
@@ -293,16 +293,6 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
     /// The q̈ for which the last stage was solved.
     fn finish<S: System<V>>(&mut self, _: &mut S, _: f64, _: &Phase<V>) -> Result<V, S::Error> {
         Ok(self.k[STAGES - 1].u)
-    }
-
-    fn dense<S: System<V>>(
-        &mut self,
-        _: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
-        h: f64,
-    ) -> Result<Hermite<V>, S::Error> {
-        Ok(Hermite::new(start.y, &self.k[0].u, &end.y, &self.k[STAGES - 1].u, h))
     }
 
     fn stages(&self) -> &[Phase<V>] {

@@ -340,7 +340,8 @@ impl<M: Constraints> Upkeep<M> {
         state: &M::State,
     ) -> Result<M::Vector, SolveError> {
         let workspace = &mut self.workspace;
-        // Stages of projected steps lie beside the manifold, where rows that repeat others are better left out.
+        // Stages of projected steps lie beside the manifold, where rows that repeat others are better left out; Baumgarte's equations weigh all rows
+        // alike, without gains too.
         let alike = repeat::<M>() && self.formulation != Some(Formulation::Projected);
         let solved = match self.gains {
             (0.0, 0.0) if !alike => constrain::accelerate(model, constants, state, workspace)?,
