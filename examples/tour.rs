@@ -70,12 +70,14 @@ fn main() -> common::Outcome {
     motion.plot_energy(files.path("energy.svg"))?;
     motion.write_csv(files.path("motion.csv"))?;
 
-    heading("error against cost: the first five seconds by three methods");
+    heading("error against cost: the first five seconds by five methods");
     let tolerances = || (2..=13).map(|k| 10f64.powi(-k));
     let all = [
         ("RK4, fixed steps", methods::Any::from(methods::Rk4), (7..=16).map(|k| 5.0 / 2f64.powi(k)).collect()),
         ("Dormand–Prince 5(4)", methods::DormandPrince5.into(), tolerances().collect()),
-        ("DOP853", methods::Dop853.into(), tolerances().collect::<Vec<_>>()),
+        ("DOP853", methods::Dop853.into(), tolerances().collect()),
+        ("Verner 9(8)", methods::Verner9.into(), tolerances().collect()),
+        ("Taylor series", methods::Taylor::default().into(), tolerances().collect::<Vec<_>>()),
     ];
     let panel = |title| Panel::new(Axis::log(title), Axis::log("error after 5 s in rad"));
     let (mut by_work, mut by_time) = (panel("evaluations of the accelerations"), panel("time in µs"));

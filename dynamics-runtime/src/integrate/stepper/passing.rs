@@ -119,14 +119,16 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         (attempt, h): (u32, f64),
         trial: &Result<Trial<V>, Failure<Y::Error>>,
     ) -> Verdict {
-        if self.options.fixed.is_none() || !system.is_held() || !Self::is_explicit() {
+        if self.options.fixed.is_none() || !system.is_held() {
             return Verdict::Good;
         }
         let start = &self.now;
         match trial {
+            // Stages of implicit methods lie elsewhere; where they exist they are right.
+            Ok(_) if !Self::is_explicit() => Verdict::Good,
             Ok(trial) => self.passing.judge(attempt, trial.apart, || system.is_weak(start, &trial.end)),
             // Elsewhere it is just too long.
-            Err(Failure::Displaced(_) | Failure::Evaluation(_)) => {
+            Err(Failure::Displaced(_) | Failure::Evaluation(_) | Failure::NotSolved) => {
                 let ahead = |x: f64, u: f64| x + h * u;
                 let y = zip(&start.y, &Phase { q: start.y.u, u: start.a }, ahead);
                 let end = Knot { t: start.t + h, y, a: start.a };
