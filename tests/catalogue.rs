@@ -10,7 +10,7 @@ const WITHOUT_CASE: &[(&str, &str)] = &[
 ];
 
 /// Cases that show several errors on purpose.
-const SEVERAL: &[&str] = &["several_mistakes_at_once"];
+const SEVERAL: &[&str] = &["several_mistakes_at_once", "several_mistakes_of_several_kinds"];
 
 /// Cases where the two macros miss each other, which neither can see: the words are rustc's. With the number of errors.
 const RUSTC: &[(&str, usize, &str)] = &[

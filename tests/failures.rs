@@ -57,7 +57,7 @@ mod starts {
     #[test]
     fn positions_off_the_constraint_are_refused() {
         let error = pendulum().state().x(1.0).y(0.1).build().unwrap_err();
-        let StateError::ConstraintViolated { row, residual, distance } = error else { panic!("{error}") };
+        let StateError::ConstraintViolated { row, residual, distance, .. } = error else { panic!("{error}") };
         assert_eq!(row, "rod");
         assert!((residual - 0.005).abs() < 1e-15);
         assert!((distance - 0.005 / 1.0_f64.hypot(0.1)).abs() < 1e-15);

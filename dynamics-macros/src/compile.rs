@@ -23,12 +23,17 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
     diagnostics.checkpoint()?;
     let (Some(declaration), Some(implementation)) = (declaration, implementation) else { return Err(Vec::new()) };
     let elaborated = elaborate::elaborate(&declaration, &implementation, &mut diagnostics);
+    let model = Place::from(declaration.name.span());
+    if diagnostics.len() > 0 {
+        // What could be elaborated has its own mistakes, which do not wait for those of others.
+        let findings = dynamics_symbolic::check::one_by_one(&elaborated.model);
+        elaborated.origins.report_whole(findings, model, &mut diagnostics);
+    }
     diagnostics.checkpoint()?;
 
     match dynamics_symbolic::compile::compile(elaborated.model) {
         Ok(compiled) => Ok(CompiledModel { declaration, implementation, compiled }),
         Err(findings) => {
-            let model = Place::from(declaration.name.span());
             elaborated.origins.report(findings, model, &mut diagnostics);
             Err(diagnostics.finish().err().unwrap_or_default())
         }

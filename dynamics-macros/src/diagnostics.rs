@@ -56,6 +56,8 @@ fn first(tree: &TokenTree) -> Span {
 pub(crate) struct Diagnostics {
     errors: Option<Vec<syn::Error>>,
     seen: BTreeSet<String>,
+    /// How often an error was added, known ones included.
+    raised: usize,
     /// The call of a library function that is being elaborated, and the function's name.
     inside: Option<(Place, String)>,
 }
@@ -67,7 +69,7 @@ pub(crate) struct Entered(bool);
 
 impl Diagnostics {
     pub(crate) fn new() -> Self {
-        Self { errors: Some(Vec::new()), seen: BTreeSet::new(), inside: None }
+        Self { errors: Some(Vec::new()), seen: BTreeSet::new(), raised: 0, inside: None }
     }
 
     /// From here on errors are about tokens that are not the user's: they stand at `call`, the outermost of them.
@@ -93,6 +95,7 @@ impl Diagnostics {
 
     /// Adds an error, unless there is one at this very place: a loop's body or a helper is elaborated many times, its mistake is one.
     pub(crate) fn error(&mut self, place: impl Into<Place>, message: &Message) {
+        self.raised += 1;
         let place = self.shown_at(place.into());
         let known = !self.seen.insert(format!("{:?}{:?}", place.start, place.end));
         if !known && let Some(errors) = &mut self.errors {
@@ -108,6 +111,11 @@ impl Diagnostics {
         if let Some(errors) = &mut self.errors {
             errors.extend(error);
         }
+    }
+
+    /// How often an error was added so far, also where it was known: grows while a function with a mistake is elaborated, however often its helpers were.
+    pub(crate) fn raised(&self) -> usize {
+        self.raised
     }
 
     /// Number of errors so far.

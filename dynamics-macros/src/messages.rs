@@ -209,7 +209,7 @@ catalogue! {
     constraint_repeats_where_held(name, of) "`{name}` repeats {of} wherever the constraints hold; remove it, or mark its constraint `#[redundant]` if the repetition is meant";
     constraint_tangent(name, to) "`{name}` is tangent to {to} wherever the constraints hold, so that it holds positions but no velocities; write what it holds as rows that cross the others, or mark its constraint `#[redundant]` to have it nonetheless";
     constraint_contradicts(name, with) "`{name}` contradicts {with}: they cannot hold together; correct or remove one of them";
-    constraint_unsatisfiable(name, distance) "no state was found in which all constraints hold at the nominal values: `{name}` stays {distance} away; check the constraints and `#[nominal(..)]`";
+    constraint_unsatisfiable(missed) "no state was found in which all constraints hold at the nominal values: at the closest approach {missed}; correct one of them, or `#[nominal(..)]`";
     constraint_too_many(rows, coordinates, name) "{rows} rows of constraints on {coordinates} leave no state: `{name}` is one too many; remove it, or mark it `#[redundant]` if it follows from the others";
     constraint_redundant_in_vain(name) "`{name}` repeats nothing; remove `#[redundant]`";
     constraint_integrable(which, names) "{which} integrable: {names}; declare the integral as `#[holonomic]`, or say `#[nonholonomic(integrable)]` if that is meant";

@@ -29,7 +29,7 @@ impl fmt::Display for SingularMassMatrix {
         }
         write!(
             f,
-            "the mass matrix is singular: coordinate `{}` has no inertia of its own at this state (pivot {:e})",
+            "the mass matrix is singular: coordinate `{}` has no inertia of its own at this state (pivot {:e}); give what moves with it a mass",
             self.name, self.pivot
         )
     }
@@ -256,6 +256,8 @@ pub enum StateError {
         residual: f64,
         /// |Φ| / ‖Φ_q‖: how far the coordinates are from fulfilling it.
         distance: f64,
+        /// The constraint, where it is a switched one, which may be released instead.
+        switched: Option<&'static str>,
     },
     /// The velocities do not fit a constraint: Φ̇ or A q̇ + b is not 0.
     VelocityViolated {
@@ -265,6 +267,8 @@ pub enum StateError {
         residual: f64,
         /// |Φ̇| / ‖Φ_q‖: how far the velocities are from fulfilling it.
         distance: f64,
+        /// The constraint, where it is a switched one, which may be released instead.
+        switched: Option<&'static str>,
     },
     /// A nonholonomic constraint is released to one side, and the velocities slip to the other.
     WrongSide {
@@ -367,16 +371,22 @@ impl fmt::Display for StateError {
         match self {
             Self::NotFinite { what, name, value } => write!(f, "{what} `{name}` is {value}; give a finite number"),
             Self::NotSwitched { name, constraints } => not_switched(f, name, constraints),
-            Self::ConstraintViolated { row, residual, distance } => write!(
-                f,
-                "constraint `{row}` does not hold: its residual is {residual:e}, the coordinates are {distance:e} away from it; give \
-                 coordinates that fulfil it, or only some of them and `.assemble()`"
-            ),
-            Self::VelocityViolated { row, residual, distance } => write!(
-                f,
-                "the velocities violate constraint `{row}`: its residual is {residual:e}, they are {distance:e} away from it; give \
-                 velocities that fulfil it, or only some of them and `.assemble()`"
-            ),
+            Self::ConstraintViolated { row, residual, distance, switched } => {
+                write!(
+                    f,
+                    "constraint `{row}` does not hold: its residual is {residual:e}, the coordinates are {distance:e} away from it; give \
+                     coordinates that fulfil it, or only some of them and `.assemble()`"
+                )?;
+                or_release(f, *switched)
+            }
+            Self::VelocityViolated { row, residual, distance, switched } => {
+                write!(
+                    f,
+                    "the velocities violate constraint `{row}`: its residual is {residual:e}, they are {distance:e} away from it; give \
+                     velocities that fulfil it, or only some of them and `.assemble()`"
+                )?;
+                or_release(f, *switched)
+            }
             Self::WrongSide { row, slip } => write!(
                 f,
                 "constraint `{row}` is released to the side of {} values, but slips with {slip:e}; release it with `.release_to(name, {})`",
@@ -419,6 +429,14 @@ impl fmt::Display for StateError {
                 "no velocities fulfil the constraints: `{row}` is missed by {residual:e}; change what is given for the rates of {given}"
             ),
         }
+    }
+}
+
+/// The other way out where a constraint that does not hold is switched: at the start all of them hold that are not released.
+fn or_release(f: &mut fmt::Formatter<'_>, switched: Option<&str>) -> fmt::Result {
+    match switched {
+        Some(name) => write!(f, "; or begin with it released, `.release(\"{name}\")`"),
+        None => Ok(()),
     }
 }
 

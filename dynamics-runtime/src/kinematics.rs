@@ -233,7 +233,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     {
         if M::ROWS.is_empty() {
             let coordinates = Involved::ranked(M::COORDINATES, (0..M::Vector::LEN).map(|i| (i, 1.0)));
-            return Err(Kind::Freedom { degrees: M::Vector::LEN, coordinates });
+            return Err(Kind::Freedom { degrees: M::Vector::LEN, coordinates, of_velocities: 0 });
         }
         let none = vec![false; M::Vector::LEN];
         let all = vec![true; M::Vector::LEN];
@@ -270,7 +270,8 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let freedom = frame.freedom(RANK);
         let coordinates = Involved::ranked(M::COORDINATES, freedom.iter().copied().enumerate());
         if generic < n {
-            return Kind::Freedom { degrees: n - frame.rank(RANK), coordinates };
+            let of_velocities = M::VelocityOffset::LEN;
+            return Kind::Freedom { degrees: n - frame.rank(RANK), coordinates, of_velocities };
         }
         let (_, left) = frame.weak_pair();
         let rows = Involved::ranked(M::ROWS, measure.rows.iter().copied().zip(left.iter().copied()));

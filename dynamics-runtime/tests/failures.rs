@@ -30,8 +30,7 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
         (run().tolerance(-1e-6), "tolerance"),
         (run().tolerance(f64::NAN), "tolerance"),
         (run().tolerance(1e-17), "tolerance"),
-        (run().tolerances(0.0, 1e-9), "tolerances"),
-        (run().tolerances(1e-9, f64::INFINITY), "tolerances"),
+        (run().tolerance(1.0), "tolerance"),
         (run().fixed_step(0.0), "fixed_step"),
         (run().fixed_step(f64::NAN), "fixed_step"),
         (run().fixed_step(1e-17), "fixed_step"),
@@ -54,6 +53,30 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
     ] {
         assert_eq!(kind(simulation), OptionError::FixedStepExcludes { option }.into());
     }
+    for (simulation, text) in [
+        (run().tolerances(0.0, 1e-9), "`.tolerances(0, 1e-9)` is not possible; give an absolute tolerance above 0"),
+        (
+            run().tolerances(1e-9, -1.0),
+            "`.tolerances(1e-9, -1)` is not possible; give a relative tolerance of 0 or more",
+        ),
+        (
+            run().tolerances(1e-9, f64::INFINITY),
+            "`.tolerances(1e-9, inf)` is not possible; give a relative tolerance of",
+        ),
+        (
+            run().tolerances(1e-9, 1e-16),
+            "`.tolerances(1e-9, 1e-16)` is not possible; give a relative tolerance of at least",
+        ),
+        (run().tolerances(1e3, 1.0), "`.tolerances(1000, 1)` is not possible; give a relative tolerance below 1"),
+        (
+            run().tolerance(10.0),
+            "`.tolerance(10)` is not possible; give less than 1: from there on no digit is asked for",
+        ),
+    ] {
+        let found = kind(simulation).to_string();
+        assert!(found.starts_with(text), "{found}");
+    }
+    assert!(run().tolerances(1e3, 0.9).run().is_ok() && run().tolerance(0.9).run().is_ok());
     for time in [-0.1, 1.1, f64::NAN] {
         match kind(run().output_times([0.5, time])) {
             SimulationErrorKind::Option(OptionError::OutputTime { start: 0.0, end: 1.0, .. }) => {}
@@ -198,7 +221,10 @@ fn step_limits_and_cancelling_leave_the_motion_in_hand() {
     let model = DoublePendulum::UNIT;
     let start = at_rest_or_not([2.0, 0.0], [0.0, 0.0]);
     let error = model.simulate(start).until(1e3).max_steps(100).method(methods::Dop853).run().unwrap_err();
-    assert!(matches!(error.kind, SimulationErrorKind::TooManySteps { limit: 100, stiff_at: None, slides_at: None }));
+    assert!(matches!(
+        error.kind,
+        SimulationErrorKind::TooManySteps { limit: 100, stiff_at: None, slides_at: None, gain: None }
+    ));
     let motion = error.motion(&model).unwrap();
     assert_eq!(motion.counts().steps + motion.counts().rejected, 100);
     let whole = model.simulate(start).until(error.time).run().unwrap();

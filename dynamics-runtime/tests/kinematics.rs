@@ -277,7 +277,7 @@ fn freedom_is_an_error_that_counts_it() {
         }
     }
     let error = failed(Jets(Free).kinematics(state([1.0, 0.5, 1.5])).until(1.0).run());
-    let Kind::Freedom { degrees: 1, coordinates } = &error.kind else { panic!("{error}") };
+    let Kind::Freedom { degrees: 1, coordinates, .. } = &error.kind else { panic!("{error}") };
     assert!(coordinates.count() == 3 && error.to_string().contains("leave 1 degree of freedom"), "{error}");
     assert!(error.motion(&Jets(Free)).is_none());
     let pendulum = common::Pendulum { m: 1.0, l: 1.0, g: 9.81 };

@@ -27,6 +27,14 @@ pub fn declared(model: &Model) -> Vec<Finding> {
     let mut found = Vec::new();
     // A parameter that nothing reads is a term that was forgotten.
     unused::unused(model, &mut found);
+    found.extend(one_by_one(model));
+    found
+}
+
+/// Checks of what is declared, each declaration by itself: also where others of the model are missing, because they have mistakes of another kind.
+#[must_use]
+pub fn one_by_one(model: &Model) -> Vec<Finding> {
+    let mut found = Vec::new();
     // Roles are functions of certain quantities only; the derivation relies on it.
     contents::contents(model, &mut found);
     // M q̈ + … is linear in q̈ with M(q, t) only for T of second degree.

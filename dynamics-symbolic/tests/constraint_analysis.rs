@@ -173,9 +173,12 @@ fn what_no_state_satisfies_is_contradictory_at_nominal_values() {
     assert_ne!(analyse(&b.model).looked_at, LookedAt::Nowhere, "d is not known");
     b.nominal(1, 3.0);
     let found = faults(&b.model);
-    let [Fault::Unsatisfiable { distance, .. }] = &found[..] else { panic!("{found:?}") };
-    // The best compromise leaves less than the whole gap of 2.
-    assert!((0.1..2.0).contains(distance), "{distance}");
+    let [Fault::Unsatisfiable { missed, .. }] = &found[..] else { panic!("{found:?}") };
+    let [(rod, of_rod), (wall, of_wall)] = &missed[..] else { panic!("{missed:?}") };
+    assert_eq!([rod, wall], ["rod", "wall"]);
+    // A compromise between both: Φ/|Φ_q| of the rod is (x² − 1)/2x, 3 − x of the wall, and they are equal at 3 x² − 6 x − 1 = 0.
+    let x = 1.0 + (4.0f64 / 3.0).sqrt();
+    assert!((of_wall - (3.0 - x)).abs() < 1e-3 && (of_rod - of_wall).abs() < 1e-3, "{of_rod} {of_wall}");
     b.model.nominal[1].1 = 0.5;
     assert_eq!(sound(&b.model).looked_at, LookedAt::Nominal);
 }

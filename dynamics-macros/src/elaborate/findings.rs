@@ -30,9 +30,7 @@ pub(super) fn constraint(fault: &ConstraintFinding) -> (Message, Vec<Origin>) {
         Fault::Contradicts { name, with, origin } => {
             (messages::constraint_contradicts(name, combination(with)), at(origin))
         }
-        Fault::Unsatisfiable { name, distance, origin } => {
-            (messages::constraint_unsatisfiable(name, format!("{distance:.2}")), at(origin))
-        }
+        Fault::Unsatisfiable { missed: rows, origin } => (messages::constraint_unsatisfiable(missed(rows)), at(origin)),
         Fault::TooMany { rows, coordinates, name, origin } => {
             let coordinates =
                 if *coordinates == 1 { "1 coordinate".to_owned() } else { format!("{coordinates} coordinates") };
@@ -57,6 +55,19 @@ pub(super) fn constraint(fault: &ConstraintFinding) -> (Message, Vec<Origin>) {
             (messages::constraint_leaves_without_inertia(direction), origins.clone())
         }
         other => (messages::finding(format!("{other:?}")), Vec::new()),
+    }
+}
+
+/// Most rows that are named.
+const NAMED: usize = 6;
+
+/// Rows that cannot hold together.
+fn missed(rows: &[(String, f64)]) -> String {
+    let named = rows.iter().take(NAMED).map(|(name, distance)| format!("`{name}` is missed by {distance:.2}"));
+    let named = named.collect::<Vec<_>>().join(", ");
+    match rows.len().saturating_sub(NAMED) {
+        0 => named,
+        more => format!("{named}, and {more} more"),
     }
 }
 

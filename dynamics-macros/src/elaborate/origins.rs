@@ -1,5 +1,7 @@
 //! Origins of the engine ↔ places in the user's tokens, and the engine's findings in the user's words.
 
+use std::collections::BTreeSet;
+
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::check::constraints::ConstraintFinding as Fault;
 use dynamics_symbolic::graph::Origin;
@@ -16,6 +18,8 @@ pub(crate) struct Origins {
     places: Vec<Place>,
     /// What is said of constraints.
     options: Vec<(Origin, ConstraintOptions)>,
+    /// What stands in functions with mistakes: nothing is said of what is left of it.
+    mistaken: BTreeSet<u32>,
 }
 
 impl Origins {
@@ -35,6 +39,22 @@ impl Origins {
     /// The place of an origin.
     pub(crate) fn place(&self, origin: Origin) -> Option<Place> {
         self.places.get(origin.0 as usize).copied()
+    }
+
+    /// Number of origins so far.
+    pub(crate) fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// The origins from the one of this number on stand in a function with a mistake.
+    pub(crate) fn mistaken_from(&mut self, first: usize) {
+        self.mistaken.extend(first as u32..self.places.len() as u32);
+    }
+
+    /// Says what the engine found of what has no mistakes beside.
+    pub(crate) fn report_whole(&self, mut findings: Vec<Finding>, model: Place, diagnostics: &mut Diagnostics) {
+        findings.retain(|finding| !describe(finding).1.iter().any(|origin| self.mistaken.contains(&origin.0)));
+        self.report(findings, model, diagnostics);
     }
 
     /// Says what the engine found, each at its place, or at the struct's name where it has none.

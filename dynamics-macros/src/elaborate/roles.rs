@@ -39,6 +39,7 @@ impl<'a> Elaborator<'a> {
             return self.lost_constraint(index, function);
         }
         self.role = function.role;
+        let (raised, first) = (self.diagnostics.raised(), self.origins.len());
         let value = self.run(index, function);
         if self.exhausted {
             return;
@@ -48,6 +49,9 @@ impl<'a> Elaborator<'a> {
             self.lost_constraint(index, function);
         } else {
             self.take(index, function, value);
+        }
+        if self.diagnostics.raised() > raised {
+            self.origins.mistaken_from(first);
         }
     }
 

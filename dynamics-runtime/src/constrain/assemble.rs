@@ -218,12 +218,20 @@ fn size(values: &[f64]) -> f64 {
     values.iter().fold(1.0, |most, value| f64::max(most, 1.0 + value.abs()))
 }
 
+/// The name of a row, and of its constraint where that is a switched one.
+pub(crate) fn named<M: Constraints>(row: usize) -> (&'static str, Option<&'static str>) {
+    let mut switched = M::CONSTRAINTS.iter().filter(|c| c.switched.is_some());
+    let of_row = switched.find(|c| (c.first..c.first + c.rows).contains(&row));
+    (M::ROWS[row].name, of_row.map(|c| c.name))
+}
+
 fn check_positions<M: Constraints>(model: &M, state: &M::State, gradients: &Gradients<'_>) -> Result<(), StateError> {
     let values = model.residual(state);
     let tolerance = CONSISTENT * size(state.q().as_slice());
     match worst::<M>(state.modes(), true, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
         Some(Violation { row, residual, distance }) => {
-            Err(StateError::ConstraintViolated { row: M::ROWS[row].name, residual, distance })
+            let (row, switched) = named::<M>(row);
+            Err(StateError::ConstraintViolated { row, residual, distance, switched })
         }
         None => Ok(()),
     }
@@ -234,7 +242,8 @@ fn check_velocities<M: Constraints>(model: &M, state: &M::State, gradients: &Gra
     let tolerance = CONSISTENT * size(state.u().as_slice());
     match worst::<M>(state.modes(), false, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
         Some(Violation { row, residual, distance }) => {
-            Err(StateError::VelocityViolated { row: M::ROWS[row].name, residual, distance })
+            let (row, switched) = named::<M>(row);
+            Err(StateError::VelocityViolated { row, residual, distance, switched })
         }
         None => Ok(()),
     }

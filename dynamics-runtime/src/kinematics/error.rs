@@ -35,6 +35,8 @@ pub enum KinematicsErrorKind {
         degrees: usize,
         /// The coordinates that can move.
         coordinates: Involved,
+        /// Rows of nonholonomic constraints, which decide velocities and no positions.
+        of_velocities: usize,
     },
     /// The start is a singular position.
     SingularStart {
@@ -95,11 +97,20 @@ impl fmt::Display for KinematicsErrorKind {
             Self::Option(error) => error.fmt(f),
             Self::Start(error) => error.fmt(f),
             Self::SingularMassMatrix(error) => error.fmt(f),
-            Self::Freedom { degrees, coordinates } => write!(
-                f,
-                "the constraints leave {degrees} degree{} of freedom, in {coordinates}; add driving constraints, or use `simulate`",
-                if *degrees == 1 { "" } else { "s" }
-            ),
+            Self::Freedom { degrees, coordinates, of_velocities } => {
+                let s = if *degrees == 1 { "" } else { "s" };
+                match of_velocities {
+                    0 => write!(
+                        f,
+                        "the constraints leave {degrees} degree{s} of freedom, in {coordinates}; add driving constraints, or use `simulate`"
+                    ),
+                    _ => write!(
+                        f,
+                        "the constraints on positions leave {degrees} degree{s} of freedom, in {coordinates}, and those on velocities \
+                         (`#[nonholonomic]`) say nothing of where it is; use `simulate`, or drive positions by `#[holonomic]` constraints"
+                    ),
+                }
+            }
             Self::SingularStart { rows, coordinates } => write!(
                 f,
                 "the start is a singular position: the rank falls with {rows}, which leaves {coordinates} open; begin at another time"

@@ -1,17 +1,19 @@
 //! What a failure comes from, where what the method met says less: a constraint with a corner, inertia that vanishes, a singular position.
 
 use alloc::boxed::Box;
+use alloc::vec::Vec;
 
 use super::error::{Jumping, SimulationErrorKind as Kind};
 use super::singular;
-use crate::constrain::Gradients;
 use crate::constrain::assemble::{self, at_time};
+use crate::constrain::gradients::mass;
 use crate::constrain::held::active_rows;
 use crate::constrain::inertia::{Inertia, least_inertia, unit_inertias};
 use crate::constrain::weakness::weakness;
 use crate::constrain::with_workspace;
+use crate::constrain::{Gradients, Involved};
 use crate::error::SolveError;
-use crate::model::{Constraints, ModelState, Modes, Vector};
+use crate::model::{Constraints, ModelState, Modes, Quantity, Vector};
 
 /// Part of the least inertia at the start below which a motion has run into a place where it has none.
 const VANISHED: f64 = 1e-5;
@@ -43,7 +45,33 @@ pub(super) fn explain<M: Constraints>(model: &M, start: &M::State, state: &M::St
     {
         return Kind::InertiaVanishes { coordinates, share, cause: Box::new(kind) };
     }
-    singular::explain(model, start, state, kind)
+    idle(model, state, singular::explain(model, start, state, kind))
+}
+
+/// A singular mass matrix with all coordinates that have no inertia at all, and the parameters that may be why; as it is where that says no more.
+pub(super) fn idle<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> Kind {
+    let (Kind::SingularMassMatrix(error) | Kind::Solve(SolveError::SingularMassMatrix(error))) = &kind else {
+        return kind;
+    };
+    let n = M::Vector::LEN;
+    let rows = with_workspace::<M, _>(|workspace| {
+        let mass = mass(model, state, workspace);
+        let empty = |row: &[f64]| if row.iter().all(|x| *x == 0.0) { 1.0 } else { 0.0 };
+        mass.chunks_exact(n).map(empty).collect::<Vec<f64>>()
+    });
+    // A unit that cannot be one of inertia is no reason; without units any parameter may be.
+    let inert = |unit: &str| unit.is_empty() || ["kg", "slug", "lb"].iter().any(|mass| unit.starts_with(mass));
+    let zero = |(i, named): (usize, &Quantity)| {
+        let none = model.parameter(i) == Some(0.0) && inert(named.unit);
+        (i, if none { 1.0 } else { 0.0 })
+    };
+    let coordinates = Involved::ranked(M::COORDINATES, rows.iter().copied().enumerate());
+    let parameters = Involved::ranked(M::PARAMETERS, M::PARAMETERS.iter().enumerate().map(zero));
+    let says_more = coordinates.count() > 1 || !(coordinates.is_empty() || parameters.is_empty());
+    if error.negative || !says_more {
+        return kind;
+    }
+    Kind::NoInertia { coordinates, parameters, cause: Box::new(kind) }
 }
 
 /// Whether a failure is one that looks the same whatever it comes from.
@@ -68,11 +96,7 @@ fn collapses(kind: &Kind) -> bool {
 }
 
 /// The coordinates that have no inertia left on the motions that the constraints leave, and how much it is against the start.
-fn vanished<M: Constraints>(
-    model: &M,
-    start: &M::State,
-    state: &M::State,
-) -> Option<(crate::constrain::Involved, f64)> {
+fn vanished<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> Option<(Involved, f64)> {
     let scale = unit_inertias(model, start);
     let usual = least_inertia(model, start, &scale)?.least;
     let Inertia { least, coordinates } = least_inertia(model, state, &scale)?;

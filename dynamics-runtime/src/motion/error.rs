@@ -73,6 +73,8 @@ pub enum SimulationErrorKind {
         stiff_at: Option<f64>,
         /// When the motion was found to slide along a place where accelerations jump, if it was.
         slides_at: Option<f64>,
+        /// The larger gain of Baumgarte's stabilization, where it was found to bound the steps.
+        gain: Option<f64>,
     },
     /// The flag given to `.cancel(..)` was raised.
     Cancelled,
@@ -149,6 +151,15 @@ pub enum SimulationErrorKind {
         coordinates: Involved,
         /// The least inertia at the last state, over the least at the start; negative beyond the place.
         share: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// Coordinates have no inertia at all, and what holds them does not decide how they accelerate.
+    NoInertia {
+        /// The coordinates.
+        coordinates: Involved,
+        /// Parameters that are 0 and may be the inertia that is missing: those of a unit of mass, or of no known unit.
+        parameters: Involved,
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
@@ -233,6 +244,15 @@ pub enum OptionError {
         /// What is admissible.
         admissible: &'static str,
     },
+    /// `.tolerances(absolute, relative)` are not admissible.
+    Tolerances {
+        /// The absolute one.
+        absolute: f64,
+        /// The relative one.
+        relative: f64,
+        /// What is admissible.
+        admissible: &'static str,
+    },
     /// A number among the options of a method is not admissible.
     MethodNumber {
         /// The method.
@@ -264,6 +284,13 @@ pub enum OptionError {
     DuplicateEvent {
         /// The name.
         name: String,
+    },
+    /// Two laws are given for the same constraint.
+    GuardTwice {
+        /// `contact` or `stick_slip`.
+        option: &'static str,
+        /// The constraint.
+        constraint: String,
     },
     /// An input has no value: neither in the start state nor by `.inputs(..)`.
     InputWithoutValue {
@@ -389,8 +416,14 @@ impl fmt::Display for OptionError {
         match self {
             Self::NoEnd => write!(f, "the end is not given; add `.until(t)`"),
             Self::Number { option, value, admissible } => {
-                write!(f, "`.{option}({value})` is not possible; give {admissible}")
+                write!(f, "`.{option}({})` is not possible; give {admissible}", Plain(*value))
             }
+            Self::Tolerances { absolute, relative, admissible } => write!(
+                f,
+                "`.tolerances({}, {})` is not possible; give {admissible}",
+                Plain(*absolute),
+                Plain(*relative)
+            ),
             Self::MethodNumber { method, option, value, admissible } => {
                 write!(f, "`{option}: {value}` of {method} is not possible; give {admissible}")
             }
@@ -404,6 +437,9 @@ impl fmt::Display for OptionError {
                 write!(f, "there is no event `{name}`; declare it with `#[event]` or `.event(\"{name}\", ..)`")
             }
             Self::DuplicateEvent { name } => write!(f, "there are two events `{name}`; rename one"),
+            Self::GuardTwice { option, constraint } => {
+                write!(f, "`.{option}(\"{constraint}\", ..)` is given twice; drop one of them")
+            }
             Self::InputWithoutValue { input } => {
                 write!(f, "input `{input}` has no value; set it in the start state or give `.inputs(|t, state| ..)`")
             }
@@ -456,6 +492,17 @@ impl fmt::Display for OptionError {
                 write!(f, "`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")
             }
         }
+    }
+}
+
+/// A number as it was given, without a row of zeros.
+struct Plain(f64);
+
+impl fmt::Display for Plain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(value) = *self;
+        let short = value == 0.0 || !value.is_finite() || (1e-4..1e7).contains(&value.abs());
+        if short { write!(f, "{value}") } else { write!(f, "{value:e}") }
     }
 }
 

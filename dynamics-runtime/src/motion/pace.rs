@@ -1,5 +1,6 @@
 //! How fast gains that are tied to the step take back what has drifted, and what drift makes of a motion.
 
+use super::formulation::Formulation;
 use crate::math;
 
 /// Pace at which τ of tied gains shrinks, in parts of that of time.
@@ -35,6 +36,14 @@ impl Pace {
         self.now = math::max(h, self.before - SHRINKS * h);
         self.now
     }
+}
+
+/// The larger gain of Baumgarte's stabilization, where it bounds the steps of a run: a thousand and more, on average no less than a fiftieth of the time in
+/// which it takes drift back. Stability bounds them so, or the noise that the gain makes of rounding.
+pub(super) fn bounding_gain(formulation: Option<Formulation>, [start, now]: [f64; 2], made: u64) -> Option<f64> {
+    let Some(Formulation::Baumgarte { alpha, beta }) = formulation else { return None };
+    let (gain, way) = (alpha.max(beta), (now - start).abs());
+    (made >= 1000 && way * gain > 0.02 * made as f64).then_some(gain)
 }
 
 /// What drift made of a motion: constraints that are missed by a little lead a little elsewhere, near positions where they nearly lose rank by much.

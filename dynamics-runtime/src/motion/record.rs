@@ -91,7 +91,8 @@ impl<S: ModelState> EventRecord<S> {
     /// subtracted, so that this is not ½(1 − e²) of the relative motion there.
     #[must_use]
     pub fn energy_lost(&self) -> f64 {
-        self.impacts.iter().map(|impact| impact.energy_lost).sum()
+        // Of no impacts the standard library's sum is -0.
+        self.impacts.iter().fold(0.0, |lost, impact| lost + impact.energy_lost)
     }
 }
 

@@ -10,6 +10,7 @@ use super::causes::{self, Corner};
 use super::change::Change;
 use super::creep::Creep;
 use super::error::SimulationErrorKind as Kind;
+use super::pace;
 use super::plant::{EvaluationError, Plant};
 use super::record::{Counts, EventRecord, Record};
 use super::sides::{self, Slipping, Turned};
@@ -223,10 +224,12 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             return Err(self.vanish(at));
         }
         if made >= limit {
+            let way = [self.plan.start.t(), self.stepper.now().t];
             return Err(Kind::TooManySteps {
                 limit,
                 stiff_at: self.stepper.stiff_at(),
                 slides_at: self.stepper.slides_at(),
+                gain: pace::bounding_gain(self.plan.plant.upkeep.formulation, way, made),
             });
         }
         match self.plan.cancel {

@@ -10,8 +10,9 @@ use alloc::vec::Vec;
 use core::sync::atomic::AtomicBool;
 
 use check::Checked;
-pub(super) use check::every;
+pub(super) use check::{DEFAULT_TOLERANCE, every};
 
+use super::causes;
 use super::change::Change;
 use super::driver::AnyDriver;
 use super::error::{OptionError, SimulationError, SimulationErrorKind};
@@ -422,7 +423,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     fn constants(&self) -> Result<M::Constants, SimulationError<M>> {
-        self.model.constants().map_err(|error| self.refused(SimulationErrorKind::SingularMassMatrix(error)))
+        let constants = self.model.constants();
+        constants.map_err(|error| {
+            let kind = SimulationErrorKind::SingularMassMatrix(error);
+            self.refused(causes::idle(self.model, &with_inputs::<M>(self.law.as_ref(), self.start), kind))
+        })
     }
 
     /// Refuses negative inertia at the start: generated code that eliminates constraints does not see the sign of what it divides by.

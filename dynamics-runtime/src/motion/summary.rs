@@ -14,8 +14,7 @@ use super::estimate::GlobalError;
 use super::formulation::Formulation;
 use super::pace::Turned;
 use super::query::Motion;
-use super::record::EventRecord;
-use super::simulate::Simulate;
+use super::simulate::{DEFAULT_TOLERANCE, Simulate};
 use super::upkeep::Upkept;
 use crate::integrate::Method;
 use crate::model::{Constraint, ConstraintKind, ModelState, Route};
@@ -78,7 +77,7 @@ pub struct Summary {
     pub nearest: Option<Nearest>,
     /// How often constraints were hit.
     pub impacts: usize,
-    /// Energy that the moving bodies lost in them, see [`EventRecord::energy_lost`].
+    /// Energy that the moving bodies lost in them, see [`EventRecord::energy_lost`](super::EventRecord::energy_lost).
     pub energy_lost: f64,
     /// The first impact that a sticking contact took part in: a switched nonholonomic constraint, and when. It holds whatever the impulse is.
     pub stuck_in_impact: Option<(&'static str, f64)>,
@@ -142,7 +141,7 @@ impl<M: Simulate> Motion<'_, M> {
             released: self.released(),
             nearest: self.nearest(),
             impacts: self.events().iter().flat_map(|event| &event.impacts).filter(|impact| !impact.held).count(),
-            energy_lost: self.events().iter().map(EventRecord::energy_lost).sum(),
+            energy_lost: self.events().iter().fold(0.0, |lost, event| lost + event.energy_lost()),
             stuck_in_impact: self.stuck_in_impact(),
             conditioning: self.conditioning(),
             events,
@@ -381,10 +380,16 @@ impl Summary {
         // Where steps are free to be chosen, those that end further away are made again.
         if largest_move > MUCH {
             write!(f, "\n               {} ends of steps put back onto the constraints, by ", Grouped(settled))?;
-            write!(
-                f,
-                "{largest_move:.1e} permitted errors at most; shorten them with `.max_step(..)` or a smaller tolerance"
-            )?;
+            match self.doubts.fixed {
+                true => write!(
+                    f,
+                    "{largest_move:.1e} of what a tolerance of {DEFAULT_TOLERANCE:e} permits at most; shorten the fixed step"
+                )?,
+                false => write!(
+                    f,
+                    "{largest_move:.1e} permitted errors at most; shorten them with `.max_step(..)` or a smaller tolerance"
+                )?,
+            }
         }
         Ok(())
     }

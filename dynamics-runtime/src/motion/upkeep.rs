@@ -530,12 +530,14 @@ impl<M: Constraints> Upkeep<M> {
             let past = if held_before { distances(self, before, row).map(|(_, distance)| distance) } else { [0.0; 2] };
             let [position, velocity] = distances(self, state, row);
             let kept = |(_, distance): (f64, f64), at: usize| distance <= sizes[at].max(2.0 * past[at]);
-            let name = M::ROWS[row].name;
+            let (row, switched) = constrain::assemble::named::<M>(row);
             if !kept(position, 0) {
-                return Err(StateError::ConstraintViolated { row: name, residual: position.0, distance: position.1 });
+                let (residual, distance) = position;
+                return Err(StateError::ConstraintViolated { row, residual, distance, switched });
             }
             if !kept(velocity, 1) {
-                return Err(StateError::VelocityViolated { row: name, residual: velocity.0, distance: velocity.1 });
+                let (residual, distance) = velocity;
+                return Err(StateError::VelocityViolated { row, residual, distance, switched });
             }
         }
         Ok(())

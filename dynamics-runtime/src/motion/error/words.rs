@@ -13,7 +13,11 @@ impl fmt::Display for SimulationErrorKind {
             Self::SingularMassMatrix(error) => error.fmt(f),
             Self::Solve(error) => error.fmt(f),
             Self::AccelerationNotFinite { coordinate } => {
-                write!(f, "the acceleration of `{coordinate}` is not finite")
+                write!(
+                    f,
+                    "the acceleration of `{coordinate}` is not finite; keep the motion away from where a force or a length has no finite value, or, if \
+                     it does not come there, tighten the tolerance"
+                )
             }
             Self::InputNotFinite { input } => write!(f, "the inputs closure gave no finite value for `{input}`"),
             Self::StepSizeTooSmall { coordinate } => write!(
@@ -35,6 +39,12 @@ impl fmt::Display for SimulationErrorKind {
                 f,
                 "more than {limit} steps; from t = {t} on the motion slides along a jump of its accelerations, which lead to it from both sides: let \
                  what sticks there be a switched constraint, or smooth the jump"
+            ),
+            Self::TooManySteps { limit, gain: Some(gain), .. } => write!(
+                f,
+                "more than {limit} steps; gains of {gain:e} take drift back within {:.0e}, and steps can hardly be longer: lower the gains of \
+                 `Formulation::Baumgarte`, or choose `Formulation::Projected`, which has none",
+                1.0 / gain
             ),
             Self::TooManySteps { limit, stiff_at: None, .. } => {
                 write!(f, "more than {limit} steps; raise `.max_steps(..)` or loosen the tolerance")
@@ -100,6 +110,19 @@ impl fmt::Display for SimulationErrorKind {
                 "the mass matrix becomes singular on the motions that are left: nothing that moves with {coordinates} has inertia here ({share:.1e} of \
                  the least at the start), and velocities grow without bounds; give it a positive mass, or end the motion before"
             ),
+            Self::NoInertia { coordinates, parameters, .. } => {
+                let have = if coordinates.count() == 1 { "has" } else { "have" };
+                write!(
+                    f,
+                    "the mass matrix is singular: {coordinates} {have} no inertia at this state; give what moves with "
+                )?;
+                f.write_str(if coordinates.count() == 1 { "it a positive mass" } else { "them a positive mass" })?;
+                match parameters.count() {
+                    0 => Ok(()),
+                    1 => write!(f, " (parameter {parameters} is 0)"),
+                    _ => write!(f, " (parameters {parameters} are 0)"),
+                }
+            }
             Self::ConstraintJumps { row, what: Jumping::Velocities, jump, .. } => write!(
                 f,
                 "constraint `{row}` has a corner here: what it asks of the velocities jumps by {jump:.3e}, which takes an impact and no force; smooth it, \

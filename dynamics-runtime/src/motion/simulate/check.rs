@@ -28,7 +28,7 @@ const TIGHT: f64 = 1e-11;
 /// Number of coordinates above which one step of an implicit method, which factors matrices of that size, costs more than thousands of evaluations.
 const LARGE: usize = 100;
 /// Nine digits: far below what a plot shows or a parameter is known to, at less than twice the cost of six with Verner 9(8).
-const DEFAULT_TOLERANCE: f64 = 1e-9;
+pub(in crate::motion) const DEFAULT_TOLERANCE: f64 = 1e-9;
 
 /// What the options say once they are checked.
 pub(super) struct Checked<'m, M: Simulate> {
@@ -83,17 +83,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     fn check_steps(&self) -> Result<StepOptions, OptionError> {
         let (tolerances, option) = self.tolerances.unwrap_or((Tolerances::both(DEFAULT_TOLERANCE), "tolerance"));
         let Tolerances { absolute, relative } = tolerances;
-        let [above, least, finest] = match option {
-            "tolerance" => ["a tolerance above 0", "a tolerance above 0", "at least 1e-15: `f64` resolves no less"],
-            _ => [
-                "an absolute tolerance above 0",
-                "a relative tolerance of 0 or more",
-                "a relative tolerance of at least 1e-15: `f64` resolves no less",
-            ],
-        };
-        number(option, absolute, absolute > 0.0 && absolute.is_finite(), above)?;
-        number(option, relative, relative >= 0.0 && relative.is_finite(), least)?;
-        number(option, relative, relative == 0.0 || relative >= 1e-15, finest)?;
+        check_tolerances(absolute, relative, option == "tolerance")?;
         let length = "a length of time above 0, and above the resolution of `f64` at the times simulated";
         let resolution = 4.0 * f64::EPSILON * self.start.t().abs().max(self.end.map_or(0.0, f64::abs));
         for (option, value) in [("fixed_step", self.fixed), ("first_step", self.first)] {
@@ -237,6 +227,14 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             return Err(OptionError::Backwards { option, constraint: name.clone() });
         }
         let mut guards = Vec::with_capacity(self.contacts.len() + self.sticking.len());
+        let contacts: Vec<&str> = self.contacts.iter().map(|(name, _)| name.as_str()).collect();
+        let sticking: Vec<&str> = self.sticking.iter().map(|(name, _)| name.as_str()).collect();
+        for (option, names) in [("contact", contacts), ("stick_slip", sticking)] {
+            let mut again = names.iter().enumerate().filter(|(i, name)| names[..*i].contains(name));
+            if let Some((_, name)) = again.next() {
+                return Err(OptionError::GuardTwice { option, constraint: (*name).into() });
+            }
+        }
         for (name, contact) in &self.contacts {
             guards.push(Guard::contact::<M>(name, *contact)?);
         }
@@ -267,6 +265,27 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             rules.push(Rule { index, direction, action });
         }
         Ok(rules)
+    }
+}
+
+/// A relative tolerance of 1 asks for no digit, and one below 1e-15 for more than there are.
+fn check_tolerances(absolute: f64, relative: f64, one: bool) -> Result<(), OptionError> {
+    let (above, none) = (absolute > 0.0 && absolute.is_finite(), relative >= 0.0 && relative.is_finite());
+    let (fine, coarse) = (relative == 0.0 || relative >= 1e-15, relative < 1.0);
+    if one {
+        number("tolerance", absolute, above, "a tolerance above 0")?;
+        number("tolerance", absolute, fine, "at least 1e-15: `f64` resolves no less")?;
+        return number("tolerance", absolute, coarse, "less than 1: from there on no digit is asked for");
+    }
+    let checks = [
+        (above, "an absolute tolerance above 0"),
+        (none, "a relative tolerance of 0 or more"),
+        (fine, "a relative tolerance of at least 1e-15: `f64` resolves no less"),
+        (coarse, "a relative tolerance below 1: from there on no digit is asked for"),
+    ];
+    match checks.into_iter().find(|(good, _)| !good) {
+        Some((_, admissible)) => Err(OptionError::Tolerances { absolute, relative, admissible }),
+        None => Ok(()),
     }
 }
 

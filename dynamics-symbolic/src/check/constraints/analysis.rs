@@ -295,9 +295,11 @@ impl Set<'_> {
         }
         // A stop that is out of reach may be meant; what always holds has to be able to.
         let always = own.len() == look.order.len() && look.order.len() <= CERTAIN;
-        if let Some((row, distance)) = manifold.nowhere.filter(|_| always) {
-            let (name, origin) = self.named(row);
-            self.faults.push(ConstraintFinding::Unsatisfiable { name, distance, origin });
+        if let Some(rows) = manifold.nowhere.as_ref().filter(|_| always)
+            && let Some((last, _)) = rows.last()
+        {
+            let missed = rows.iter().map(|(row, distance)| (self.named(*row).0, *distance)).collect();
+            self.faults.push(ConstraintFinding::Unsatisfiable { missed, origin: self.named(*last).1 });
         }
         let Some(ranks) = &look.ranks else { return };
         for d in ranks.dependent.iter().filter(|d| own.contains(&d.row)) {

@@ -84,11 +84,9 @@ pub enum ConstraintFinding {
     },
     /// Newton's method finds no state in which all constraints hold, from any of several starts at the nominal values.
     Unsatisfiable {
-        /// The row that stays farthest from zero.
-        name: String,
-        /// How far at least, as a distance: |Φ| / ‖Φ_q‖.
-        distance: f64,
-        /// Its declaration.
+        /// The rows that are missed at the closest approach found, and by how much, as distances: |Φ| / ‖Φ_q‖.
+        missed: Vec<(String, f64)>,
+        /// Declaration of the last of them.
         origin: Origin,
     },
     /// More independent rows than coordinates: at least one of them is too much.

@@ -17,6 +17,8 @@ const STARTS: u64 = 16;
 const ENOUGH: usize = 5;
 /// Farther from the manifold than this, relative to the size of the parameters, Newton's method is not just slow.
 const APART: f64 = 1e-3;
+/// Rows that are missed by less than this part of what the worst is missed by are fulfilled: descents end there.
+const MISSED: f64 = 1e-2;
 /// Most rows that are projected: a step takes R³ operations.
 pub(super) const LIMIT: usize = 60;
 /// A gradient is gone where it is this much shorter than one step of this size away, relative to the coordinates' own: that of Φ² is of the size
@@ -39,10 +41,28 @@ pub(super) struct Manifold {
     pub(super) tangent: Vec<usize>,
     /// Rows whose gradient vanishes at all of them.
     pub(super) vanishing: Vec<usize>,
-    /// Where none was found: the row that stays farthest from zero and its smallest distance, at nominal values.
-    pub(super) nowhere: Option<(usize, f64)>,
+    /// Where none was found, at nominal values: the rows that exclude each other, and how far each is missed by at the closest approach.
+    pub(super) nowhere: Option<Vec<(usize, f64)>>,
     /// Whether all parameters that the rows read have nominal values.
     pub(super) nominal: bool,
+}
+
+fn largest(residual: &[f64]) -> f64 {
+    residual.iter().fold(0.0, |most, x| most.max(x.abs()))
+}
+
+/// The rows that are missed where a descent comes closest, and by how much.
+fn missed(stuck: Vec<(Projection, Sample, Vec<f64>)>, size: f64) -> Vec<(usize, f64)> {
+    let approaches = stuck.into_iter().map(|(projection, state, residual)| {
+        let closest = projection.closest(state).filter(|distances| distances.iter().all(|x| x.is_finite()));
+        let closest = closest.unwrap_or_else(|| residual.iter().map(|x| x.abs() * size).collect());
+        (projection.chosen, closest)
+    });
+    let closest = approaches.min_by(|(_, a), (_, b)| largest(a).total_cmp(&largest(b)));
+    let Some((rows, residual)) = closest else { return Vec::new() };
+    let missed = MISSED * largest(&residual);
+    let far = rows.into_iter().zip(residual).filter(|(_, x)| *x > missed);
+    far.collect()
 }
 
 /// A row that depends on others at every sample.
@@ -78,7 +98,8 @@ impl Manifold {
         let nominal = !reads.any_function() && needed.iter().all(|i| given(*i));
         let size = typical_length(model, &needed);
         let mut found = Self { nominal, ..Self::default() };
-        let mut closest: Option<(usize, f64)> = None;
+        let mut closest: Option<f64> = None;
+        let mut stuck = Vec::new();
         let mut evidence = 0;
         // Who says that rows repeat others means a branch on which they do, and may have to wait for it.
         let mut sought = model.constraints.iter().any(|c| c.redundant);
@@ -94,11 +115,11 @@ impl Manifold {
                     found.samples.push(sample);
                 }
                 End::There(_) => {}
-                End::Stuck(Some(residual)) => {
+                End::Stuck(Some((residual, state))) => {
                     evidence += 1;
-                    let worst = residual.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-                    let worst = worst.map(|(i, x)| (chosen[i], x.abs() * size));
-                    closest = closest.filter(|c| worst.is_none_or(|w| c.1 <= w.1)).or(worst);
+                    let worst = largest(&residual) * size;
+                    closest = Some(closest.map_or(worst, |least| least.min(worst)));
+                    stuck.push((projection, state, residual));
                 }
                 End::Stuck(None) => {}
             }
@@ -108,7 +129,8 @@ impl Manifold {
         }
         // What comes close may only come slowly, as near a singular state.
         if found.samples.is_empty() && nominal && evidence >= STARTS / 2 {
-            found.nowhere = closest.filter(|(_, distance)| *distance > APART * size);
+            let apart = closest.is_some_and(|distance| distance > APART * size);
+            found.nowhere = apart.then(|| missed(stuck, size));
         }
         let scale = coordinate_scales(model, size);
         let gone = |r: &usize| !found.samples.is_empty() && found.samples.iter().all(|s| vanishes(rows, s, &scale, *r));

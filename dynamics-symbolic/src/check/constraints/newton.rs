@@ -16,6 +16,8 @@ use super::sample::{Sample, random};
 const ITERATIONS: usize = 60;
 /// Descents from one start.
 const THROWS: u64 = 6;
+/// Descents to a closest approach, each with the weights of where the one before had ended.
+const REFINED: usize = 8;
 /// |WΦ| of a state on the manifold. Φ² = 0 is approached at half the distance each time, so that Φ is 1e-6 there.
 pub(super) const ON_MANIFOLD: f64 = 1e-12;
 
@@ -23,8 +25,8 @@ pub(super) const ON_MANIFOLD: f64 = 1e-12;
 pub(super) enum End {
     /// On the manifold.
     There(Sample),
-    /// Away from it: |WΦ| of every row. Not evidence of anything where a value was not finite on the way.
-    Stuck(Option<Vec<f64>>),
+    /// Away from it: |WΦ| of every row, and where. Not evidence of anything where a value was not finite on the way.
+    Stuck(Option<(Vec<f64>, Sample)>),
 }
 
 /// The holonomic rows among some, ready to be evaluated.
@@ -115,6 +117,7 @@ impl<'r> Projection<'r> {
             if worst <= ON_MANIFOLD {
                 return End::There(state);
             }
+            let stuck = state.clone();
             for (r, own) in self.chosen.iter().zip(&residual) {
                 if own.abs() > 1e-3 * worst {
                     for (j, _) in &self.rows.jacobian[*r] {
@@ -123,9 +126,21 @@ impl<'r> Projection<'r> {
                     }
                 }
             }
-            last = Some(residual);
+            last = Some((residual, stuck));
         }
         End::Stuck(last)
+    }
+
+    /// From where a projection was stuck to where rows are least far away as distances go, |Φ|/‖Φ_q‖ by their gradients there, by the coordinates' sizes: what
+    /// each is missed by, in coordinates. Rows that are not satisfied there exclude each other, as their gradients depend on each other.
+    pub(super) fn closest(&self, mut state: Sample) -> Option<Vec<f64>> {
+        let mut buffer = Vec::new();
+        for _ in 0..REFINED {
+            self.descend(&mut state, &mut buffer)?;
+        }
+        let Local { values, jacobian } = self.local(&state, &mut buffer);
+        let slope = |row: &Vec<f64>| norm(&row.iter().zip(&self.scale).map(|(x, s)| x / s).collect::<Vec<f64>>());
+        Some(values.iter().zip(&jacobian).map(|(value, row)| value.abs() / slope(row)).collect())
     }
 
     /// One descent; WΦ at its end, `None` where a value was not finite.
