@@ -41,20 +41,20 @@ impl Gyroscope {
     }
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
-        let rotor = self.rotor(q);
-        let frame = rotor.frame;
-        let rim = |k: u32| {
-            let angle = f64::from(k) * std::f64::consts::TAU / 24.0;
-            frame.point(vec3(self.radius * angle.cos(), self.radius * angle.sin(), self.arm))
-        };
-        let mut drawing = Drawing::new().line([0.0; 3], frame.point(vec3(0.0, 0.0, 1.4 * self.arm)));
-        for k in 0..24 {
-            drawing = drawing.line(rim(k), rim(k + 1));
-        }
-        for k in [0, 8, 16] {
-            drawing = drawing.line(rotor.center_of_mass(), rim(k));
-        }
-        drawing.trace("tip", frame.point(vec3(0.0, 0.0, 1.4 * self.arm)))
+        let frame = self.rotor(q).frame;
+        let along = |z: f64| frame.point(vec3(0.0, 0.0, z));
+        // A mark on the rotor shows its spin.
+        let mark = frame.point(vec3(0.8 * self.radius, 0.0, self.arm + 0.5 * self.thickness));
+        Drawing::new()
+            .color(Color::Faint)
+            .cone([0.0, 0.0, -1.2 * self.arm], [0.0; 3], 0.3 * self.radius)
+            .cylinder([0.0; 3], along(1.4 * self.arm), 0.04 * self.radius)
+            .plain()
+            .cylinder(along(self.arm - 0.5 * self.thickness), along(self.arm + 0.5 * self.thickness), self.radius)
+            .color(Color::Red)
+            .disc(mark, 0.12 * self.radius)
+            .plain()
+            .trace("tip", along(1.4 * self.arm))
     }
 }
 

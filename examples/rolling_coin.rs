@@ -49,15 +49,15 @@ impl Coin {
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let frame = self.coin(q).frame;
-        let rim = |k: u32| {
-            let angle = f64::from(k) * std::f64::consts::TAU / 24.0;
-            frame.point(vec3(self.radius * angle.sin(), 0.0, self.radius * angle.cos()))
-        };
-        let mut drawing = Drawing::new();
-        for k in 0..24 {
-            drawing = drawing.line(rim(k), rim(k + 1));
-        }
-        drawing.line(frame.origin(), rim(0)).trace("contact", self.contact(q))
+        let along = |y: f64| frame.point(vec3(0.0, y, 0.0));
+        // A mark beside the rim shows how it turns.
+        let mark = frame.point(vec3(0.0, 0.1 * self.radius, 0.75 * self.radius));
+        Drawing::new()
+            .cylinder(along(-0.07 * self.radius), along(0.07 * self.radius), self.radius)
+            .color(Color::Red)
+            .disc(mark, 0.1 * self.radius)
+            .plain()
+            .trace("contact", self.contact(q))
     }
 }
 

@@ -48,17 +48,12 @@ impl Book {
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let frame = self.body(q).frame;
-        let corner = |i: usize| {
-            let half = |k: usize| if i >> k & 1 == 1 { 0.5 * self.size[k] } else { -0.5 * self.size[k] };
-            frame.point(vec3(half(0), half(1), half(2)))
-        };
-        let mut drawing = Drawing::new();
-        for i in 0..8 {
-            for k in (0..3).filter(|k| i >> k & 1 == 0) {
-                drawing = drawing.line(corner(i), corner(i | 1 << k));
-            }
-        }
-        drawing.trace("corner", corner(7))
+        let [a, b, c] = self.size.map(|side| 0.5 * side);
+        Drawing::new()
+            .cuboid(frame, Vec3::ZERO, self.size)
+            .color(Color::Red)
+            .disc(frame.point(vec3(a, b, c)), 0.006)
+            .trace("corner", frame.point(vec3(a, b, c)))
     }
 }
 

@@ -102,6 +102,7 @@ pub struct Animation<'a> {
     strip: Strip,
     speed: Option<f64>,
     most_frames: Option<usize>,
+    eye: Option<[f64; 2]>,
 }
 
 impl<'a> Animation<'a> {
@@ -153,6 +154,14 @@ impl<'a> Animation<'a> {
         self
     }
 
+    /// Where motions in space are seen from at first, in degrees: the azimuth of the eye, counted from the x-axis about z, and its elevation above the level, −90 to
+    /// 90. −60 and 25 unless set; the viewer turns the picture with mouse or finger.
+    #[must_use]
+    pub fn seen_from(mut self, azimuth: f64, elevation: f64) -> Self {
+        self.eye = Some([azimuth, elevation]);
+        self
+    }
+
     /// The page as text. An error where a name that is to be plotted is not known, where the speed is not a positive number and
     /// where fewer than two instants are allowed.
     pub fn to_html(&self) -> Result<String, OutputError> {
@@ -161,6 +170,11 @@ impl<'a> Animation<'a> {
         }
         if let Some(most) = self.most_frames.filter(|most| *most < 2) {
             return Err(OutputError::Frames { most });
+        }
+        if let Some([azimuth, elevation]) = self.eye
+            && !(azimuth.is_finite() && elevation.abs() <= 90.0)
+        {
+            return Err(OutputError::Eye { azimuth, elevation });
         }
         let clock = Clock::of(self);
         let curves = self.chosen_curves()?;

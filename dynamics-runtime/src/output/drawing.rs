@@ -19,33 +19,26 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use super::color::Color;
+use crate::bodies::Frame;
 use crate::scalar::Scalar;
 use crate::vector::{Vec2, Vec3};
 
-/// A place in a picture: of the plane, or of space with z up, which is shown in a fixed parallel projection.
+/// A place in a picture: of the plane, or of space with z up. Where a picture has any of space it is seen from an eye that the viewer moves, and those of the plane
+/// stand upright in the plane of x and z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Point {
     /// x to the right, y up.
     Planar([f64; 2]),
-    /// z up; x comes toward the viewer and to the right, y goes away and to the right.
+    /// x and y level, z up.
     Spatial([f64; 3]),
 }
 
-/// sin and cos of the viewer's azimuth −60° and of his elevation 25°: a parallel projection in which no axis hides another.
-const AZIMUTH: [f64; 2] = [-0.866_025_403_784_438_6, 0.5];
-const ELEVATION: [f64; 2] = [0.422_618_261_740_699_4, 0.906_307_787_036_649_9];
-
 impl Point {
-    /// Where the point is seen: to the right and up, in the model's lengths. The projection is orthographic, so that a sphere
-    /// is a disc of its own radius.
-    #[must_use]
-    pub fn projected(self) -> [f64; 2] {
+    /// In space.
+    pub(super) fn in_space(self) -> [f64; 3] {
         match self {
-            Self::Planar(point) => point,
-            Self::Spatial([x, y, z]) => {
-                let away = x * AZIMUTH[1] + y * AZIMUTH[0];
-                [y * AZIMUTH[1] - x * AZIMUTH[0], z * ELEVATION[1] - away * ELEVATION[0]]
-            }
+            Self::Planar([x, y]) => [x, 0.0, y],
+            Self::Spatial(point) => point,
         }
     }
 
@@ -163,6 +156,22 @@ pub enum Figure {
     Pivot {
         /// Where.
         at: Point,
+    },
+    /// A solid box: its middle, and the middles of three faces that share a corner.
+    Cuboid {
+        /// The middle.
+        center: Point,
+        /// The middles of three faces.
+        faces: [Point; 3],
+    },
+    /// A solid of revolution with flat ends and a straight side.
+    Cone {
+        /// The middle of one end.
+        from: Point,
+        /// The middle of the other end.
+        to: Point,
+        /// The radii of both ends; equal ones: a cylinder.
+        radii: [f64; 2],
     },
 }
 
@@ -388,6 +397,31 @@ impl Drawing {
         self.figure(Figure::Pivot { at: at.into() })
     }
 
+    /// A solid box in a frame: its middle there, and its lengths along the frame's axes.
+    #[must_use]
+    pub fn cuboid(self, frame: Frame, center: impl Into<Vec3>, lengths: [f64; 3]) -> Self {
+        let center = center.into();
+        let half = |axis: usize| {
+            let mut along = [0.0; 3];
+            along[axis] = 0.5 * lengths[axis];
+            Point::from(frame.point(center + Vec3::from(along)))
+        };
+        self.figure(Figure::Cuboid { center: frame.point(center).into(), faces: [half(0), half(1), half(2)] })
+    }
+
+    /// A solid cylinder between the middles of its ends: a wheel, a shaft, a rod.
+    #[must_use]
+    pub fn cylinder(self, from: impl Into<Point>, to: impl Into<Point>, radius: impl Scalar) -> Self {
+        let radii = [radius.value(); 2];
+        self.figure(Figure::Cone { from: from.into(), to: to.into(), radii })
+    }
+
+    /// A solid cone from the middle of its base to its tip.
+    #[must_use]
+    pub fn cone(self, base: impl Into<Point>, tip: impl Into<Point>, radius: impl Scalar) -> Self {
+        self.figure(Figure::Cone { from: base.into(), to: tip.into(), radii: [radius.value(), 0.0] })
+    }
+
     /// The axes x, y, z of space, each of the given length, with their names.
     #[must_use]
     pub fn axes(self, length: f64) -> Self {
@@ -465,7 +499,7 @@ impl Drawing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Expr, vec2, vec3};
+    use crate::{Expr, Mat3, vec2, vec3};
 
     fn points(shape: &Shape) -> &[Point] {
         match &shape.figure {
@@ -508,7 +542,7 @@ mod tests {
         let drawing = Drawing::new().rectangle([1.0, 2.0], 4.0, 2.0, core::f64::consts::FRAC_PI_2);
         let expected = [[2.0, 0.0], [2.0, 4.0], [0.0, 4.0], [0.0, 0.0]];
         for (point, expected) in points(&drawing.shapes()[0]).iter().zip(expected) {
-            let [x, y] = point.projected();
+            let [x, _, y] = point.in_space();
             assert!((x - expected[0]).abs() < 1e-14 && (y - expected[1]).abs() < 1e-14);
         }
     }
@@ -525,16 +559,22 @@ mod tests {
     }
 
     #[test]
-    fn the_projection_keeps_lengths_across_the_line_of_sight() {
-        // An orthographic projection has orthonormal rows: the images of the unit vectors give the identity.
-        let images: Vec<_> =
-            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| Point::Spatial(axis).projected()).to_vec();
-        for (i, j, expected) in [(0, 0, 1.0), (1, 1, 1.0), (0, 1, 0.0)] {
-            let product: f64 = images.iter().map(|image| image[i] * image[j]).sum();
-            assert!((product - expected).abs() < 1e-15);
+    fn solids_stand_where_their_frame_does() {
+        let frame = Frame::new(vec3(1.0, 2.0, 3.0), Mat3::rotation_z(core::f64::consts::FRAC_PI_2));
+        let drawing = Drawing::new().cuboid(frame, vec3(1.0, 0.0, 0.0), [4.0, 2.0, 6.0]);
+        let Figure::Cuboid { center, faces } = &drawing.shapes()[0].figure else { panic!("{drawing:?}") };
+        let expected = [[1.0, 3.0, 3.0], [1.0, 5.0, 3.0], [0.0, 3.0, 3.0], [1.0, 3.0, 6.0]];
+        for (point, expected) in core::iter::once(center).chain(faces).zip(expected) {
+            for (x, expected) in point.in_space().into_iter().zip(expected) {
+                assert!((x - expected).abs() < 1e-14, "{point:?}");
+            }
         }
-        assert!(images[2][1] > 0.0 && images[2][0] == 0.0, "z is up");
-        assert!(images[0][0] > 0.0 && images[1][0] > 0.0, "x and y go to the right");
+        let drawing = Drawing::new().cone([0.0; 3], [0.0, 0.0, 1.0], 0.5).cylinder([0.0; 3], [1.0, 0.0, 0.0], 0.1);
+        let radii = |k: usize| match drawing.shapes()[k].figure {
+            Figure::Cone { radii, .. } => radii,
+            _ => panic!("{drawing:?}"),
+        };
+        assert_eq!((radii(0), radii(1)), ([0.5, 0.0], [0.1, 0.1]));
     }
 
     #[test]

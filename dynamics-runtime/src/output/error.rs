@@ -32,6 +32,13 @@ pub enum OutputError {
         /// The most instants allowed.
         most: usize,
     },
+    /// Motions in space cannot be seen from there.
+    Eye {
+        /// Degrees about z, from the x-axis.
+        azimuth: f64,
+        /// Degrees above the level.
+        elevation: f64,
+    },
     /// A table could not be written to where it should go.
     #[cfg(feature = "std")]
     Stream(std::io::Error),
@@ -58,6 +65,10 @@ impl fmt::Display for OutputError {
                 write!(f, "an animation cannot be played {speed} times as fast; the speed must be positive")
             }
             Self::Frames { most } => write!(f, "an animation of {most} instants does not move; allow at least 2"),
+            Self::Eye { azimuth, elevation } => write!(
+                f,
+                "an eye at azimuth {azimuth}° and elevation {elevation}° is nowhere; the elevation must be from −90 to 90"
+            ),
             #[cfg(feature = "std")]
             Self::Stream(error) => write!(f, "the table cannot be written: {error}"),
             #[cfg(feature = "std")]

@@ -1,5 +1,7 @@
 //! Pictures of many instants as a few columns of small integers.
 //!
+//! Every point has three numbers; in pages that show nothing of space the one for the depth is left out.
+//!
 //! Instants whose pictures have the same figures form a *scene*: its figures are written once, and every number that moves is a
 //! column over the instants. Columns that are equal are written once, columns that stand still are a single number, and the
 //! others are differences of integers: places in units of 1/20,000 of the view, finer than any screen. So a link of a
@@ -24,77 +26,92 @@ const PARTS_OF_RADIAN: f64 = 10_000.0;
 /// Parts of the view's larger side.
 const PARTS: f64 = 20_000.0;
 
-/// The rectangle that holds everything.
+/// The box that holds everything.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
-    lo: [f64; 2],
-    hi: [f64; 2],
+    lo: [f64; 3],
+    hi: [f64; 3],
 }
 
 impl Bounds {
-    pub(super) const EMPTY: Self = Self { lo: [f64::INFINITY; 2], hi: [f64::NEG_INFINITY; 2] };
+    pub(super) const EMPTY: Self = Self { lo: [f64::INFINITY; 3], hi: [f64::NEG_INFINITY; 3] };
 
-    fn include(&mut self, [x, y]: [f64; 2], radius: f64) {
-        if x.abs() < LARGEST && y.abs() < LARGEST && radius.abs() < LARGEST {
-            let radius = radius.abs();
-            self.lo = [self.lo[0].min(x - radius), self.lo[1].min(y - radius)];
-            self.hi = [self.hi[0].max(x + radius), self.hi[1].max(y + radius)];
+    fn include(&mut self, point: [f64; 3], radius: f64) {
+        let radius = radius.abs();
+        if radius < LARGEST && point.iter().all(|x| x.abs() < LARGEST) {
+            self.lo = core::array::from_fn(|axis| self.lo[axis].min(point[axis] - radius));
+            self.hi = core::array::from_fn(|axis| self.hi[axis].max(point[axis] + radius));
         }
     }
 
     pub(super) fn union(self, other: Self) -> Self {
         Self {
-            lo: [self.lo[0].min(other.lo[0]), self.lo[1].min(other.lo[1])],
-            hi: [self.hi[0].max(other.hi[0]), self.hi[1].max(other.hi[1])],
+            lo: core::array::from_fn(|axis| self.lo[axis].min(other.lo[axis])),
+            hi: core::array::from_fn(|axis| self.hi[axis].max(other.hi[axis])),
         }
     }
 
     /// The integer grid of these bounds.
-    pub(super) fn grid(self) -> Grid {
+    pub(super) fn grid(self, spatial: bool) -> Grid {
+        let unit = Grid { spatial, ..UNIT_GRID };
         if self.lo[0] > self.hi[0] {
-            return UNIT_GRID;
+            return unit;
         }
-        let size = [self.hi[0] - self.lo[0], self.hi[1] - self.lo[1]];
-        let largest = size[0].max(size[1]);
+        let mut size: [f64; 3] = core::array::from_fn(|axis| self.hi[axis] - self.lo[axis]);
+        if !spatial {
+            size[DEPTH] = 0.0;
+        }
+        let largest = size.into_iter().fold(0.0, f64::max);
         if largest < 1e-290 {
             // A single point gets a view about it.
-            return Grid { origin: self.lo, ..UNIT_GRID };
+            return Grid { origin: self.lo, ..unit };
         }
         let quantum = largest / PARTS;
         Grid {
-            origin: [0, 1].map(|axis| 0.5 * (self.lo[axis] + self.hi[axis])),
+            origin: core::array::from_fn(|axis| 0.5 * (self.lo[axis] + self.hi[axis])),
             quantum,
             half: size.map(|side| libm::ceil(0.5 * side / quantum) as i64),
+            spatial,
         }
     }
 }
 
+/// The axis that pages without anything of space leave out.
+const DEPTH: usize = 1;
+
 /// Places as integers, counted from the middle of the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grid {
-    pub(super) origin: [f64; 2],
+    pub(super) origin: [f64; 3],
     pub(super) quantum: f64,
     /// Half the sides of the view.
-    pub(super) half: [i64; 2],
+    pub(super) half: [i64; 3],
+    /// Whether there is a depth.
+    pub(super) spatial: bool,
 }
 
 /// The grid of the square with side 2 about the origin.
-const UNIT_GRID: Grid = Grid { origin: [0.0; 2], quantum: 2.0 / PARTS, half: [10_000; 2] };
+const UNIT_GRID: Grid = Grid { origin: [0.0; 3], quantum: 2.0 / PARTS, half: [10_000; 3], spatial: false };
 
 /// What a number of a figure measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Measure {
-    X,
-    Y,
+    /// Along this axis.
+    Place(usize),
     Length,
     Angle,
 }
 
 impl Grid {
+    /// The axes that are written.
+    pub(super) fn axes(&self) -> impl Iterator<Item = usize> + use<> {
+        let spatial = self.spatial;
+        (0..3).filter(move |&axis| spatial || axis != DEPTH)
+    }
+
     fn integer(&self, value: f64, measure: Measure) -> Option<i64> {
         let parts = match measure {
-            Measure::X => (value - self.origin[0]) / self.quantum,
-            Measure::Y => (value - self.origin[1]) / self.quantum,
+            Measure::Place(axis) => (value - self.origin[axis]) / self.quantum,
             Measure::Length => value / self.quantum,
             Measure::Angle => value * PARTS_OF_RADIAN,
         };
@@ -215,16 +232,18 @@ impl Reel {
     }
 
     fn take_apart(&mut self, shape: &Shape, parts: &mut Parts) {
-        let Sketch { mut figure, points, length, angles, own } = Sketch::of(&shape.figure, &mut parts.words);
+        let Sketch { mut figure, points, lengths, angles, own, solid } = Sketch::of(&shape.figure, &mut parts.words);
         pen(&mut figure, shape, own.unwrap_or(self.ink));
-        self.spatial |= points.iter().any(|point| matches!(point, Point::Spatial(_)));
+        self.spatial |= solid || points.iter().any(|point| matches!(point, Point::Spatial(_)));
+        let radius =
+            lengths.iter().fold(0.0, |most: f64, length| if most > length.abs() { most } else { length.abs() });
         for point in points {
-            let place = point.projected();
-            self.bounds.include(place, length.unwrap_or(0.0));
+            let place = point.in_space();
+            self.bounds.include(place, radius);
             parts.numbers.extend(place);
-            parts.measures.extend([Measure::X, Measure::Y]);
+            parts.measures.extend([0, 1, 2].map(Measure::Place));
         }
-        if let Some(length) = length {
+        for length in lengths {
             parts.numbers.push(length);
             parts.measures.push(Measure::Length);
         }
@@ -253,18 +272,20 @@ struct Sketch {
     /// What does not move, without the closing brace.
     figure: String,
     points: Vec<Point>,
-    /// Radius of what is round.
-    length: Option<f64>,
+    /// Radii of what is round.
+    lengths: Vec<f64>,
     /// From where to where an arc goes.
     angles: Option<[f64; 2]>,
     /// Its colour, where it is not that of the drawing.
     own: Option<Color>,
+    /// Whether it is of space whatever its points are.
+    solid: bool,
 }
 
 impl Sketch {
     fn of(drawn: &Figure, words: &mut Vec<String>) -> Self {
         let (mut figure, mut points) = (String::new(), Vec::new());
-        let (mut length, mut angles, mut own) = (None, None, None);
+        let (mut lengths, mut angles, mut own, mut solid) = (Vec::new(), None, None, false);
         match drawn {
             Figure::Polyline { points: corners, closed } => {
                 points.extend(corners);
@@ -275,7 +296,7 @@ impl Sketch {
             }
             Figure::Circle { center, radius, filled } => {
                 points.push(*center);
-                length = Some(*radius);
+                lengths.push(*radius);
                 figure.push_str(if *filled { "\"k\":\"disc\"" } else { "\"k\":\"circle\"" });
                 if *filled {
                     own = Some(Color::Accent);
@@ -283,7 +304,7 @@ impl Sketch {
             }
             Figure::Arc { center, radius, from, to } => {
                 points.push(*center);
-                length = Some(*radius);
+                lengths.push(*radius);
                 angles = Some([*from, *to]);
                 figure.push_str("\"k\":\"arc\"");
             }
@@ -324,8 +345,20 @@ impl Sketch {
                 figure.push_str("\"k\":\"pivot\"");
                 own = Some(Color::Faint);
             }
+            Figure::Cuboid { center, faces } => {
+                points.push(*center);
+                points.extend(faces);
+                figure.push_str("\"k\":\"cuboid\"");
+                (own, solid) = (Some(Color::Accent), true);
+            }
+            Figure::Cone { from, to, radii } => {
+                points.extend([from, to]);
+                lengths.extend(radii);
+                figure.push_str("\"k\":\"cone\"");
+                (own, solid) = (Some(Color::Accent), true);
+            }
         }
-        Self { figure, points, length, angles, own }
+        Self { figure, points, lengths, angles, own, solid }
     }
 }
 
@@ -345,7 +378,11 @@ impl Scene {
         let mut columns: Vec<String> = Vec::new();
         let mut written: BTreeMap<String, usize> = BTreeMap::new();
         let mut places: Vec<String> = Vec::new();
+        let written_axes: Vec<usize> = grid.axes().collect();
         for (column, measure) in self.numbers.iter().zip(&self.measures) {
+            if matches!(measure, Measure::Place(axis) if !written_axes.contains(axis)) {
+                continue;
+            }
             let text = match column {
                 Column::Still(value) => match grid.integer(value.0, *measure) {
                     Some(integer) => integer.to_string(),
@@ -422,7 +459,7 @@ mod tests {
             let x = f64::from(k);
             reel.push(&Drawing::new().line([0.0, 0.0], [x, 1.0]).disc([x, 1.0], 0.5));
         }
-        let json = reel.to_json(&reel.bounds.grid());
+        let json = reel.to_json(&reel.bounds.grid(reel.spatial));
         // The bounds are −0.5 … 3.5 by 0 … 1.5: 20,000 parts of 4, counted from (1.5, 0.75).
         assert!(json.contains("\"columns\":[-7500,-3750,[-7500,5000,5000,5000],1250,2500]"), "{json}");
         assert!(json.contains("\"places\":[0,1,2,3,2,3,4]"), "{json}");
@@ -437,7 +474,7 @@ mod tests {
         for drawing in [&one, &two, &one] {
             reel.push(drawing);
         }
-        let json = reel.to_json(&reel.bounds.grid());
+        let json = reel.to_json(&reel.bounds.grid(reel.spatial));
         assert!(json.ends_with("\"order\":[0,1,0]}"), "{json}");
         assert_eq!(json.matches("figures").count(), 2);
     }
@@ -448,8 +485,8 @@ mod tests {
         for x in [0.0, f64::NAN, f64::NAN, f64::INFINITY, 1e200, 2.0] {
             reel.push(&Drawing::new().disc([x, 0.0], 1.0));
         }
-        let grid = reel.bounds.grid();
-        assert_eq!(grid.origin, [1.0, 0.0]);
+        let grid = reel.bounds.grid(reel.spatial);
+        assert_eq!((grid.origin[0], grid.origin[2]), (1.0, 0.0));
         let json = reel.to_json(&grid);
         assert!(json.contains("[-5000,null,null,null,null,10000]"), "{json}");
     }
@@ -457,13 +494,15 @@ mod tests {
     #[test]
     fn any_bounds_have_a_grid() {
         for points in [&[][..], &[[3.0, 4.0]], &[[1e149, 0.0], [-1e149, 0.0]], &[[0.0, 0.0], [1e-300, 0.0]]] {
-            let mut bounds = Bounds::EMPTY;
-            for point in points {
-                bounds.include(*point, 0.0);
+            for (spatial, depth) in [(false, 0.0), (true, 0.0), (true, 2.0)] {
+                let mut bounds = Bounds::EMPTY;
+                for [x, up] in points {
+                    bounds.include([*x, depth, *up], 0.0);
+                }
+                let grid = bounds.grid(spatial);
+                assert!(grid.quantum > 0.0 && grid.quantum.is_finite());
+                assert!(grid.half.iter().all(|half| (0..=10_001).contains(half)), "{grid:?}");
             }
-            let grid = bounds.grid();
-            assert!(grid.quantum > 0.0 && grid.quantum.is_finite());
-            assert!(grid.half.iter().all(|half| (0..=10_001).contains(half)), "{grid:?}");
         }
     }
 
@@ -484,13 +523,14 @@ mod tests {
                 });
                 reel.push(&figures);
             }
-            let grid = reel.bounds.grid();
-            prop_assert!(grid.quantum > 0.0 && grid.half[0].max(grid.half[1]) >= 9_999);
+            let grid = reel.bounds.grid(reel.spatial);
+            prop_assert!(grid.quantum > 0.0 && grid.half.iter().any(|half| *half >= 9_999));
             let json = json_check::read(&reel.to_json(&grid));
             let instants: usize = reel.scenes.iter().map(|scene| scene.instants).sum();
             prop_assert_eq!(instants, pictures.len());
             for (scene, read) in reel.scenes.iter().zip(json["scenes"].list()) {
-                let numbers: usize = scene.figures.len() / 4 * (4 + 3 + 2 + 5);
+                let axes = grid.axes().count();
+                let numbers: usize = scene.figures.len() / 4 * (5 * axes + 1 + 3);
                 prop_assert_eq!(read["places"].list().len(), numbers);
             }
         }
@@ -502,7 +542,7 @@ mod tests {
         reel.push(&Drawing::new().dot([0.0, 0.0, 1.0]).dot([1.0, 1.0]));
         reel.push(&Drawing::new().dashed().fill(Color::Red).circle([0.0, 0.0], 1.0));
         assert!(reel.spatial);
-        let json = json_check::read(&reel.to_json(&reel.bounds.grid()));
+        let json = json_check::read(&reel.to_json(&reel.bounds.grid(reel.spatial)));
         let figure = &json["scenes"].list()[1]["figures"].list()[0];
         assert_eq!((figure["d"].number(), figure["f"].text(), figure["c"].text()), (1.0, "red", "ink"));
     }
@@ -513,7 +553,7 @@ mod tests {
         for k in 0..2 {
             reel.push(&Drawing::new().text([0.0, 0.0], format!("<{k}>")).label([0.0, 0.0], "still"));
         }
-        let json = reel.to_json(&reel.bounds.grid());
+        let json = reel.to_json(&reel.bounds.grid(reel.spatial));
         assert!(json.contains(r#""words":[["\u003c0\u003e","\u003c1\u003e"],"still"]"#), "{json}");
     }
 }

@@ -4,6 +4,10 @@
   const $ = (id) => document.getElementById(id);
   const last = data.frames - 1;
   const several = data.films.length > 1;
+  const space = data.spatial ? makeSpace(data) : null;
+  const axes = space ? 3 : 2;   // numbers of a point
+  const numbersAfterPoints = { disc: 1, circle: 1, arc: 3, cone: 2 };
+  const numbersOf = (figure) => axes * pointsOf(figure) + (numbersAfterPoints[figure.k] ?? 0);
 
   // ---- data: differences back to values; a missing value is NaN
 
@@ -32,15 +36,11 @@
       for (const figure of scene.figures) {
         if (figure.k === "trace") {
           if (!traces.has(figure.name)) {
-            const empty = () => new Float64Array(order.length).fill(NaN);
-            traces.set(figure.name, { x: empty(), y: empty() });
+            traces.set(figure.name, Array.from({ length: axes }, () => new Float64Array(order.length).fill(NaN)));
           }
-          const { x, y } = traces.get(figure.name);
+          const track = traces.get(figure.name);
           order.forEach((scene_id, frame) => {
-            if (scene_id === id) {
-              x[frame] = at(scene.numbers[number], local[frame]);
-              y[frame] = at(scene.numbers[number + 1], local[frame]);
-            }
+            if (scene_id === id) track.forEach((column, axis) => { column[frame] = at(scene.numbers[number + axis], local[frame]); });
           });
         }
         number += numbersOf(figure);
@@ -49,13 +49,12 @@
     return traces;
   }
 
-  function numbersOf(figure) {
+  function pointsOf(figure) {
     switch (figure.k) {
-      case "line": return 2 * figure.n;
-      case "disc": case "circle": return 3;
-      case "arc": return 5;
-      case "spring": case "arrow": case "ground": return 4;
-      default: return 2;
+      case "line": return figure.n;
+      case "spring": case "arrow": case "ground": case "cone": return 2;
+      case "cuboid": return 4;
+      default: return 1;
     }
   }
 
@@ -102,17 +101,42 @@
 
   const picture = $("picture");
   let view = { scale: 1, x: 0, y: 0, marks: 1 };
+  // What has to have room: [left, right, down, up] in parts of the view.
+  const reach = space ? space.extent(everyPoint) : [-data.half[0], data.half[0], -data.half[1], data.half[1]];
+
+  // All points of all instants, those of words apart, with the radius about them.
+  function everyPoint(visit) {
+    for (const film of films) for (const scene of film.scenes) {
+      let number = 0;
+      for (const figure of scene.figures) {
+        const count = pointsOf(figure), columns = scene.numbers.slice(number, number + numbersOf(figure));
+        number += columns.length;
+        const instants = Math.max(1, ...columns.map((column) => (typeof column === "number" ? 1 : column.length)));
+        for (let k = 0; k < instants && figure.k !== "text"; k++) {
+          const v = columns.map((column) => at(column, k));
+          const radius = figure.k in numbersAfterPoints ? Math.abs(v[3 * count]) : 0;
+          for (let p = 0; p < count; p++) visit(v.slice(3 * p, 3 * p + 3), radius);
+        }
+      }
+    }
+  }
 
   function drawPicture() {
     const { pen, width, height } = prepare(picture);
     const room = Math.min(34, 0.08 * Math.min(width, height)) + 4;
-    const scale = Math.min((width - 2 * room) / (2 * Math.max(data.half[0], 1)), (height - 2 * room) / (2 * Math.max(data.half[1], 1)));
+    const [left, right, down, up] = reach;
+    const fit = Math.min((width - 2 * room) / Math.max(right - left, 2), (height - 2 * room) / Math.max(up - down, 2));
+    const scale = fit * (space ? space.zoom : 1);
     // Signs of fixed size shrink with small pictures.
-    view = { scale, x: width / 2, y: height / 2, marks: Math.max(0.6, Math.min(1, Math.min(width, height) / 420)) };
-    if (!data.spatial) drawGrid(pen, width, height);
+    view = { scale, x: width / 2 - scale * (left + right) / 2, y: height / 2 + scale * (down + up) / 2, marks: Math.max(0.6, Math.min(1, Math.min(width, height) / 420)) };
+    if (space) drawFloor(pen); else drawGrid(pen, width, height);
     pen.lineJoin = pen.lineCap = "round";
     for (const film of films) drawTraces(pen, film);
-    for (const film of films) drawFilm(pen, film);
+    const pieces = films.flatMap(piecesOf);
+    // Of space, what is near covers what is far; of the plane, what comes later.
+    if (space) pieces.sort((a, b) => a.depth - b.depth);
+    for (const piece of pieces) paint(pen, piece);
+    pen.setLineDash([]);
   }
 
   function roundStep(least) {
@@ -142,6 +166,16 @@
     $("scale").textContent = "grid " + number(spacing);
   }
 
+  function drawFloor(pen) {
+    const length = space.size * data.quantum, spacing = roundStep(length / 5);
+    if (!(spacing > 0) || !Number.isFinite(spacing)) return;
+    const offset = [0, 1].map((axis) => (Math.ceil(data.origin[axis] / spacing) * spacing - data.origin[axis]) / data.quantum);
+    pen.strokeStyle = palette.rule;
+    pen.lineWidth = 1;
+    for (const line of space.floor(spacing / data.quantum, offset)) { outline(pen, line); pen.stroke(); }
+    $("scale").textContent = "grid " + number(spacing) + " · drag to turn, scroll or pinch to zoom";
+  }
+
   const px = (x) => view.x + view.scale * x;
   const py = (y) => view.y - view.scale * y;
 
@@ -160,23 +194,53 @@
     return { scene, instant: a, value };
   }
 
-  function drawFilm(pen, film) {
+  // What is to be painted of a film now: figures, as pieces of the plane.
+  function piecesOf(film) {
     const now = current(film);
-    if (!now) return;
+    if (!now) return [];
+    const pieces = [];
     let number = 0, word = 0;
     for (const figure of now.scene.figures) {
       const count = numbersOf(figure);
       const v = [];
       for (let k = 0; k < count; k++) v.push(now.value(now.scene.numbers[number + k]));
       number += count;
-      const words = figure.k === "text" ? now.scene.words[word++] : "";
+      let words = figure.k === "text" ? now.scene.words[word++] : "";
+      if (Array.isArray(words)) words = words[now.instant];
       if (v.some(Number.isNaN)) continue;
-      pen.strokeStyle = pen.fillStyle = color(figure.c, film);
-      pen.lineWidth = figure.w ?? 2;
-      pen.setLineDash(figure.d ? [6, 5] : []);
-      draw[figure.k]?.(pen, v, figure, film, Array.isArray(words) ? words[now.instant] : words);
+      for (const piece of space ? space.pieces(figure, v) : [{ figure, v }]) pieces.push({ ...piece, film, words });
     }
-    pen.setLineDash([]);
+    return pieces;
+  }
+
+  function paint(pen, { figure, v, face, film, words }) {
+    pen.strokeStyle = pen.fillStyle = color(figure.c, film);
+    pen.lineWidth = figure.w ?? 2;
+    pen.setLineDash(figure.d ? [6, 5] : []);
+    if (face) drawFace(pen, face, color(figure.f ?? figure.c, film));
+    else draw[figure.k]?.(pen, v, figure, film, words);
+  }
+
+  // A colour in more or less light.
+  function lit(hex, bright) {
+    const parts = /^#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})/i.exec(hex);
+    if (!parts) return hex;
+    const glare = Math.max(0, bright - 1);
+    return "rgb(" + parts.slice(1).map((part) => {
+      const value = parseInt(part, 16) * Math.min(bright, 1);
+      return Math.round(value + glare * (255 - value));
+    }).join(",") + ")";
+  }
+
+  function drawFace(pen, face, hex) {
+    pen.fillStyle = lit(hex, face.bright);
+    // Seams between faces of a round side would show.
+    pen.strokeStyle = face.edges ? lit(hex, 0.5) : pen.fillStyle;
+    pen.lineWidth = face.edges ? 1 : 0.7;
+    outline(pen, face.flat);
+    pen.closePath();
+    pen.fill();
+    pen.stroke();
   }
 
   const outline = (pen, v) => {
@@ -197,9 +261,15 @@
       if (figure.z) { pen.closePath(); filled(pen, figure, film); }
       pen.stroke();
     },
-    disc(pen, v) {
+    disc(pen, v, figure, film) {
+      const [x, y, r] = [px(v[0]), py(v[1]), Math.max(1.5, Math.abs(v[2]) * view.scale)];
+      if (space) {
+        const shade = pen.createRadialGradient(x - 0.35 * r, y - 0.4 * r, 0.1 * r, x, y, r), hex = color(figure.c, film);
+        [[0, 1.35], [0.5, 1], [1, 0.6]].forEach(([stop, bright]) => shade.addColorStop(stop, lit(hex, bright)));
+        pen.fillStyle = shade;
+      }
       pen.beginPath();
-      pen.arc(px(v[0]), py(v[1]), Math.max(1.5, Math.abs(v[2]) * view.scale), 0, 2 * Math.PI);
+      pen.arc(x, y, r, 0, 2 * Math.PI);
       pen.fill();
     },
     circle(pen, v, figure, film) {
@@ -299,7 +369,7 @@
     for (const figure of now.scene.figures) {
       if (figure.k === "trace") {
         const trace = film.traces.get(figure.name);
-        const head = [now.value(now.scene.numbers[number]), now.value(now.scene.numbers[number + 1])];
+        const head = trace.map((_, axis) => now.value(now.scene.numbers[number + axis]));
         pen.strokeStyle = color(figure.c, film);
         pen.lineWidth = 0.75 * (figure.w ?? 2);
         pen.setLineDash(figure.d ? [6, 5] : []);
@@ -315,20 +385,25 @@
 
   // Traces are drawn in pieces that fade: one of limited length to nothing, a whole one to a quiet ground after some seconds of
   // playing, so that long motions do not bury the picture.
-  function drawTrace(pen, { x, y }, head, seconds) {
+  function drawTrace(pen, track, head, seconds) {
     const end = Math.floor(frame), whole = seconds == null, perSecond = step ? data.speed / step : 1;
     const reach = whole || !step ? end : Math.max(0, Math.ceil(seconds / step));
     const begin = Math.max(0, end - reach), length = whole ? 15 : Math.max(1, Math.ceil(reach / 24));
+    const seen = (point) => (space ? space.project(point) : point);
     const stroke = (from, to, opacity) => {
       pen.globalAlpha = opacity;
       pen.beginPath();
       let down = false;
       for (let k = from; k <= to; k++) {
-        if (Number.isNaN(x[k]) || Number.isNaN(y[k])) { down = false; continue; }
-        if (down) pen.lineTo(px(x[k]), py(y[k])); else pen.moveTo(px(x[k]), py(y[k]));
+        const [x, y] = seen(track.map((column) => column[k]));
+        if (Number.isNaN(x) || Number.isNaN(y)) { down = false; continue; }
+        if (down) pen.lineTo(px(x), py(y)); else pen.moveTo(px(x), py(y));
         down = true;
       }
-      if (to === end && down && !head.some(Number.isNaN)) pen.lineTo(px(head[0]), py(head[1]));
+      if (to === end && down && !head.some(Number.isNaN)) {
+        const [x, y] = seen(head);
+        pen.lineTo(px(x), py(y));
+      }
       pen.stroke();
     };
     const opacity = (age) => whole ? 0.16 + 0.44 * Math.exp(-age / perSecond / 6) : 0.05 + 0.75 * Math.max(0, 1 - age / (reach + 1));
@@ -489,7 +564,40 @@
   }
 
   $("play").addEventListener("click", () => setPlaying(!playing));
-  picture.addEventListener("click", () => setPlaying(!playing));
+  picture.addEventListener("click", () => { if (!dragged) setPlaying(!playing); });
+
+  // One finger or the mouse turns what is of space, two fingers or the wheel make it larger, a double click puts it back.
+  const held = new Map();
+  let dragged = false;
+  if (space) {
+    const apart = () => { const [a, b] = [...held.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
+    picture.classList.add("turns");
+    picture.addEventListener("pointerdown", (event) => {
+      if (!held.size) dragged = false;
+      held.set(event.pointerId, { x: event.clientX, y: event.clientY });
+      picture.setPointerCapture(event.pointerId);
+    });
+    picture.addEventListener("pointermove", (event) => {
+      const from = held.get(event.pointerId);
+      if (!from) return;
+      const to = { x: event.clientX, y: event.clientY }, moved = Math.hypot(to.x - from.x, to.y - from.y);
+      // A finger never holds still.
+      if (!dragged && moved < 4) return;
+      dragged = true;
+      const before = held.size === 2 ? apart() : 0;
+      held.set(event.pointerId, to);
+      if (held.size === 1) space.turn((to.x - from.x) / 120, (to.y - from.y) / 120);
+      else if (held.size === 2 && before > 0) space.magnify(apart() / before);
+      drawPicture();
+    });
+    for (const end of ["pointerup", "pointercancel"]) picture.addEventListener(end, (event) => held.delete(event.pointerId));
+    picture.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      space.magnify(Math.exp(-0.0015 * event.deltaY * (event.deltaMode ? 30 : 1)));
+      drawPicture();
+    }, { passive: false });
+    picture.addEventListener("dblclick", () => { space.reset(); drawPicture(); });
+  }
   $("loop").addEventListener("click", () => setLooping(!looping));
   $("speed").addEventListener("change", () => faster(0));
   $("scrub").addEventListener("input", (event) => { setPlaying(false); seek(event.target.valueAsNumber * last); });
@@ -513,6 +621,11 @@
       ArrowLeft: () => jump(frame - far), ArrowRight: () => jump(frame + far), ",": () => jump(Math.ceil(frame) - 1), ".": () => jump(Math.floor(frame) + 1),
       Home: () => jump(0), End: () => jump(last), "+": () => faster(1), "=": () => faster(1), "-": () => faster(-1),
     };
+    const look = (action) => () => { action(); drawPicture(); };
+    if (space) Object.assign(actions, {
+      a: look(() => space.turn(-0.1, 0)), d: look(() => space.turn(0.1, 0)), w: look(() => space.turn(0, -0.1)), s: look(() => space.turn(0, 0.1)),
+      z: look(() => space.magnify(1.1)), x: look(() => space.magnify(1 / 1.1)), 0: look(() => space.reset()),
+    });
     const action = actions[event.key];
     if (action) { event.preventDefault(); action(); }
   });

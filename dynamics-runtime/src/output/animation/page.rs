@@ -11,6 +11,9 @@ use super::clock::Clock;
 use super::encode::{Bounds, Grid, differences};
 use super::{Animation, Recording};
 
+/// Azimuth and elevation of the eye in degrees: x comes toward the viewer and to the right, y goes away and to the right, and no axis hides another.
+const EYE: [f64; 2] = [-60.0, 25.0];
+
 impl Animation<'_> {
     pub(super) fn page(&self, clock: &Clock, recordings: &[Recording]) -> String {
         let title = self.title.clone().unwrap_or_else(|| match self.films.first() {
@@ -28,6 +31,7 @@ impl Animation<'_> {
                 ("subtitle", &subtitle.join(" · ")),
                 ("summary", &self.summaries()),
                 ("data", &self.data(clock, recordings)),
+                ("space", include_str!("space.js")),
                 ("script", include_str!("page.js")),
             ],
         )
@@ -46,7 +50,7 @@ impl Animation<'_> {
 
     fn data(&self, clock: &Clock, recordings: &[Recording]) -> String {
         let bounds = recordings.iter().fold(Bounds::EMPTY, |bounds, recording| bounds.union(recording.reel.bounds));
-        let grid = bounds.grid();
+        let grid = bounds.grid(recordings.iter().any(|recording| recording.reel.spatial));
         let mut films = Vec::new();
         for (k, (recording, (_, label))) in recordings.iter().zip(&self.films).enumerate() {
             films.push(format!(
@@ -63,7 +67,7 @@ impl Animation<'_> {
             clock.frames,
             json_number(clock.speed),
             json(&self.time_unit()),
-            view(&grid, recordings.iter().any(|recording| recording.reel.spatial)),
+            self.view_data(&grid),
             films.join(",\n"),
             self.strip_data(recordings),
             self.events_data(clock)
@@ -80,6 +84,20 @@ impl Animation<'_> {
             }
         }
         format!("[{}]", events.join(","))
+    }
+
+    /// Where everything is, and the eye that sees it.
+    fn view_data(&self, grid: &Grid) -> String {
+        let origin: Vec<_> = grid.axes().map(|axis| json_number(grid.origin[axis])).collect();
+        let half: Vec<_> = grid.axes().map(|axis| format!("{}", grid.half[axis])).collect();
+        let [azimuth, elevation] = self.eye.unwrap_or(EYE).map(|degrees| json_number(degrees.to_radians()));
+        format!(
+            "\"origin\":[{}],\"quantum\":{},\"half\":[{}],\"spatial\":{},\"eye\":[{azimuth},{elevation}]",
+            origin.join(","),
+            json_number(grid.quantum),
+            half.join(","),
+            grid.spatial
+        )
     }
 
     fn strip_data(&self, recordings: &[Recording]) -> String {
@@ -124,17 +142,6 @@ pub(super) fn fill(template: &str, values: &[(&str, &str)]) -> String {
     }
     out.push_str(rest);
     out
-}
-
-fn view(grid: &Grid, spatial: bool) -> String {
-    format!(
-        "\"origin\":[{},{}],\"quantum\":{},\"half\":[{},{}],\"spatial\":{spatial}",
-        json_number(grid.origin[0]),
-        json_number(grid.origin[1]),
-        json_number(grid.quantum),
-        grid.half[0],
-        grid.half[1]
-    )
 }
 
 /// Values as integers of a hundred-thousandth of their range.

@@ -238,3 +238,60 @@ fn data_are_json_whatever_happens() {
         assert!(page["half"].list().iter().any(|half| half.number() > 0.0));
     }
 }
+
+#[test]
+fn motions_in_space_are_seen_from_an_eye() {
+    let planar = Animation::new().add(&WHEEL, "").frames(2).to_html().unwrap();
+    let page = json_check::read(data(&planar));
+    assert_eq!((page["origin"].list().len(), page["half"].list().len()), (2, 2));
+
+    let ball = Ball;
+    let html = Animation::new().add(&ball, "").frames(3).seen_from(30.0, 90.0).to_html().unwrap();
+    let page = json_check::read(data(&html));
+    let scene = &page["films"].list()[0]["reel"]["scenes"].list()[0];
+    let kinds: Vec<_> = scene["figures"].list().iter().map(|figure| figure["k"].text()).collect();
+    assert_eq!(kinds, ["dot", "disc", "cuboid", "cone"]);
+    // A planar point stands in the plane of x and z.
+    assert_eq!(scene["places"].list().len(), 3 + 4 + 12 + 8);
+    let still = |number: usize| scene["columns"].list()[scene["places"].list()[number].number() as usize].number();
+    let (origin, quantum) = (page["origin"].list(), page["quantum"].number());
+    for (axis, expected) in [2.0, 0.0, 1.0].into_iter().enumerate() {
+        assert!((origin[axis].number() + quantum * still(axis) - expected).abs() < quantum);
+    }
+    assert!((quantum * still(25) - 0.2).abs() < quantum && still(26) == 0.0, "radii of a cone");
+    let eye: Vec<_> = page["eye"].list().iter().map(Json::number).collect();
+    assert!((eye[0] - 30f64.to_radians()).abs() < 1e-12 && (eye[1] - 90f64.to_radians()).abs() < 1e-12);
+
+    for [azimuth, elevation] in [[f64::NAN, 0.0], [0.0, 90.1], [0.0, f64::NAN]] {
+        let error = Animation::new().add(&ball, "").seen_from(azimuth, elevation).to_html().unwrap_err();
+        assert!(error.to_string().contains("is nowhere"), "{error}");
+    }
+}
+
+/// A ball that moves through space, past things that stand.
+struct Ball;
+
+impl Film for Ball {
+    fn title(&self) -> String {
+        "Ball".into()
+    }
+    fn method(&self) -> String {
+        String::new()
+    }
+    fn summary(&self) -> String {
+        String::new()
+    }
+    fn span(&self) -> [f64; 2] {
+        [0.0, 1.0]
+    }
+    fn quantities(&self) -> Vec<(String, String)> {
+        Vec::new()
+    }
+    fn play(&self, times: &[f64], show: &mut dyn FnMut(&Drawing, &[f64])) {
+        for t in times {
+            let stands = Drawing::new().dot([2.0, 1.0]).disc([*t, 1.0, -1.0], 0.5);
+            let solids = stands.cuboid(crate::Frame::world(), crate::Vec3::ZERO, [1.0, 2.0, 3.0]);
+            show(&solids.cone([0.0; 3], [0.0, 0.0, 1.0], 0.2), &[]);
+        }
+    }
+}
