@@ -500,6 +500,11 @@ fn what_slides_along_a_jump_neither_hangs_nor_moves() {
     let reached = error.motion(&model).expect("the way up to there").end();
     assert!((stops_at..stops_at + 0.1).contains(&reached.t()), "{error}");
     assert!((reached.q()[0] - stands_at).abs() < 1e-7, "{error}");
+    // That a million steps would not do is known after a few percent of them.
+    let error = run(1e-9).run().unwrap_err();
+    assert!(error.to_string().contains("it takes more than 1000000 steps: from t = 1.5"), "{error}");
+    let counts = error.motion(&model).expect("the way up to there").counts();
+    assert!(counts.steps + counts.rejected < 40_000, "{counts:?}");
 }
 
 /// A bead that slides forward on a rough wave without gravity. Its friction is of the size of the wire's reaction, which changes its sign with the

@@ -148,11 +148,6 @@ pub trait System<V: Vector> {
     fn hold_stages(&mut self, _on: bool, _tolerances: &Tolerances) -> bool {
         false
     }
-    /// Whether [`System::lasting`] is to be asked at every step: settling its end may make the error larger, too.
-    #[inline(always)]
-    fn carries_errors(&self) -> bool {
-        false
-    }
     /// Is asked where the error of a step is too large: what it becomes when the end `y` of the step is settled. `None`: it stays.
     #[inline(always)]
     fn lasting(&mut self, _t: f64, _y: &Phase<V>, _error: &Phase<V>) -> Result<Option<Phase<V>>, Self::Error> {

@@ -33,6 +33,7 @@ mod second;
 mod sides;
 mod simulate;
 mod singular;
+mod slide;
 mod summary;
 mod upkeep;
 mod watch;

@@ -89,7 +89,6 @@ fn drift_over_a_thousand_seconds() {
     for summary in [&projected, &embedded] {
         assert!(drift(summary).0 < 1e-12 && drift(summary).1 < 1e-12, "{summary}");
     }
-    assert!(embedded.upkept.repartitions > 1000, "{embedded}");
     assert!(drift(&augmented).0 > 1e-7, "{augmented}");
     for summary in [&gains, &tied] {
         let (position, velocity) = drift(summary);
@@ -281,10 +280,10 @@ fn the_summary_says_where_the_projection_made_the_motion() {
     assert!(fine.upkept.largest_move < 10.0 && !fine.to_string().contains("ends of steps put back"), "{fine}");
 }
 
-/// A heavy slider leads until its crank is at a dead centre, beyond which no position of the slider gives one of the crank: a fixed step that goes over it
-/// is carried on by projections, which are counted, and the conditioning that was met is told.
+/// A heavy slider cannot lead over the dead centre of its crank, beyond which no position of the slider gives one of the crank; fixed steps that go over it
+/// are as good as others, and as those that are projected.
 #[test]
-fn blocks_that_fail_within_a_step_are_told_of() {
+fn embedded_steps_go_over_dead_centres() {
     let model = SliderCrank { a: 0.1, b: 0.3, j: 0.02, rod: 1e-3, slider: 20.0, load: -40.0 };
     let (theta, rate) = (-0.5_f64, 20.0);
     let beta = (-model.a / model.b * theta.sin()).asin();
@@ -292,6 +291,7 @@ fn blocks_that_fail_within_a_step_are_told_of() {
     let x = model.a * theta.cos() + model.b * beta.cos();
     let slide = -model.a * theta.sin() * rate - model.b * beta.sin() * swing;
     let start = at_rest_or_not([theta, beta, x], [rate, swing, slide]);
+    let truth = model.simulate(start).until(0.05).tolerance(1e-13).run().unwrap().end();
     let run = |formulation, h| {
         let run = model.simulate(start).until(0.05).method(methods::Rk4).fixed_step(h).formulation(formulation);
         run.run()
@@ -302,9 +302,8 @@ fn blocks_that_fail_within_a_step_are_told_of() {
     assert!((coarse.end().q - embedded.end().q).amax() < 0.03 && coarse.counts().rejected > 0, "{}", coarse.summary());
     let projected = run(Formulation::Projected, 0.0025).unwrap();
     let summary = embedded.summary();
-    assert!(summary.upkept.block_failures > 0, "{summary}");
-    assert!(summary.to_string().contains(" where no independent coordinate can lead"), "{summary}");
-    assert!(summary.upkept.conditioning.unwrap().largest > 5.0, "{summary}");
     assert!(summary.constraints.iter().all(|row| row.residual < 1e-12 && row.velocity_residual < 1e-12), "{summary}");
-    assert!((embedded.end().q - projected.end().q).amax() < 0.03, "{:?} {:?}", embedded.end(), projected.end());
+    let errors = [&embedded, &projected].map(|motion| (motion.end().q - truth.q).amax());
+    println!("{errors:?} {}", (coarse.end().q - truth.q).amax());
+    assert!(errors[0] < 0.03 && errors[0] < 3.0 * errors[1], "{errors:?}");
 }

@@ -15,4 +15,5 @@ mod governor;
 mod pendulum;
 mod skates;
 mod support;
+mod trammel;
 mod windows;

@@ -141,6 +141,7 @@ pub struct Stepper<V, S> {
     suspicion: (u32, u32),
     stiff_at: Option<f64>,
     slides_at: Option<f64>,
+    slides: u64,
     /// For so many attempts stages are not settled because of a large error: it did not help.
     fruitless: u32,
     landing: Landing,
@@ -181,6 +182,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             suspicion: (0, 0),
             stiff_at: None,
             slides_at: None,
+            slides: 0,
             fruitless: 0,
             landing: Landing::default(),
             passing: Passing::default(),
@@ -243,6 +245,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     #[must_use]
     pub fn slides_at(&self) -> Option<f64> {
         self.slides_at
+    }
+
+    /// How often it was found to. For 32 steps after each time it is not looked for.
+    #[must_use]
+    pub fn slides(&self) -> u64 {
+        self.slides
     }
 
     /// How many fixed steps were made in parts, to go round positions where what holds the system nearly loses a direction, and when the first.
@@ -490,11 +498,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 (plain, kept.stages) = (error, true);
                 continue;
             }
-            if (error > 1.0 || system.carries_errors()) && !self.is_fixed() {
-                let share = self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
-                kept.between = error > 1.0 && !system.carries_errors();
-                // An error that is permitted as it is does not buy longer steps.
-                error *= if error > 1.0 { share } else { share.max(1.0) };
+            // An error that is permitted as it is does not buy longer steps.
+            if error > 1.0 && !self.is_fixed() {
+                error *= self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
+                kept.between = true;
             }
             let tolerances = &self.options.tolerances;
             let mut apart = self.apart(system, error, &y);
@@ -541,7 +548,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Self::is_explicit() && system.hold_stages(true, tolerances)
     }
 
-    /// What settling the end of a step removes is no error of it, what it adds is: the share of the error that lasts. Near a singular position,
+    /// What settling the end of a step removes is no error of it: the share of the error that lasts. Near a singular position,
     /// rounding errors of the direction that the constraints lose would else be taken for errors of the method, which no step size makes
     /// smaller.
     #[cold]
@@ -553,8 +560,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let tolerances = &self.options.tolerances;
         let size = |error| tolerances.norm(error, &self.now.y, y);
         let (part, whole) = (size(&lasting), size(&error));
-        let counts = part < whole || (system.carries_errors() && part.is_finite());
-        Ok(if whole > 0.0 && counts { part / whole } else { 1.0 })
+        Ok(if part < whole { part / whole } else { 1.0 })
     }
 
     #[inline(always)]

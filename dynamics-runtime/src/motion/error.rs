@@ -65,7 +65,7 @@ pub enum SimulationErrorKind {
         /// The coordinate that would have been moved most.
         coordinate: &'static str,
     },
-    /// More steps, rejected ones included, than `.max_steps(..)` permits.
+    /// More steps, rejected ones included, than `.max_steps(..)` permits; or, where the motion slides, it would take twice as many as are left.
     TooManySteps {
         /// The limit.
         limit: u64,

@@ -267,15 +267,13 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn attempting(&mut self, start: &mut Knot<M::Vector>, h: f64) -> Result<(), EvaluationError> {
-        if M::ROWS.is_empty() || !self.upkeep.prepares() {
+        if M::ROWS.is_empty() || !self.upkeep.is_tied() {
             return Ok(());
         }
         let state = self.state(start.t, &start.y.q, &start.y.u);
         self.upkeep.prepare(self.model, &state, h).map_err(EvaluationError::Solve)?;
         // What the step before took back is none of this one's.
-        if self.upkeep.is_tied() {
-            start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
-        }
+        start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
         Ok(())
     }
 
@@ -298,12 +296,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn hold_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
-        !M::ROWS.is_empty() && self.upkeep.hold_stages(on.then_some(tolerances))
-    }
-
-    #[inline(always)]
-    fn carries_errors(&self) -> bool {
-        !M::ROWS.is_empty() && self.upkeep.embeds() && !self.upkeep.is_projected()
+        !M::ROWS.is_empty() && self.upkeep.hold_stages(on, tolerances)
     }
 
     fn lasting(
@@ -337,7 +330,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         let by = tolerances.norm(&moved, y, &settled);
         self.upkeep.moved = Some(by);
         let mut violation = by;
-        if by > FAR && self.upkeep.is_projected() {
+        if by > FAR {
             // Near a singular position a small violation takes a large move, along the direction that the constraints lose.
             violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
         }

@@ -15,6 +15,7 @@ use super::plant::{EvaluationError, Plant};
 use super::record::{Counts, EventRecord, Record};
 use super::sides::{self, Slipping, Turned};
 use super::singular;
+use super::slide::Slide;
 use super::upkeep::Drifted;
 use super::watch::{Flow, Watch};
 use crate::constrain::Involved;
@@ -109,7 +110,7 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
     let begun = if plan.resumes.is_some() { Ok(()) } else { begin_singular(plan, &mut stepper) };
     plan.plant.upkeep.under_way = true;
     let result = match begun {
-        Ok(()) => Flight { plan, stepper: &mut stepper, creep: Creep::new() }.fly(sink),
+        Ok(()) => Flight { plan, stepper: &mut stepper, creep: Creep::new(), slide: Slide::from(from.t()) }.fly(sink),
         Err(kind) => Err(Halt { kind, h: 0.0 }),
     };
     let result = result.map_err(|halt| explained(plan, stepper.now(), halt));
@@ -157,6 +158,7 @@ struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
     plan: &'f mut Plan<'r, 'm, M>,
     stepper: &'f mut Stepper<M::Vector, S>,
     creep: Creep,
+    slide: Slide,
 }
 
 impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
@@ -223,8 +225,10 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         {
             return Err(self.vanish(at));
         }
-        if made >= limit {
-            let way = [self.plan.start.t(), self.stepper.now().t];
+        let (slides, now) = (self.stepper.slides(), self.stepper.now().t);
+        let slides = slides > 0 && self.slide.outlasts((made, limit), (now, self.plan.end), slides);
+        if made >= limit || slides {
+            let way = [self.plan.start.t(), now];
             return Err(Kind::TooManySteps {
                 limit,
                 stiff_at: self.stepper.stiff_at(),

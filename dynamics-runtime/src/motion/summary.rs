@@ -353,7 +353,7 @@ impl Summary {
 
     /// What it took to keep the constraints.
     fn write_upkeep(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Upkept { general, released, dependent, dependent_at, repartitions, block_failures, .. } = self.upkept;
+        let Upkept { general, released, dependent, dependent_at, repartitions, .. } = self.upkept;
         let Upkept { settled, largest_move, .. } = self.upkept;
         // Where the general solver is the route it is no fallback.
         let (released, fallen) = if self.falls_back { (released, general - released) } else { (0, 0) };
@@ -365,14 +365,7 @@ impl Summary {
         let by_general = alloc::format!(" by the general solver ({} released)", self.released.join(", "));
         line(released, "evaluation", &by_general)?;
         line(fallen, "evaluation", " by the general solver, where a pivot of the generated code vanished")?;
-        line(repartitions, "change", " of the independent coordinates")?;
-        let lead = match self.doubts.fixed {
-            true => {
-                " where no independent coordinate can lead; with a fixed step `Formulation::Projected` is more accurate there"
-            }
-            false => " where no independent coordinate can lead",
-        };
-        line(block_failures, "projection", lead)?;
+        line(repartitions, "choice", " of other dependent coordinates, where a pivot of the generated code vanished")?;
         line(dependent, "evaluation", " with dependent constraints, where reactions are not unique")?;
         if let Some(t) = dependent_at {
             write!(f, ", first at t = {}", Rounded(t))?;

@@ -14,11 +14,11 @@ use super::pace::{Pace, Turned};
 use crate::constrain::assemble::CONSISTENT;
 use crate::constrain::held::{active_rows, holds};
 use crate::constrain::memory::max_abs;
-use crate::constrain::{self, Diagnosis, Embedding, Gradients};
+use crate::constrain::{self, Diagnosis, Gradients};
 use crate::error::{SolveError, StateError};
 use crate::integrate::{Phase, Tolerances, zip};
 use crate::math;
-use crate::model::{Constraint, Constraints, ModelState, Vector};
+use crate::model::{Constraint, Constraints, ModelState, Route, Vector};
 
 /// How often a run had to leave the straight way to keep its constraints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,15 +35,14 @@ pub struct Upkept {
     pub settled: u64,
     /// Largest size of such a move, in parts of what the tolerance permits per step.
     pub largest_move: f64,
-    /// How often the independent coordinates of the embedded formulation were chosen anew.
+    /// How often the embedded formulation chose anew which coordinates are dependent: at a state where a block of dependent ones of the generated
+    /// code had degraded, so that the general solver chose its own pivots. 0 where there is no generated code: then it always does.
     pub repartitions: u64,
-    /// How often a dead point of theirs came in the way, within a step or at its end, and a projection took over.
-    pub block_failures: u64,
     /// How often a contact without a [`rest_speed`](super::Contact::rest_speed) was hit too slowly to rebound and counted as at rest.
     pub rests: u64,
     /// The largest speed, |Φ̇|, at which one did.
     pub fastest_rest: f64,
-    /// Worst conditioning of the constraints: met by the general solver, or of the block of dependent coordinates.
+    /// Worst conditioning of the constraints that was met by the general solver.
     pub conditioning: Option<Conditioning>,
     /// Where drift turned the motion most: where constraints drift, at accepted steps.
     pub turned: Option<Turned>,
@@ -64,16 +63,6 @@ impl Upkept {
             self.largest_move = size;
         }
     }
-
-    /// How the blocks of dependent coordinates fared: their least pivot bounds the loss of digits.
-    fn note_blocks<M: Constraints>(&mut self, time: f64, blocks: &Embedding<M>) {
-        self.repartitions = blocks.renewals;
-        self.block_failures = blocks.projections;
-        let largest = 1.0 / blocks.worst;
-        if self.conditioning.is_none_or(|worst| largest > worst.largest) {
-            self.conditioning = Some(Conditioning { largest, time });
-        }
-    }
 }
 
 /// Relative difference from accelerations of least norm from which on a limit along a branch is another value: at a distance x its rounding is ε/x³.
@@ -91,7 +80,6 @@ pub(crate) struct Upkeep<M: Constraints> {
     push: M::Vector,
     pace: Pace,
     drift_limit: f64,
-    embedding: Option<Embedding<M>>,
     /// The contacts of the run, which take part in every impact where they touch.
     pub(super) contacts: Vec<Closing>,
     /// Mean of the sensitivities of the projections that ended steps so far, on a logarithmic scale. It is the same in all of a step, in every attempt to
@@ -132,7 +120,6 @@ impl<M: Constraints> Upkeep<M> {
             push: M::Vector::zeros(),
             pace: Pace::default(),
             drift_limit,
-            embedding: None,
             contacts: Vec::new(),
             usual: None,
             latest: None,
@@ -155,38 +142,18 @@ impl<M: Constraints> Upkeep<M> {
         matches!(self.formulation, None | Some(Formulation::Augmented | Formulation::Projected))
     }
 
-    /// Whether [`Upkeep::prepare`] does anything.
-    #[inline(always)]
-    pub(crate) fn prepares(&self) -> bool {
-        matches!(self.formulation, Some(Formulation::BaumgarteTied | Formulation::Embedded))
-    }
-
     /// What a formulation does where a step begins.
     pub(crate) fn prepare(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
-        if self.is_tied() {
-            return self.push_back(model, state, h);
-        }
-        if self.embedding.is_none() {
-            self.embedding = Some(Embedding::new(model, state, &mut self.workspace)?);
-        }
-        Ok(())
+        if self.is_tied() { self.push_back(model, state, h) } else { Ok(()) }
     }
 
-    /// What is left of a small change of a state once it is settled: the part that is tangent to the constraints, or what dependent coordinates
-    /// make of the independent ones.
+    /// What is left of a small change of a state once it is settled: the part that is tangent to the constraints.
     pub(crate) fn along(
         &mut self,
         model: &M,
         state: &M::State,
         change: &Phase<M::Vector>,
     ) -> Result<Phase<M::Vector>, SolveError> {
-        if let Some(embedding) = &self.embedding
-            && !self.is_projected()
-        {
-            let mut change = *change;
-            embedding.follow(model, state, (&mut change.q, &mut change.u), &mut self.workspace);
-            return Ok(change);
-        }
         let q = self.across(model, state, &change.q, M::Residual::LEN)?;
         let u = self.across(model, state, &change.u, M::Rows::LEN)?;
         Ok(zip(change, &Phase { q, u }, |change, across| change - across))
@@ -265,13 +232,6 @@ impl<M: Constraints> Upkeep<M> {
     #[inline(always)]
     pub(crate) fn settles(&self) -> bool {
         self.formulation.is_some_and(Formulation::is_exact)
-    }
-
-    /// Whether they are put there by projection: where coordinates are embedded, near positions where none can lead.
-    #[inline(always)]
-    pub(crate) fn is_projected(&self) -> bool {
-        self.formulation == Some(Formulation::Projected)
-            || self.embedding.as_ref().is_some_and(|embedding| embedding.is_weak())
     }
 
     /// λ at a state.
@@ -403,33 +363,20 @@ impl<M: Constraints> Upkeep<M> {
         }
     }
 
-    /// Computes dependent coordinates and velocities of a stage from the independent ones.
+    /// Puts a stage onto the constraints.
     pub(crate) fn restore(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
-        if let Some(tolerances) = self.held {
-            let _ = self.settle_between(model, state, &tolerances);
-            return Ok(());
+        match self.held {
+            Some(tolerances) => {
+                let _ = self.settle_between(model, state, &tolerances);
+                Ok(())
+            }
+            None => self.project(model, state).map(|_| ()),
         }
-        let workspace = &mut self.workspace;
-        let embedding = match &mut self.embedding {
-            Some(embedding) => embedding,
-            none => none.insert(Embedding::new(model, state, workspace)?),
-        };
-        embedding.restore_stage(model, state, workspace)
     }
 
     /// Puts a state onto the constraints, to rounding level. Returns by how much it may then still be wrong in its velocities: rounding errors of Φ, as
     /// the constraints amplify them.
     pub(crate) fn settle(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
-        if self.embeds() {
-            let embedding = match &mut self.embedding {
-                Some(embedding) => embedding,
-                none => none.insert(Embedding::new(model, state, &mut self.workspace)?),
-            };
-            embedding.settle(model, state, &mut self.workspace)?;
-            let sensitivity = embedding.sensitivity();
-            self.upkept.note_blocks(state.t(), embedding);
-            return Ok(self.noise(state, sensitivity));
-        }
         let sensitivity = self.project(model, state)?;
         Ok(self.noise(state, sensitivity))
     }
@@ -443,6 +390,8 @@ impl<M: Constraints> Upkeep<M> {
     fn project(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
         let positions = constrain::project_positions(model, &self.constants, state, &mut self.workspace)?;
         let velocities = constrain::project_velocities(model, &self.constants, state, &mut self.workspace)?;
+        let anew = self.embeds() && matches!(M::ROUTE, Route::Unrolled { .. });
+        self.upkept.repartitions += u64::from(anew && positions.general + velocities.general > 0);
         Ok(positions.sensitivity.max(velocities.sensitivity))
     }
 
@@ -452,10 +401,10 @@ impl<M: Constraints> Upkeep<M> {
         self.held.is_some() || self.embeds()
     }
 
-    /// Has stages put onto the constraints by projection, or no longer; whether that is possible.
-    pub(crate) fn hold_stages(&mut self, held: Option<&Tolerances>) -> bool {
+    /// Has stages put onto the constraints, as far as tolerances ask for, or no longer, unless they always are; whether that makes a difference.
+    pub(crate) fn hold_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
         let possible = self.formulation == Some(Formulation::Projected);
-        self.held = held.copied().filter(|_| possible);
+        self.held = (self.embeds() || on && possible).then_some(*tolerances);
         possible
     }
 
@@ -464,6 +413,10 @@ impl<M: Constraints> Upkeep<M> {
     pub(crate) fn settle_between(&mut self, model: &M, state: &mut M::State, tolerances: &Tolerances) -> bool {
         let mut settled = *state;
         let Ok(sensitivity) = self.project(model, &mut settled) else { return false };
+        if sensitivity == 0.0 {
+            // It is there already.
+            return true;
+        }
         let usual = *self.usual.get_or_insert(sensitivity);
         let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u().as_slice());
         let moved = settled.u().as_slice().iter().zip(state.u().as_slice()).map(|(to, from)| (to - from).abs());

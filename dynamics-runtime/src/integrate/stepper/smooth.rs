@@ -59,6 +59,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             return Ok(held);
         }
         self.slides_at.get_or_insert(self.now.t);
+        self.slides += 1;
         self.landing.slides();
         Ok(Hold::Off)
     }

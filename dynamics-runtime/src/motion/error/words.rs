@@ -37,8 +37,8 @@ impl fmt::Display for SimulationErrorKind {
             ),
             Self::TooManySteps { limit, slides_at: Some(t), .. } => write!(
                 f,
-                "more than {limit} steps; from t = {t} on the motion slides along a jump of its accelerations, which lead to it from both sides: let \
-                 what sticks there be a switched constraint, or smooth the jump"
+                "it takes more than {limit} steps: from t = {t} on the motion slides along a jump of its accelerations, which lead to it from both \
+                 sides; let what sticks there be a switched constraint, or smooth the jump"
             ),
             Self::TooManySteps { limit, gain: Some(gain), .. } => write!(
                 f,
