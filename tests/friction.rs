@@ -300,3 +300,80 @@ fn what_sticks_without_load_is_lifted_off() {
         }
     }
 }
+
+/// A parcel on belts: their speed changes in an instant, or from belt to belt.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(mass: kg, limit: N, first: m / s, then: m / s, at: s, seam: m)]
+struct Parcel {
+    mass: f64,
+    limit: f64,
+    first: f64,
+    then: f64,
+    at: f64,
+    seam: f64,
+}
+
+#[dynamics]
+impl Parcel {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[nonholonomic(switched, integrable)]
+    fn stick(&self, q: &Coordinates<Self>) -> Expr {
+        let belt = if q.t < self.at && q.x < self.seam { self.first } else { self.then };
+        q.x.dt() - belt
+    }
+    #[force]
+    fn rub(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.limit * q.slip(Self::stick))
+    }
+    #[event]
+    fn grip(&self, q: &Coordinates<Self>) -> Expr {
+        self.limit - q.reaction(Self::stick).abs()
+    }
+}
+
+/// Where the slip jumps through zero nothing is caught: friction has no impulse, and slips to the other side from there.
+#[test]
+fn a_slip_that_jumps_through_zero_turns_its_side() {
+    let end = |limit: f64, then: f64, (at, seam): (f64, f64)| {
+        let a: f64 = limit;
+        // From rest on the first belt until the instant, or the place; then toward the speed of the second, and with it.
+        let change = at.min((2.0 * seam / a).sqrt());
+        let (x, u) = (0.5 * a * change * change, a * change);
+        let slipping = (then - u).abs() / a;
+        let side = (then - u).signum();
+        let left = 5.0 - change;
+        let during = slipping.min(left);
+        let (x, v) = (x + u * during + 0.5 * side * a * during * during, u + side * a * during);
+        x + v * (left - during)
+    };
+    for (then, place) in [
+        (-1.0, (1.0, f64::MAX)),
+        (0.2, (1.0, f64::MAX)),
+        (-1.0, (1.2345, f64::MAX)),
+        (0.3, (f64::MAX, 0.4)),
+        (0.1, (f64::MAX, 0.3)),
+        (3.0, (f64::MAX, 0.4)),
+    ] {
+        let parcel = Parcel { mass: 1.0, limit: 0.4, first: 1.0, then, at: place.0, seam: place.1 };
+        let truth = end(0.4, then, place);
+        let start = parcel.state().release("stick").build().unwrap();
+        for formulation in FORMULATIONS {
+            for tolerance in [1e-4, 1e-7, 1e-10] {
+                let run = parcel.simulate(start).until(5.0).tolerance(tolerance).formulation(formulation);
+                let motion = run.stick_slip("stick", "grip").run().unwrap();
+                let error = (motion.end().x() - truth).abs();
+                assert!(
+                    error < 30.0 * tolerance,
+                    "{then} {place:?} {formulation} {tolerance:e}: {} instead of {truth}",
+                    motion.end().x()
+                );
+                let jumps = motion.events().iter().map(|e| (e.after.x_rate() - e.before.x_rate()).abs());
+                assert!(jumps.fold(0.0, f64::max) < 1e-3, "{then} {place:?} {formulation} {tolerance:e}");
+            }
+        }
+    }
+}

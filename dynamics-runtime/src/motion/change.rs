@@ -7,6 +7,8 @@ use alloc::vec::Vec;
 use super::error::suggest;
 use super::simulate::Simulate;
 use super::upkeep::{PlaceError, Upkeep};
+use crate::constrain::assemble::CONSISTENT;
+use crate::constrain::memory::max_abs;
 use crate::error::{SolveError, StateError};
 use crate::model::{Constraint, ConstraintKind, ModelState, Vector};
 
@@ -27,6 +29,9 @@ pub struct Impact {
 
 /// Friction that changes accelerations by no more than this part of 1 + |q̈| decides nothing at the instant at which its contact lifts off.
 const NEGLIGIBLE: f64 = 1e-9;
+
+/// The time before and after an instant, in parts of 1 + |t|, between which what changes has jumped.
+const BESIDE: f64 = 1e-9;
 
 /// How a constraint is struck.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -229,6 +234,24 @@ impl<'c, M: Simulate> Change<'c, M> {
             let is_back = rates[constraint.first] > 0.0 && change.upkeep.rests_unseen(index, &rates);
             change.strike(constraint, if is_back { Blow::Hold } else { Blow::Contact })
         });
+    }
+
+    /// Whether what a released constraint of one row slips on jumps here, and its slip with it from this side to the other: nothing has come to rest there.
+    pub(super) fn leaps_from(&mut self, constraint: &'static Constraint, side: f64) -> bool {
+        let (t, u, inputs) = (self.state.t(), *self.state.u(), *self.state.inputs());
+        let modes = self.state.modes();
+        let mut slip = |by: f64| {
+            let mut q = *self.state.q();
+            (0..M::Vector::LEN).for_each(|i| q[i] += by * u[i]);
+            // As a new one it holds no branches.
+            let mut beside = M::State::new(t + by, q, u, inputs);
+            *beside.modes_mut() = modes;
+            self.upkeep.slip(self.model, &beside, constraint)
+        };
+        let beside = BESIDE * (1.0 + t.abs());
+        let (before, after) = (slip(-beside), slip(beside));
+        let least = CONSISTENT * (1.0 + max_abs(u.as_slice()));
+        (after - before).abs() > least && -side * after > least
     }
 
     /// Lets a constraint hold whose slip has just fallen to zero: nothing jumps but for rounding, and that is no impact.

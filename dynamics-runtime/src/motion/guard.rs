@@ -215,6 +215,8 @@ impl Guard {
                 change.release(name);
             }
             Law::Contact(_) if self.grazes_at(change.state().t()) => change.catch(name),
+            // Friction takes no impulse: it goes on slipping.
+            Law::Stick { .. } if change.leaps_from(self.constraint, self.side) => change.release_to(name, -self.side),
             Law::Stick { .. } if jumped => change.engage(name),
             Law::Stick { .. } => change.catch(name),
             Law::Contact(_) => {

@@ -557,9 +557,14 @@ impl<M: Constraints> Upkeep<M> {
 
     /// The side to which a released nonholonomic constraint of one row slips; `None` where it slips no faster than a start may miss it.
     pub(crate) fn slip_side(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> Option<f64> {
+        let slip = self.slip(model, state, constraint);
+        (slip.abs() > CONSISTENT * (1.0 + max_abs(state.u().as_slice()))).then_some(slip.signum())
+    }
+
+    /// The slip of a nonholonomic constraint of one row, as the velocity that misses it.
+    pub(crate) fn slip(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> f64 {
         let slip = model.velocity_residual(state)[constraint.first];
-        let distance = Distances::of(model, state, &mut self.workspace).along(constraint.first, slip);
-        (distance > CONSISTENT * (1.0 + max_abs(state.u().as_slice()))).then_some(slip.signum())
+        Distances::of(model, state, &mut self.workspace).along(constraint.first, slip).copysign(slip)
     }
 
     /// The row of a holonomic constraint that is missed most, if it is missed.

@@ -29,6 +29,7 @@ use super::leave::{Leave, leave};
 use super::simulate::Simulate;
 
 use super::zeno::Zeno;
+use crate::constrain::assemble::CONSISTENT;
 use crate::constrain::memory::max_abs;
 use crate::integrate::{Crossing, Direction, Knot, Scan, ScanError, Step, place};
 use crate::model::{ModelState, Vector};
@@ -481,8 +482,10 @@ impl<'m, M: Simulate> Watch<'m, M> {
         if value < 0.0 && !holds {
             self.functions.check_open(index, after)?;
         }
-        let at_zero = !holds && (fired || value <= 0.0 || value.abs() <= 1e-13 * self.sizes[index]);
         let guard = &self.functions.guards[index - self.functions.first_guard()];
+        // What slips to the other side since a jump is not about zero.
+        let leapt = !guard.is_contact() && value > CONSISTENT * self.sizes[index];
+        let at_zero = !holds && (fired && !leapt || value <= 0.0 || value.abs() <= 1e-13 * self.sizes[index]);
         // About zero, whatever rounding makes of it.
         Ok(if holds && guard.grazes_at(after.t()) {
             Standing::Sign(-1.0)
