@@ -22,6 +22,7 @@ mod halves;
 mod kept;
 mod kinks;
 mod leave;
+mod missed;
 mod pace;
 mod plant;
 mod positions;

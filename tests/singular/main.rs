@@ -10,6 +10,7 @@ mod change_points;
 mod fixed_steps;
 mod hit_to_rounding;
 mod lock_ups;
+mod missed;
 mod passing;
 mod starts;
 mod summaries;

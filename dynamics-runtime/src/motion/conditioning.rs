@@ -4,13 +4,16 @@ use alloc::vec::Vec;
 
 use nalgebra::DMatrix;
 
+use super::missed::missed_by;
 use super::query::Motion;
 use super::simulate::Simulate;
 use crate::constrain::gradients::mass;
+use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::{Weakness, weakness};
 use crate::constrain::{Involved, with_workspace};
+use crate::integrate::Tolerances;
 use crate::math;
-use crate::model::{Constraints, ModelState};
+use crate::model::{Constraints, ModelState, Vector};
 
 /// The worst conditioning of the mass matrix that a motion met.
 ///
@@ -34,6 +37,8 @@ const PARTS: usize = 4;
 const SINGULAR: f64 = 1e4;
 /// Bisections of the golden section.
 const SECTIONS: usize = 40;
+/// Permitted errors by which constraints may miss a singular position before a motion turns round there for sure.
+const MISSED: f64 = 100.0;
 
 /// Where a motion has been nearest to a singular position of its constraints, or in one.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +53,9 @@ pub struct Nearest {
     pub coordinates: Involved,
     /// How many singular positions the motion has passed: places where the conditioning is above 10⁴ between states where it is not.
     pub passed: usize,
+    /// The first of them that is none: by how much the constraints miss it, in lengths of coordinates, no more than a hundred permitted errors, and when. Branches that cross in the
+    /// one avoid each other in the other, and whether the motion goes on or turns round there its steps do not tell.
+    pub missed: Option<(f64, f64)>,
 }
 
 impl<M: Simulate> Motion<'_, M> {
@@ -66,7 +74,7 @@ impl<M: Simulate> Motion<'_, M> {
             conditions.extend(times.map(|t| (t, weakness(self.model(), &sampler.at(t)).condition)));
         }
         let mut worst = conditions.iter().copied().fold((self.start_time(), 0.0), |a, b| if b.1 > a.1 { b } else { a });
-        let mut passed = 0;
+        let (mut passed, mut missed) = (0, None);
         for i in 1..conditions.len().saturating_sub(1) {
             let [before, here, after] = [conditions[i - 1], conditions[i], conditions[i + 1]];
             // A peak, and no place where nothing happens.
@@ -76,11 +84,21 @@ impl<M: Simulate> Motion<'_, M> {
             let mut value = |t: f64| weakness(self.model(), &sampler.at(t)).condition;
             let top = golden(before.0, after.0, &mut value);
             let top = if top.1 >= here.1 { top } else { here };
-            passed += usize::from(top.1 > SINGULAR);
+            if top.1 > SINGULAR {
+                passed += 1;
+                missed = missed.or_else(|| self.misses(&sampler.at(top.0)));
+            }
             worst = if top.1 > worst.1 { top } else { worst };
         }
         let Weakness { condition, rows, coordinates } = weakness(self.model(), &sampler.at(worst.0));
-        Some(Nearest { condition, time: worst.0, rows, coordinates, passed })
+        Some(Nearest { condition, time: worst.0, rows, coordinates, passed, missed })
+    }
+
+    /// By how much the constraints miss the singular position beside a state, and when, if the tolerance does not tell it from one.
+    fn misses(&self, state: &M::State) -> Option<(f64, f64)> {
+        let Tolerances { absolute, relative } = self.trajectory.tolerances;
+        let permitted = absolute + relative * max_abs(state.q().as_slice());
+        missed_by(self.model(), state).filter(|by| *by <= MISSED * permitted).map(|by| (by, state.t()))
     }
 
     pub(super) fn conditioning(&self) -> Conditioning {

@@ -305,6 +305,14 @@ impl Summary {
                 Rounded(time)
             )?;
         }
+        if let Some((by, time)) = self.nearest.as_ref().and_then(|nearest| nearest.missed) {
+            write!(
+                f,
+                "\n  warning      the constraints miss the singular position at t = {} by {by:.1e}: whether a motion goes on or turns round there is not told at this tolerance; give one \
+                 well below that",
+                Rounded(time)
+            )?;
+        }
         self.doubts.write(f, self.error.is_some())?;
         Ok(())
     }
@@ -389,7 +397,7 @@ impl Summary {
 
     /// How near the motion came to a position where constraints lose rank.
     fn write_nearest(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(Nearest { condition, time, rows, coordinates, passed }) = &self.nearest
+        if let Some(Nearest { condition, time, rows, coordinates, passed, .. }) = &self.nearest
             && *condition > 1e3
         {
             match passed {

@@ -1,0 +1,128 @@
+//! Whether a singular position that was passed is one: whether the constraints hold in it.
+//!
+//! A mechanism whose links nearly come in line turns round there, a hair's breadth from one that passes, and steps cannot tell them apart where what lies between is less than
+//! their errors. Beside such a place, with w the left singular vector of the smallest singular value of (Φ_q, Φ_t) and W the others, the unfolded position is where
+//!
+//! ```text
+//! WᵀΦ(q, t) = 0        and        wᵀ(Φ_q, Φ_t) = 0
+//! ```
+//!
+//! the latter along all directions that W leaves open: a critical point of wᵀΦ, which Newton's method finds. There β = wᵀΦ is 0 where branches cross; else that is by how much the
+//! constraints miss it, and the branches avoid each other. Source: W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, SIAM 2000, ch. 4.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::constrain::assemble::at_time;
+use crate::constrain::held::active_rows;
+use crate::constrain::{Gradients, with_workspace};
+use crate::math;
+use crate::model::{Constraints, ModelState, Vector};
+
+/// Most Newton steps.
+const MOST: u32 = 20;
+/// A position further away, in parts of 1 + |q|, is another one.
+const NEAR: f64 = 0.03;
+/// Step of differences of (Φ_q, Φ_t).
+const BESIDE: f64 = 1e-5;
+/// Singular values of Newton's matrix below this part of the largest leave directions open, in which positions of this kind form a family.
+const OPEN: f64 = 1e-7;
+/// Φ of a position in which branches cross, in parts of 1 + |q|: rounding.
+const ROUNDING: f64 = 1e-13;
+
+/// |β| beside a state, over the length of the constraints' gradients; `None` where it is rounding, or nothing of the kind is found: constraints that repeat others, bind velocities or
+/// are switched are not looked at.
+pub(super) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f64> {
+    let plain = M::Residual::LEN == M::Rows::LEN && active_rows::<M>(state.modes(), false).count() == M::ROWS.len();
+    if !plain || M::CONSTRAINTS.iter().any(|constraint| constraint.redundant) || M::Rows::LEN > M::Vector::LEN {
+        return None;
+    }
+    let beside = Beside::new(model, state);
+    let start = beside.place(state);
+    let size = 1.0 + start.amax();
+    let mut z = start.clone();
+    for _ in 0..MOST {
+        let (matrix, right, _) = beside.equations(&z)?;
+        let step = matrix.svd(true, true).solve(&right, OPEN).ok()?;
+        z -= &step;
+        if (&z - &start).amax() > NEAR * size {
+            return None;
+        }
+        if step.amax() <= 1e-11 * size {
+            let beta = beside.equations(&z)?.2;
+            return (beta > ROUNDING * size).then_some(beta);
+        }
+    }
+    None
+}
+
+/// The constraints near a state, rows in parts of the length of their gradient there.
+struct Beside<'m, M: Constraints> {
+    model: &'m M,
+    state: M::State,
+    lengths: DVector<f64>,
+}
+
+impl<'m, M: Constraints> Beside<'m, M> {
+    fn new(model: &'m M, state: &M::State) -> Self {
+        let lengths = with_workspace::<M, _>(|workspace| {
+            let gradients = Gradients::of(model, state, workspace);
+            let norm = |row: usize| math::sqrt(gradients.row(row).iter().map(|x| x * x).sum());
+            DVector::from_fn(M::Rows::LEN, |row, _| math::max(norm(row), gradients.usual[row]))
+        });
+        Self { model, state: *state, lengths }
+    }
+
+    /// (q, t).
+    fn place(&self, state: &M::State) -> DVector<f64> {
+        let n = M::Vector::LEN;
+        DVector::from_fn(n + 1, |i, _| if i < n { state.q()[i] } else { state.t() })
+    }
+
+    fn state(&self, z: &DVector<f64>) -> M::State {
+        let n = M::Vector::LEN;
+        let mut state = at_time(&self.state, z[n]);
+        state.q_mut().as_mut_slice().copy_from_slice(&z.as_slice()[..n]);
+        state.u_mut().as_mut_slice().fill(0.0);
+        state
+    }
+
+    /// (Φ_q, Φ_t).
+    fn jacobian(&self, z: &DVector<f64>) -> DMatrix<f64> {
+        let (n, state) = (M::Vector::LEN, self.state(z));
+        // At rest Φ̇ is Φ_t.
+        let by_time = self.model.velocity_residual(&state);
+        with_workspace::<M, _>(|workspace| {
+            let gradients = Gradients::of(self.model, &state, workspace);
+            let of = |row: usize, j: usize| if j < n { gradients.row(row)[j] } else { by_time[row] };
+            DMatrix::from_fn(M::Rows::LEN, n + 1, |row, j| of(row, j) / self.lengths[row])
+        })
+    }
+
+    /// Newton's matrix and right side at (q, t), and |β| there.
+    fn equations(&self, z: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
+        let (r, unknowns) = (M::Rows::LEN, M::Vector::LEN + 1);
+        let jacobian = self.jacobian(z);
+        let residual = self.model.residual(&self.state(z));
+        let residual = DVector::from_fn(r, |row, _| residual[row] / self.lengths[row]);
+        if !jacobian.iter().chain(residual.iter()).all(|x| x.is_finite()) {
+            return None;
+        }
+        // With rows of zeros, so that all right singular vectors are there.
+        let svd = jacobian.clone().resize_vertically(unknowns, 0.0).svd(true, true);
+        let (left, right) = (svd.u?, svd.v_t?);
+        let w = left.column(r - 1).rows(0, r).into_owned();
+        let (mut matrix, mut values) = (DMatrix::zeros(unknowns, unknowns), DVector::zeros(unknowns));
+        for k in 0..r - 1 {
+            let strong = left.column(k).rows(0, r).into_owned();
+            matrix.row_mut(k).copy_from(&(strong.transpose() * &jacobian));
+            values[k] = strong.dot(&residual);
+        }
+        for k in r - 1..unknowns {
+            let along = right.row(k).transpose();
+            let slope = |sign: f64| w.transpose() * self.jacobian(&(z + &along * (sign * BESIDE)));
+            matrix.row_mut(k).copy_from(&((slope(1.0) - slope(-1.0)) / (2.0 * BESIDE)));
+            values[k] = (w.transpose() * &jacobian * along)[0];
+        }
+        Some((matrix, values, w.dot(&residual).abs()))
+    }
+}
