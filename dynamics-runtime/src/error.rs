@@ -197,7 +197,7 @@ impl fmt::Display for SolveError {
             Self::NotExpandable { rows } => write!(
                 f,
                 "the motion has no Taylor series here: {rows} depend on each other, and what each of them carries is not decided; choose \
-                 another method"
+                 another method, as methods::Dop853"
             ),
             Self::ConstraintNotFinite { row } => write!(f, "constraint `{row}` is not finite here"),
         }

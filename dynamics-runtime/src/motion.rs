@@ -48,7 +48,7 @@ pub use doubts::{BelowRounding, Doubts};
 pub use drift::ConstraintDrift;
 pub(crate) use driver::AnyDriver;
 pub(crate) use error::suggest;
-pub use error::{Jumping, MotionError, OptionError, SimulationError, SimulationErrorKind};
+pub use error::{Jumping, Met, MotionError, OptionError, Over, SimulationError, SimulationErrorKind};
 pub use estimate::{GlobalError, Largest, Shift};
 pub use formulation::Formulation;
 pub use guard::Contact;

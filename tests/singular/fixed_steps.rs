@@ -9,14 +9,18 @@ use super::change_points::{FourBar, Neutral, turned};
 const END: f64 = 20.0;
 
 /// A neutral four-bar on one of its branches, with its motion by the crank alone.
-struct Scene {
-    model: FourBar,
-    start: State<FourBar>,
-    crank: f64,
-    rocker: f64,
+pub(super) struct Scene {
+    pub(super) model: FourBar,
+    pub(super) start: State<FourBar>,
+    pub(super) crank: f64,
+    pub(super) rocker: f64,
 }
 
-fn scene(weight: f64, side: f64, (angle, rate): (f64, f64)) -> Scene {
+fn scene(weight: f64, side: f64, at: (f64, f64)) -> Scene {
+    scene_until(END, weight, side, at)
+}
+
+pub(super) fn scene_until(end: f64, weight: f64, side: f64, (angle, rate): (f64, f64)) -> Scene {
     let (a, b, c, d, inertia) = (0.3, 0.9, 0.5, 0.7, [1.0, 0.3, 1.4]);
     let branch = Neutral { inertia, a, b, c, d, weight, side };
     let place = |state: &State<Neutral>| {
@@ -24,7 +28,7 @@ fn scene(weight: f64, side: f64, (angle, rate): (f64, f64)) -> Scene {
         [branch.coupler(&q).value(), branch.rocker(&q).value()]
     };
     let alone = branch.state().crank(angle).crank_rate(rate).build().unwrap();
-    let truth = branch.simulate(alone).until(END).tolerance(1e-13).run().unwrap().end();
+    let truth = branch.simulate(alone).until(end).tolerance(1e-13).run().unwrap().end();
     let [coupler, rocker] = place(&alone);
     let model = FourBar { inertia, a, b, c, d, weight };
     let start = model.state().crank(angle).coupler_guess(coupler).rocker_guess(rocker).crank_rate(rate);

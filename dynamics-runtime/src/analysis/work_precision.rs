@@ -182,9 +182,13 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         Ok(study)
     }
 
-    /// A simulation with the options for all.
-    fn simulation(&self, end: f64, method: &Any<M>) -> Simulation<'m, M> {
+    /// A simulation with the options for all; with so many steps at most, where neither the number nor an option says otherwise.
+    fn simulation(&self, end: f64, method: &Any<M>, most_steps: Option<u64>) -> Simulation<'m, M> {
         let simulation = self.model.simulate(self.start).until(end).method(method);
+        let simulation = match most_steps {
+            Some(most) => simulation.max_steps(most),
+            None => simulation,
+        };
         match &self.options {
             Some(options) => options(simulation),
             None => simulation,

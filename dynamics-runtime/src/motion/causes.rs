@@ -3,7 +3,7 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use super::error::{Jumping, SimulationErrorKind as Kind};
+use super::error::{Jumping, Over, SimulationErrorKind as Kind};
 use super::singular;
 use crate::constrain::assemble::{self, at_time};
 use crate::constrain::gradients::mass;
@@ -13,18 +13,53 @@ use crate::constrain::weakness::weakness;
 use crate::constrain::with_workspace;
 use crate::constrain::{Gradients, Involved};
 use crate::error::SolveError;
+use crate::integrate::{Method, StepOptions, Tolerances};
 use crate::model::{Constraints, ModelState, Modes, Quantity, Vector};
 
+/// The tolerance at which DOP853 goes over change points in whatever way they are met.
+const PASSES: f64 = 1e-9;
 /// Part of the least inertia at the start below which a motion has run into a place where it has none.
 const VANISHED: f64 = 1e-5;
 /// Conditioning of constraints from which on it, and not the inertia of what they leave, is looked at.
 const WEAK: f64 = 1e5;
 
+/// How a motion was made, for what is said where it cannot go on: would another way have gone on?
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    method: Method,
+    tightest: f64,
+    fixed: bool,
+}
+
+impl Way {
+    pub(super) fn of(method: Method, options: &StepOptions) -> Self {
+        let Tolerances { absolute, relative } = options.tolerances;
+        let tightest = if relative > 0.0 { absolute.min(relative) } else { absolute };
+        Self { method, tightest, fixed: options.fixed.is_some() }
+    }
+
+    /// How change points are gone over where this way did not: in long steps of an explicit method whose stages lie anywhere, as a tolerance that rounding does not
+    /// count against permits them. `None` where that is what was done.
+    pub(super) fn over(self) -> Option<Over> {
+        let explicit = matches!(self.method, Method::Dop853);
+        let tight = self.tightest < PASSES;
+        let tolerance = (tight || self.fixed).then_some(PASSES);
+        let method = (!explicit).then_some(Method::Dop853);
+        (tolerance.is_some() || method.is_some()).then_some(Over { method, tolerance })
+    }
+}
+
 /// A failure with the cause that the state at which it happened shows.
 ///
 /// `h`: the step that was tried or, where constraints have drifted, made last.
-pub(super) fn explain<M: Constraints>(model: &M, start: &M::State, state: &M::State, kind: Kind, h: f64) -> Kind {
-    let creeps = matches!(kind, Kind::TooManySteps { .. });
+pub(super) fn explain<M: Constraints>(
+    model: &M,
+    start: &M::State,
+    state: &M::State,
+    (kind, h): (Kind, f64),
+    way: Way,
+) -> Kind {
+    let creeps = matches!(kind, Kind::TooManySteps { .. } | Kind::StepsVanish { .. });
     if !(creeps || collapses(&kind)) {
         return kind;
     }
@@ -45,7 +80,7 @@ pub(super) fn explain<M: Constraints>(model: &M, start: &M::State, state: &M::St
     {
         return Kind::InertiaVanishes { coordinates, share, cause: Box::new(kind) };
     }
-    idle(model, state, singular::explain(model, start, state, kind))
+    idle(model, state, singular::explain(model, start, state, (kind, h), way))
 }
 
 /// A singular mass matrix with all coordinates that have no inertia at all, and the parameters that may be why; as it is where that says no more.

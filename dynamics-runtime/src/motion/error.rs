@@ -14,6 +14,7 @@ use super::change::ChangeError;
 use super::record::Trajectory;
 use crate::constrain::Involved;
 use crate::error::{SingularMassMatrix, SolveError, StateError, parameter_not_finite};
+use crate::integrate::Method;
 use crate::model::{ConstraintKind, Dynamics, Model, ModelState};
 
 /// A simulation that stopped before its end. What was computed up to there is still in hand: [`SimulationError::motion`].
@@ -141,8 +142,8 @@ pub enum SimulationErrorKind {
         coordinates: Involved,
         /// Largest over smallest singular value of Φ_q at the last state.
         condition: f64,
-        /// What the method met.
-        cause: Box<SimulationErrorKind>,
+        /// What the method met, and what would pass it.
+        met: Box<Met>,
     },
     /// The motion has run into a place where the mass matrix is singular, or loses its sign, on the motions that constraints leave: what has no inertia
     /// moves without bounds.
@@ -218,6 +219,24 @@ pub enum SimulationErrorKind {
         /// The coordinate, velocity or input; `t` where time was moved.
         name: &'static str,
     },
+}
+
+/// What a method met at a singular position.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Met {
+    /// Why it did not go on.
+    pub kind: SimulationErrorKind,
+    /// By what the position is passed, if the mechanism can move on there; `None` where that is what was run.
+    pub over: Option<Over>,
+}
+
+/// What passes singular positions at which a mechanism can move on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Over {
+    /// Another method.
+    pub method: Option<Method>,
+    /// A tolerance that is looser than what was asked for, or one instead of a fixed step.
+    pub tolerance: Option<f64>,
 }
 
 /// What a constraint asks to jump.

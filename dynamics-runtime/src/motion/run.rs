@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use super::causes::{self, Corner};
+use super::causes::{self, Corner, Way};
 use super::change::Change;
 use super::creep::Creep;
 use super::error::SimulationErrorKind as Kind;
@@ -25,7 +25,7 @@ use crate::integrate::{
 };
 use crate::math;
 use crate::model::{Dynamics, Model, ModelState, Vector};
-use crate::motion::Simulate;
+use crate::motion::{Method, Simulate};
 
 /// Conditioning of constraints from which on a singular position is near.
 const WEAK: f64 = 5.0;
@@ -103,8 +103,7 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
         Err(error) => {
             sink.stand(Record::unmoved(from));
             let counts = Counts { evaluations: plan.plant.evaluations, ..Counts::default() };
-            let kind = causes::explain(plan.plant.model, &plan.start, &from, halt::<M>(error).kind, 0.0);
-            return (counts, Err(Halt { kind, h: 0.0 }));
+            return (counts, Err(explained(plan, &from, Halt { h: 0.0, ..halt::<M>(error) }, S::METHOD)));
         }
     };
     let begun = if plan.resumes.is_some() { Ok(()) } else { begin_singular(plan, &mut stepper) };
@@ -113,7 +112,8 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
         Ok(()) => Flight { plan, stepper: &mut stepper, creep: Creep::new(), slide: Slide::from(from.t()) }.fly(sink),
         Err(kind) => Err(Halt { kind, h: 0.0 }),
     };
-    let result = result.map_err(|halt| explained(plan, stepper.now(), halt));
+    let now = |plan: &Plan<'_, '_, M>, Knot { t, y, .. }: &Knot<M::Vector>| plan.plant.state(*t, &y.q, &y.u);
+    let result = result.map_err(|halt| explained(plan, &now(plan, stepper.now()), halt, S::METHOD));
     let counts = Counts {
         steps: stepper.accepted(),
         rejected: stepper.rejected(),
@@ -149,9 +149,9 @@ fn begin_singular<'m, M: Simulate, S: Scheme<M::Vector>>(
 }
 
 /// A failure with what it comes from, where that shows.
-fn explained<M: Simulate>(plan: &Plan<'_, '_, M>, now: &Knot<M::Vector>, Halt { kind, h }: Halt) -> Halt {
-    let state = plan.plant.state(now.t, &now.y.q, &now.y.u);
-    Halt { kind: causes::explain(plan.plant.model, &plan.start, &state, kind, h), h }
+fn explained<M: Simulate>(plan: &Plan<'_, '_, M>, at: &M::State, Halt { kind, h }: Halt, method: Method) -> Halt {
+    let way = Way::of(method, &plan.options);
+    Halt { kind: causes::explain(plan.plant.model, &plan.start, at, (kind, h), way), h }
 }
 
 struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
@@ -168,7 +168,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             self.begin(sink)?;
         }
         while self.stepper.now().t != self.plan.end {
-            self.check().map_err(at)?;
+            self.check().map_err(|kind| Halt { kind, h: self.stepper.proposed_step() })?;
             let step = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)?;
             if let Err(kind) = self.check_drift(&step) {
                 match self.drifted_off(sink, &step, kind)? {

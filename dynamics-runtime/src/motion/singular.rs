@@ -9,7 +9,8 @@
 
 use alloc::boxed::Box;
 
-use super::error::SimulationErrorKind as Kind;
+use super::causes::Way;
+use super::error::{Met, SimulationErrorKind as Kind};
 use crate::constrain;
 use crate::constrain::Gradients;
 use crate::constrain::assemble::{NEARBY, at_time, beside, weigh};
@@ -70,20 +71,31 @@ const USUAL: f64 = 1e3;
 /// Conditioning from which on steps without end are put down to it: where rounding errors count for more than the tolerance they come nearer and nearer.
 const CREEPS: f64 = 1e5;
 
+/// Way of a step, in parts of what is left to a singular position, below which that makes it so short: without it steps are of its size.
+const SHORT: f64 = 1e-3;
+
 /// A failure that singular constraints may cause (see [`super::causes`]), told as that: where they are much nearer to losing rank than they were at the start, or so near that
 /// nothing could be computed anywhere.
-pub(super) fn explain<M: Constraints>(model: &M, start: &M::State, state: &M::State, kind: Kind) -> Kind {
-    let creeps = matches!(kind, Kind::TooManySteps { .. });
+pub(super) fn explain<M: Constraints>(
+    model: &M,
+    start: &M::State,
+    state: &M::State,
+    (kind, h): (Kind, f64),
+    way: Way,
+) -> Kind {
+    let creeps = matches!(kind, Kind::TooManySteps { .. } | Kind::StepsVanish { .. });
     if M::ROWS.is_empty() {
         return kind;
     }
     let Weakness { condition, rows, coordinates } = weakness(model, state);
-    if creeps && condition < CREEPS {
+    // What is left to such a position is 1/κ of the size of the mechanism: steps of a part of that are short because of it.
+    let step = h.abs() * max_abs(state.u().as_slice()) / (1.0 + max_abs(state.q().as_slice()).min(TURNS));
+    if creeps && condition < CREEPS && step * condition > SHORT {
         return kind;
     }
     let usual = weakness(model, start).condition.min(USUAL);
     match condition >= SINGULAR || condition >= WORSE * usual {
-        true => Kind::SingularPosition { rows, coordinates, condition, cause: Box::new(kind) },
+        true => Kind::SingularPosition { rows, coordinates, condition, met: Box::new(Met { kind, over: way.over() }) },
         false => kind,
     }
 }

@@ -36,7 +36,7 @@ fn simulation<'m, M: Simulate>(
     setting: f64,
     end: f64,
 ) -> Simulation<'m, M> {
-    let simulation = study.simulation(end, &candidate.method);
+    let simulation = study.simulation(end, &candidate.method, None);
     let adaptive = candidate.method.is_adaptive();
     let simulation = if adaptive { simulation.tolerance(setting) } else { simulation.fixed_step(setting) };
     match &candidate.options {

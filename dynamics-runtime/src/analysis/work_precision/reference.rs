@@ -9,15 +9,19 @@ use super::error::WorkPrecisionError;
 use super::study::Errors;
 use crate::analysis::runs::{in_a_line, reaches};
 use crate::constrain;
-use crate::methods::{Any, Dop853, DormandPrince5};
+use crate::methods::{Any, Dop853, DormandPrince5, Verner9};
 use crate::model::{ModelState, Vector};
 use crate::motion::Simulate;
 
 /// Where the runs of the reference take their tolerance from, unless it is given: near rounding, but not so near that a method rejects its steps
 /// for rounding's sake.
 const TIGHT: f64 = 1e-14;
+/// Where it takes it from by and by where runs at that fail: where constraints nearly lose rank, rounding counts for more than such tolerances permit.
+const LOOSER: [f64; 4] = [1e-13, 1e-12, 1e-11, 1e-10];
 /// Most steps of a run of the reference: minutes for a small model, and it keeps none of them.
 const MOST_STEPS: u64 = 50_000_000;
+/// The same with constraints, while there are other references to be tried.
+const CONSTRAINED: u64 = 1_000_000;
 /// The part of a quantity that its uncertainty may be at most: three digits.
 const THREE_DIGITS: f64 = 1e-3;
 
@@ -25,14 +29,16 @@ const THREE_DIGITS: f64 = 1e-3;
 pub struct Reference<M: Simulate>(Kind<M>);
 
 enum Kind<M: Simulate> {
+    Chosen,
     Runs { methods: [Any<M>; 2], tolerance: f64 },
     Known { end: M::State, uncertainty: f64 },
 }
 
 impl<M: Simulate> Default for Reference<M> {
-    /// DOP853 and Dormand–Prince 5(4) at tolerance 1e-14.
+    /// DOP853 and Dormand–Prince 5(4) at tolerance 1e-14; where a run of theirs fails, as beside change points, where rounding counts, Verner 9(8) and DOP853 at the
+    /// tightest of 1e-13, 1e-12, 1e-11 and 1e-10 at which they do not.
     fn default() -> Self {
-        Self::runs(Dop853, DormandPrince5, TIGHT)
+        Self(Kind::Chosen)
     }
 }
 
@@ -54,7 +60,8 @@ impl<M: Simulate> Reference<M> {
     /// Runs what has to be run.
     pub(super) fn find(self, study: &WorkPrecision<'_, M>, end: f64) -> Result<Found, WorkPrecisionError> {
         match self.0 {
-            Kind::Runs { methods, tolerance } => by_runs(study, end, &methods, tolerance),
+            Kind::Chosen => chosen(study, end),
+            Kind::Runs { methods, tolerance } => by_runs(study, end, &methods, tolerance, MOST_STEPS),
             Kind::Known { end: state, uncertainty } => {
                 if !(uncertainty >= 0.0 && uncertainty.is_finite()) {
                     return Err(WorkPrecisionError::Uncertainty { value: uncertainty });
@@ -140,11 +147,31 @@ impl Found {
     }
 }
 
+/// The first of some references whose runs do not fail.
+fn chosen<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64) -> Result<Found, WorkPrecisionError> {
+    // Beside a change point steps may shrink to nothing.
+    let most_steps = if M::ROWS.is_empty() { MOST_STEPS } else { CONSTRAINED };
+    let found = by_runs(study, end, &[Dop853.into(), DormandPrince5.into()], TIGHT, most_steps);
+    let Err(WorkPrecisionError::ReferenceFails { method, tolerance: tight, .. }) = &found else { return found };
+    for tolerance in LOOSER {
+        match by_runs(study, end, &[Verner9.into(), Dop853.into()], tolerance, MOST_STEPS) {
+            Err(WorkPrecisionError::ReferenceFails { .. }) => {}
+            Err(error) => return Err(error),
+            Ok(found) => {
+                let how = format!("{}, as {method} fails at {tight:e}", found.how);
+                return Ok(Found { how, ..found });
+            }
+        }
+    }
+    found
+}
+
 fn by_runs<M: Simulate>(
     study: &WorkPrecision<'_, M>,
     end: f64,
     methods: &[Any<M>; 2],
     tolerance: f64,
+    most_steps: u64,
 ) -> Result<Found, WorkPrecisionError> {
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(WorkPrecisionError::Setting { what: "tolerances", value: tolerance });
@@ -152,7 +179,7 @@ fn by_runs<M: Simulate>(
     let run = |method: &Any<M>, tolerance: f64| -> Result<End, WorkPrecisionError> {
         let failed =
             |reason: String| WorkPrecisionError::ReferenceFails { method: method.to_string(), tolerance, reason };
-        let simulation = study.simulation(end, method).tolerance(tolerance).max_steps(MOST_STEPS);
+        let simulation = study.simulation(end, method, Some(most_steps)).tolerance(tolerance);
         let state = simulation.run_with(|_| {}).map_err(|error| failed(in_a_line(&error)))?;
         reaches(&state, end).map_err(&failed)?;
         Ok(End::of(study.model, &state))

@@ -4,7 +4,7 @@ use alloc::string::String;
 use core::fmt;
 
 use super::super::summary::Rounded;
-use super::{Jumping, SimulationErrorKind};
+use super::{Jumping, Over, SimulationErrorKind};
 
 impl fmt::Display for SimulationErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -23,7 +23,8 @@ impl fmt::Display for SimulationErrorKind {
             Self::StepSizeTooSmall { coordinate } => write!(
                 f,
                 "the step size collapsed, the error of `{coordinate}` stays above the tolerance: the motion has a \
-                 singularity or a jump here; loosen the tolerance, or make the jump an event"
+                 singularity or a jump here; loosen the tolerance (tighten it where it is above 1e-3: the motion may have been lost before), or make \
+                 the jump an event"
             ),
             Self::StepNotSolved { coordinate } => write!(
                 f,
@@ -99,12 +100,22 @@ impl fmt::Display for SimulationErrorKind {
                 "constraint `{row}` has drifted in its {what} to {residual:e}, a distance of {distance:e} where {limit:e} is the limit; choose \
                  `Formulation::Projected`, tighten the tolerance, or raise `.drift_limit(..)`"
             ),
-            Self::SingularPosition { rows, coordinates, condition, cause } => write!(
-                f,
-                "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}), so that the motion cannot be \
-                 continued; change dimensions or start so that it is passed at a distance, or end the motion before. The method met: {cause}",
-                rows.rank_loss()
-            ),
+            Self::SingularPosition { rows, coordinates, condition, met } => {
+                write!(
+                    f,
+                    "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}), so that the motion cannot be \
+                     continued; ",
+                    rows.rank_loss()
+                )?;
+                if let Some(over) = &met.over {
+                    write!(f, "{over}; if the mechanism cannot move on here, ")?;
+                }
+                write!(
+                    f,
+                    "change dimensions or start so that it is passed at a distance, or end the motion before. The method met: {}",
+                    met.kind
+                )
+            }
             Self::InertiaVanishes { coordinates, share, .. } => write!(
                 f,
                 "the mass matrix becomes singular on the motions that are left: nothing that moves with {coordinates} has inertia here ({share:.1e} of \
@@ -168,6 +179,24 @@ impl fmt::Display for SimulationErrorKind {
                 write!(f, "the reset at event `{event}` moved time; change coordinates, velocities or inputs only")
             }
             Self::BadReset { event, name } => write!(f, "the reset at event `{event}` left `{name}` not finite"),
+        }
+    }
+}
+
+impl fmt::Display for Over {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.method, self.tolerance) {
+            (Some(method), None) => write!(f, "use methods::{method:?}, whose steps go over such positions"),
+            (Some(method), Some(tolerance)) => {
+                write!(
+                    f,
+                    "use methods::{method:?} with a tolerance of {tolerance:e}, whose steps go over such positions"
+                )
+            }
+            (None, Some(tolerance)) => {
+                write!(f, "loosen the tolerance to {tolerance:e}, so that steps go over such positions")
+            }
+            (None, None) => Ok(()),
         }
     }
 }

@@ -1,0 +1,98 @@
+//! Where one way of running a motion gives up at a position at which the mechanism can move on, the error names another that passes it, and that does.
+
+use dynamics::methods::Any;
+use dynamics::motion::Over;
+use dynamics::prelude::*;
+
+use super::change_points::{FourBar, turned};
+use super::fixed_steps::{Scene, scene_until};
+use super::*;
+
+/// Time enough for two or three of them.
+const TIME: f64 = 4.0;
+/// Steps enough for a hundred times as many.
+const MOST: u64 = 20_000;
+
+/// The starts of the neutral four-bar, which passes change points again and again.
+fn scenes() -> impl Iterator<Item = (usize, Scene)> {
+    (0..8).map(|k| (k, scene_until(TIME, 0.0, 1.0, (0.6 + 0.03 * k as f64, 1.5 + 0.17 * (k % 7) as f64))))
+}
+
+fn off(scene: &Scene, end: &State<FourBar>) -> f64 {
+    (end.crank() - scene.crank).abs().max(turned(end.rocker(), scene.rocker))
+}
+
+/// Runs all scenes; those that are refused again, as their errors say. How many were.
+fn refused(method: impl Into<Any<FourBar>>, tolerance: f64) -> usize {
+    let method = method.into();
+    let mut refused = 0;
+    for (k, scene) in scenes() {
+        let run = || scene.model.simulate(scene.start).until(TIME).max_steps(MOST);
+        let error = match run().method(&method).tolerance(tolerance).run() {
+            Ok(motion) => {
+                assert!(off(&scene, &motion.end()) < 1e-4, "{k} {method} {tolerance:e}");
+                continue;
+            }
+            Err(error) => error,
+        };
+        refused += 1;
+        let text = error.to_string();
+        let SimulationErrorKind::SingularPosition { met, .. } = error.kind else {
+            panic!("{k} {method} {tolerance:e}: {text}")
+        };
+        let Some(Over { method: other, tolerance: looser }) = met.over else { panic!("{text}") };
+        assert!(text.contains("go over such positions; if the mechanism cannot move on here, change"), "{text}");
+        assert!(other.is_some() || looser.is_some());
+        assert_eq!(other.is_some(), text.contains("use methods::Dop853"), "{text}");
+        assert_eq!(
+            looser.is_some(),
+            text.contains("tolerance of 1e-9") || text.contains("tolerance to 1e-9"),
+            "{text}"
+        );
+        let again = run().method(methods::Dop853).tolerance(looser.unwrap_or(tolerance)).run();
+        let end = again.unwrap_or_else(|error| panic!("{k} {method} {tolerance:e}: {error}")).end();
+        assert!(off(&scene, &end) < 1e-4, "{k} {method} {tolerance:e}: {:e}", off(&scene, &end));
+    }
+    refused
+}
+
+/// Rounding counts for more than the tolerance: where it does, a looser one passes.
+#[test]
+fn tolerances_that_rounding_does_not_keep_there_are_to_be_loosened() {
+    assert!(refused(methods::Dop853, 1e-13) > 0, "nothing was tested");
+}
+
+#[test]
+fn other_methods_name_the_one_that_passes() {
+    let refused = refused(methods::Radau5, 1e-9) + refused(methods::Taylor::default(), 1e-11);
+    assert!(refused > 0, "nothing was tested");
+}
+
+/// A study has a reference nevertheless, and says which.
+#[test]
+fn studies_have_the_reference_that_passes() {
+    let tight = |scene: &Scene| {
+        let run = scene
+            .model
+            .simulate(scene.start)
+            .until(TIME)
+            .method(methods::Dop853)
+            .tolerance(1e-14)
+            .max_steps(MOST)
+            .run();
+        run.is_err()
+    };
+    let (_, scene) = scenes().find(|(_, scene)| tight(scene)).expect("a start at which the default reference fails");
+    let study = scene
+        .model
+        .work_precision(scene.start)
+        .until(TIME)
+        .with(|run| run.max_steps(MOST))
+        .methods([methods::Dop853.into()])
+        .tolerances([1e-5, 1e-7]);
+    let study = study.run().unwrap();
+    let text = study.to_string();
+    assert!(text.contains("Verner 9(8)") && text.contains(" fails"), "{text}");
+    let uncertainty = study.uncertainty();
+    assert!(uncertainty.positions < 1e-5, "{uncertainty:?}");
+}
