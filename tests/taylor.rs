@@ -321,3 +321,31 @@ impl Stiff {
         0.5 * self.damping * self.length(q).dt().powi(2)
     }
 }
+
+#[test]
+fn series_begin_at_their_own_state_whatever_their_memory_holds() {
+    type Place = <DoublePendulum as Model>::Vector;
+    let constants = DP.constants().expect("masses are positive");
+    let state =
+        |theta1: f64, rate: f64| DP.state().theta1(theta1).theta2(1.0).theta1_rate(rate).build().expect("complete");
+    let series = |at: &State<DoublePendulum>, memory: &mut <DoublePendulum as Dynamics>::Series| {
+        let a = DP.accelerations_with(&constants, at).expect("regular");
+        let (mut q, mut u) = ([Place::zeros(); 21], [Place::zeros(); 21]);
+        (q[0], u[0]) = (*at.q(), *at.u());
+        assert!(DP.series(&constants, at, &a, 0.05, [&mut q, &mut u], memory));
+        (q, u)
+    };
+    let [here, there] = [state(1.5, 0.3), state(-0.4, 2.0)];
+    let fresh = series(&here, &mut Default::default());
+    assert_ne!(fresh, series(&there, &mut Default::default()));
+    // Begun here, there, and here again with what longer series left behind.
+    let mut memory = Default::default();
+    let begun = DP.begin_series(&constants, &here, &mut memory).expect("regular");
+    let a = DP.accelerations_with(&constants, &here).expect("regular");
+    assert!((begun - a).norm() <= 4.0 * f64::EPSILON * a.norm(), "{begun} and {a}");
+    assert_eq!(series(&here, &mut memory), fresh);
+    series(&there, &mut memory);
+    assert_eq!(series(&here, &mut memory), fresh);
+    DP.begin_series(&constants, &there, &mut memory).expect("regular");
+    assert_eq!(series(&here, &mut memory), fresh);
+}

@@ -221,6 +221,11 @@ pub trait System<V: Vector> {
     fn energy(&mut self, _t: f64, _y: &Phase<V>) -> Option<f64> {
         None
     }
+    /// q̈ where the next step starts as a rule: what its series starts with may be found along with it.
+    #[inline(always)]
+    fn accelerations_ahead(&mut self, t: f64, y: &Phase<V>) -> Result<V, Self::Error> {
+        self.accelerations(t, &y.q, &y.u)
+    }
     /// Taylor coefficients of the motion through y at t, with q̈ = `a` there: x(t + s·scale) = Σ xₖ sᵏ. The first rows of `q` and `u` are those of y; the
     /// others are written, as many as there are. False, and nothing written, where the system has no series.
     #[inline(always)]

@@ -158,8 +158,20 @@ pub trait Dynamics: Model {
 
     /// Whether [`Dynamics::series`] expands motions, and if not, why.
     const SERIES: Expansion = Expansion::None { reason: "its equations were written by hand" };
-    /// Taylor coefficients of the motion through a state with these accelerations, inputs and modes held: x(t + s·scale) = Σ xₖ sᵏ. Row k of `q` and
-    /// `u` gets the coefficients k; as many orders as there are rows, at most [`crate::series::MOST_ORDER`]. Called only where
+    /// What series are made in, `()` where there are none: of one model and its constants.
+    type Series: Default;
+    /// q̈ at a state, as [`Dynamics::accelerations_with`] has it, and in `memory` whatever else a series through this state starts with.
+    #[inline]
+    fn begin_series(
+        &self,
+        constants: &Self::Constants,
+        state: &Self::State,
+        _memory: &mut Self::Series,
+    ) -> Result<Self::Vector, SolveError> {
+        self.accelerations_with(constants, state)
+    }
+    /// Taylor coefficients of the motion through a state with these accelerations, inputs and modes held: x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and
+    /// u get the coefficients k; as many orders as there are rows, at most [`crate::series::MOST_ORDER`]. Called only where
     /// [`Dynamics::SERIES`] says that it is there. False where there is none at this state: constraints depend on each other.
     fn series(
         &self,
@@ -167,8 +179,8 @@ pub trait Dynamics: Model {
         _state: &Self::State,
         _accelerations: &Self::Vector,
         _scale: f64,
-        _q: &mut [Self::Vector],
-        _u: &mut [Self::Vector],
+        _rows: [&mut [Self::Vector]; 2],
+        _memory: &mut Self::Series,
     ) -> bool {
         false
     }

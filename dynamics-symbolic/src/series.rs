@@ -24,7 +24,7 @@ mod recurrence;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::algebra::Factors;
-use crate::calculus::{collect, rebuild};
+use crate::calculus::{collect, rebuild, substitute};
 use crate::graph::{FunctionId, Graph, Node, NodeId, Symbol};
 use crate::mechanics::{Equations, General, Solution};
 use crate::schedule::{Program, Staging, schedule};
@@ -37,6 +37,8 @@ use recurrence::{Expansion, Lane};
 pub struct Series {
     /// What the recurrences need of order 0, over the model's graph, with q̈ as symbols.
     pub start: Program,
+    /// Without constraints: q̈ (N), Dᵢ and Mᵢᵢ for every pivot of `Programs::accelerations`, then what `start` gives. Staged like the accelerations.
+    pub begin: Option<Program>,
     /// Nodes of `next`.
     ///
     /// | symbol | meaning |
@@ -86,7 +88,11 @@ pub fn expand(graph: &mut Graph, equations: &Equations) -> Result<Series, Unexpa
         return Err(Unexpandable::TooLarge(operations));
     }
     match &equations.constraints {
-        None => expand_free(graph, &equations.mass_matrix, &equations.generalized_force),
+        None => {
+            let mut series = expand_free(graph, &equations.mass_matrix, &equations.generalized_force)?;
+            series.begin = Some(begin(graph, equations, &series.start.results));
+            Ok(series)
+        }
         Some(c) => match c.solution {
             Solution::General(General::Redundant) => Err(Unexpandable::Redundant),
             Solution::General(General::Friction) => Err(Unexpandable::Friction),
@@ -95,6 +101,17 @@ pub fn expand(graph: &mut Graph, equations: &Equations) -> Result<Series, Unexpa
             }
         },
     }
+}
+
+/// [`Series::begin`].
+fn begin(graph: &mut Graph, equations: &Equations, kept: &[NodeId]) -> Program {
+    let value = |_: &mut Graph, symbol| match symbol {
+        Symbol::Acceleration(i) => Some(equations.accelerations[i as usize]),
+        _ => None,
+    };
+    let kept = substitute(graph, kept, &mut { value }).expect("nothing that is kept divides by accelerations");
+    let pivots = equations.pivots.iter().flat_map(|p| [p.pivot, p.diagonal]).collect::<Vec<_>>();
+    schedule(graph, "begin_series", &[&equations.accelerations, &pivots[..], &kept].concat(), Staging::Hoisted)
 }
 
 /// The series of solutions of M q̈ = Q; N×N and N.
@@ -163,7 +180,7 @@ fn finish(mut e: Expansion<'_>, accelerations: &[NodeId]) -> Result<Series, Unex
     let Expansion { base, order: graph, chooses, .. } = e;
     let next = schedule(&graph, "series_next", &results, Staging::Inline);
     let start = schedule(base, "series_start", &kept, Staging::Inline);
-    Ok(Series { start, graph, next, lanes, chooses, constrained: None })
+    Ok(Series { start, begin: None, graph, next, lanes, chooses, constrained: None })
 }
 
 /// What is needed of an expansion: recurrences that were set up may have become superfluous.

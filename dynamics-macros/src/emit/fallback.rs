@@ -32,6 +32,7 @@ pub(crate) fn fallback(surface: &Surface) -> TokenStream {
         const _: () = {
             impl #private::Dynamics for #model {
                 type Constants = ();
+                type Series = ();
                 #quantities
                 const CONSERVED: #names
                 fn constants(&self) -> #private::Result<(), #private::SingularMassMatrix> { #never }

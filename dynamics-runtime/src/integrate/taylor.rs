@@ -396,7 +396,7 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         let power = math::powi(s, p as i32);
         self.error = zip(&self.series.row(p), &end, |x, _| x * power);
         let mut error = tolerances.norm(&self.error, &start.y, &end);
-        self.acceleration = system.accelerations(start.t + h, &end.q, &end.u)?;
+        self.acceleration = system.accelerations_ahead(start.t + h, &end)?;
         self.stages[1] = Phase { q: end.u, u: self.acceleration };
         error = error.max(self.defect(system, (s, h), &end, &self.acceleration, tolerances));
         if system.chooses() {

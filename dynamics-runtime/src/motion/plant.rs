@@ -46,6 +46,8 @@ pub(crate) struct Plant<'r, 'm, M: Constraints> {
     pub(crate) branches: Branches,
     /// Those by which the accelerations where the stepper stands were found.
     pub(crate) known: Branches,
+    /// What series are made in, from the first one on.
+    pub(crate) memory: Option<Box<M::Series>>,
 }
 
 impl<M: Constraints> Plant<'_, '_, M> {
@@ -415,6 +417,17 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     }
 
     #[inline(always)]
+    fn accelerations_ahead(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::Vector, EvaluationError> {
+        // A held branch may not exist there: see `accelerations_of`.
+        if self.law.is_some() || !M::ROWS.is_empty() || self.branches != Branches::FREE {
+            return self.accelerations(t, &y.q, &y.u);
+        }
+        self.evaluations += 1;
+        let (state, memory) = (self.state(t, &y.q, &y.u), self.memory.get_or_insert_default());
+        self.model.begin_series(self.constants, &state, memory).map_err(EvaluationError::Solve)
+    }
+
+    #[inline(always)]
     fn series(
         &mut self,
         t: f64,
@@ -430,7 +443,8 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         }
         let state = self.state(t, &y.q, &y.u);
         (q[0], u[0]) = (y.q, y.u);
-        if self.model.series(self.constants, &self.on_branches(&state), a, scale, q, u) {
+        let (held, memory) = (self.on_branches(&state), self.memory.get_or_insert_default());
+        if self.model.series(self.constants, &held, a, scale, [q, u], memory) {
             Ok(true)
         } else {
             Err(self.not_expandable(&state))

@@ -270,6 +270,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             evaluations: 0,
             branches: Branches::FREE,
             known: Branches::FREE,
+            memory: None,
             upkeep,
         }
     }

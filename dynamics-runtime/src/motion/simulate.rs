@@ -372,6 +372,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 evaluations: 0,
                 branches: Branches::FREE,
                 known: Branches::FREE,
+                memory: None,
                 upkeep,
             }
         };

@@ -5,10 +5,24 @@
 
 use nalgebra::SVector;
 
-use super::{Lanes, MOST_ORDER, RECIPROCAL, WIDTH};
+use super::{Lanes, MOST_ORDER, RECIPROCAL, Rows, WIDTH};
 
 /// Left and right factors of B blocks of lanes.
 pub type Factors<const B: usize> = ([[f64; WIDTH]; B], [[f64; WIDTH]; B]);
+
+/// What series of motions with constraints are made in: factors of B blocks of lanes, of A blocks ahead, and S values that are shared.
+#[derive(Clone, Debug)]
+pub struct ConstrainedMemory<const B: usize, const A: usize, const S: usize> {
+    rows: Rows<B>,
+    ahead: Rows<A>,
+    shared: [[f64; S]; MOST_ORDER + 1],
+}
+
+impl<const B: usize, const A: usize, const S: usize> Default for ConstrainedMemory<B, A, S> {
+    fn default() -> Self {
+        Self { rows: Rows::default(), ahead: Rows::default(), shared: [[0.0; S]; MOST_ORDER + 1] }
+    }
+}
 
 /// How coefficients of one order follow from lower ones. N coordinates, R rows, the first H of them holonomic and K others; order and its reciprocal
 /// are the first of the slices.
@@ -39,8 +53,8 @@ pub fn expand_constrained<
 >(
     a: &[f64; N],
     scale: f64,
-    q: &mut [SVector<f64, N>],
-    u: &mut [SVector<f64, N>],
+    [q, u]: [&mut [SVector<f64, N>]; 2],
+    ConstrainedMemory { rows, ahead, shared }: &mut ConstrainedMemory<B, A, S>,
     mut recurrences: Recurrences<
         impl FnMut(&[f64; 2], &[[f64; WIDTH]; A]) -> [f64; H],
         impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[f64; S], &[[f64; WIDTH]; B]) -> ([f64; N], [f64; K]),
@@ -50,7 +64,7 @@ pub fn expand_constrained<
     >,
 ) {
     let order = (q.len().min(u.len()) - 1).min(MOST_ORDER);
-    let (mut lanes, mut ahead, mut shared) = (Lanes::<B>::EMPTY, Lanes::<A>::EMPTY, [[0.0; S]; MOST_ORDER + 1]);
+    let (mut lanes, mut ahead) = (Lanes::new(rows), Lanes::new(ahead));
     let time = |k: usize| if k == 1 { scale } else { 0.0 };
     // q_K from u of the order before.
     let place = |q: &mut [SVector<f64, N>], u: &[SVector<f64, N>], late: usize| {
@@ -70,15 +84,15 @@ pub fn expand_constrained<
             let k = late - 2;
             let (t, sums, of_k) = (time(k), lanes.sums(k), [k as f64, RECIPROCAL[k]]);
             let (of_q, of_u, of_shared) = (q[k].data.0[0], u[k].data.0[0], shared[k]);
-            let residue = (recurrences.residue)(&of_late, &sums_ahead.0);
-            let (motion, slip) = (recurrences.right)(t, &of_q, &of_u, &of_k, &of_shared, &sums.0);
+            let residue = (recurrences.residue)(&of_late, &sums_ahead.values());
+            let (motion, slip) = (recurrences.right)(t, &of_q, &of_u, &of_k, &of_shared, &sums.values());
             let mut right = [0.0; NR];
             right[..N].copy_from_slice(&motion);
             let per_square = -((late * (late - 1)) as f64 / (scale * scale));
             (0..H).for_each(|i| right[N + i] = per_square * residue[i]);
             right[N + H..].copy_from_slice(&slip);
             let solved = (recurrences.solve)(&right);
-            let (left, right) = (recurrences.next)(t, &of_q, &of_u, &of_k, &solved, &of_shared, &sums.0);
+            let (left, right) = (recurrences.next)(t, &of_q, &of_u, &of_k, &solved, &of_shared, &sums.values());
             lanes.store(k, left, right);
             let factor = scale * RECIPROCAL[k + 1];
             (0..N).for_each(|i| u[k + 1][i] = factor * solved[i]);
@@ -88,7 +102,7 @@ pub fn expand_constrained<
         }
         if late <= order {
             let ((left, right), of_shared) =
-                (recurrences.ahead)(time(late), &q[late].data.0[0], &of_late, &sums_ahead.0);
+                (recurrences.ahead)(time(late), &q[late].data.0[0], &of_late, &sums_ahead.values());
             ahead.store(late, left, right);
             shared[late] = of_shared;
         }
@@ -135,7 +149,7 @@ mod tests {
                 ((lanes(q[0], q[1]), lanes(q[0], q[1])), [])
             },
         };
-        expand_constrained(&a, scale, &mut q, &mut u, recurrences);
+        expand_constrained(&a, scale, [&mut q, &mut u], &mut ConstrainedMemory::default(), recurrences);
         for k in 1..=ORDER {
             let circle: f64 = (0..=k).map(|j| q[j].dot(&q[k - j])).sum();
             assert!(circle.abs() < 1e-16, "order {k}: {circle:e}");

@@ -109,6 +109,7 @@ impl<T: Mechanism<N, R>, const N: usize, const R: usize> Model for Jets<T, N, R>
 
 impl<T: Mechanism<N, R>, const N: usize, const R: usize> Dynamics for Jets<T, N, R> {
     type Constants = ();
+    type Series = ();
     const COORDINATES: &'static [Quantity] = &Self::QUANTITIES;
     const INPUTS: &'static [Quantity] = &[];
     const PARAMETERS: &'static [Quantity] = &[];

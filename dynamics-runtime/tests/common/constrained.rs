@@ -58,6 +58,7 @@ macro_rules! held {
         }
         impl Dynamics for $model {
             type Constants = ();
+            type Series = ();
             const COORDINATES: &'static [Quantity] = &names::<$n>($q);
             const INPUTS: &'static [Quantity] = &[];
             const PARAMETERS: &'static [Quantity] = &[];

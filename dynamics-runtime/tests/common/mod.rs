@@ -89,6 +89,7 @@ macro_rules! by_hand {
         }
         impl Dynamics for $model {
             type Constants = ();
+            type Series = ();
             const COORDINATES: &'static [Quantity] = &names::<$n>($q);
             const INPUTS: &'static [Quantity] = &names::<$m>($inputs);
             const PARAMETERS: &'static [Quantity] = &[];

@@ -119,7 +119,7 @@ pub(super) fn expand(
     };
     let (next, lanes) = (inline(&order, "series_next", &roots[2]), roots[2].len() / 2);
     let constrained = Some(constrained);
-    let series = Series { start, graph: order, next, lanes, chooses, constrained };
+    let series = Series { start, begin: None, graph: order, next, lanes, chooses, constrained };
     let operations = series.operations().max(series.start.cost.total());
     if operations > LIMIT { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
 }

@@ -357,6 +357,7 @@ struct Expanded<'m> {
     model: &'m Bob,
     constants: <Bob as Dynamics>::Constants,
     inputs: <Bob as Model>::Inputs,
+    memory: <Bob as Dynamics>::Series,
 }
 
 impl Expanded<'_> {
@@ -379,7 +380,7 @@ impl System<Place> for Expanded<'_> {
         q: &mut [Place],
         u: &mut [Place],
     ) -> Result<bool, SolveError> {
-        Ok(self.model.series(&self.constants, &self.state(t, &y.q, &y.u), a, scale, q, u))
+        Ok(self.model.series(&self.constants, &self.state(t, &y.q, &y.u), a, scale, [q, u], &mut self.memory))
     }
     fn settles(&self) -> bool {
         true
@@ -401,7 +402,7 @@ pub fn expand() -> Result<(), Failure> {
     let model = Bob { m: 2.0, l: 0.5, g: 9.81 };
     let start = model.state().x(0.3).y_guess(-1.0).x_rate(0.4).assemble().map_err(|_| Failure::Refused)?;
     let constants = model.constants().map_err(|_| Failure::Refused)?;
-    let mut system = Expanded { model: &model, constants, inputs: start.inputs };
+    let mut system = Expanded { model: &model, constants, inputs: start.inputs, memory: Default::default() };
     let options = StepOptions { tolerances: Tolerances::both(1e-14), fixed: None, first: None, most: f64::INFINITY };
     let phase = Phase { q: start.q, u: start.u };
     let mut stepper: Stepper<Place, Taylor<Place>> =

@@ -9,56 +9,81 @@ use quote::quote;
 use super::super::local;
 use super::super::program::{Access, Body, Printed, WIDTH};
 use super::Emission;
+use super::solves::{Solved, Staged};
 
 impl Emission<'_> {
     /// `const SERIES` and `fn series`.
-    pub(super) fn series(&self) -> TokenStream {
+    pub(super) fn series(&self, staged: &Staged) -> TokenStream {
         let private = &self.private;
         match &self.compiled.programs.series {
             Ok(series) => match &series.constrained {
-                None => self.expanding(series),
+                None => self.expanding(series, staged),
                 Some(constrained) => self.expanding_constrained(series, constrained),
             },
             Err(reason) => {
                 let reason = unexpandable(&self.compiled.model, *reason);
                 quote! {
                     const SERIES: #private::Expansion = #private::Expansion::None { reason: #reason };
+                    type Series = ();
                 }
             }
         }
     }
 
-    fn expanding(&self, series: &Series) -> TokenStream {
-        let (private, f64) = (&self.private, self.float());
+    fn expanding(&self, series: &Series, staged: &Staged) -> TokenStream {
+        let private = &self.private;
         let (chooses, n, lanes) = (series.chooses, self.degrees(), series.lanes);
-        let start = self.body(&[]).whole(&series.start);
-        let (kept, count) = (&start.results, start.results.len());
+        let count = series.start.results.len();
+        let begin = self.beginning(series, staged);
         let access = Access::of_coefficients(self.surface, &series.graph, count);
         let next = self.coefficients(&access, &series.next);
         let (coefficients, factors) = next.results.split_at(n);
         let (left, right) = factors.split_at(lanes);
         let blocks = lanes.div_ceil(WIDTH);
         let [left, right] = [left, right].map(|factors| in_blocks(factors, &quote!(0.0)));
-        let (t, q, u, w, a, z) = (local("t"), local("q"), local("u"), local("w"), local("a"), local("z"));
-        let (lambda, scale) = (local("lambda"), local("scale"));
-        let (rows_q, rows_u) = (local("rows_of_q"), local("rows_of_u"));
+        let (t, q, u, w, z, k, state) =
+            (local("t"), local("q"), local("u"), local("w"), local("z"), local("k"), local("state"));
+        let (lambda, scale, rows, memory) = (local("lambda"), local("scale"), local("rows"), local("memory"));
         let (head, given) = (self.series_head(), local("accelerations"));
-        let (before, of_start, after, of_next) =
-            (&start.functions, &start.statements, &next.functions, &next.statements);
-        let prologue = self.prologue();
+        let Printed { functions, statements, .. } = &next;
         quote! {
             const SERIES: #private::Expansion = #private::Expansion::Generated { chooses: #chooses };
+            type Series = #private::series::Memory<<Self as Model>::State, #count, #blocks>;
+            #begin
             #head {
-                #before #after
-                #prologue
-                let #a = &#given.data.0[0];
-                #of_start
-                let #z: [#f64; #count] = [#(#kept),*];
-                #private::expand::<#n, #blocks>(#a, #scale, #rows_q, #rows_u, |#t, #q, #u, #w, #lambda| {
-                    #of_next
+                #functions
+                if !#memory.begins_at(#state) && self.begin_series(#k, #state, #memory).is_err() {
+                    return false;
+                }
+                let (#z, #memory) = #memory.parts();
+                // A copy stays in registers: nothing that is written can change it.
+                let #z = *#z;
+                #private::expand::<#n, #blocks>(&#given.data.0[0], #scale, #rows, #memory, |#t, #q, #u, #w, #lambda| {
+                    #statements
                     ([#(#coefficients),*], #left, #right)
                 });
                 true
+            }
+        }
+    }
+
+    /// `fn begin_series`: accelerations, and what series need of order 0.
+    fn beginning(&self, series: &Series, staged: &Staged) -> TokenStream {
+        let Some(begin) = &series.begin else { return TokenStream::new() };
+        let (kept, private) = (begin.results.len() - series.start.results.len(), &self.private);
+        let Solved { functions, statements, check, vector, more } = self.solved(staged, begin, &begin.results[kept..]);
+        let (k, state, memory, prologue) = (local("k"), local("state"), local("memory"), self.prologue());
+        quote! {
+            #[inline]
+            fn begin_series(
+                &self,
+                #k: &Self::Constants,
+                #state: &<Self as Model>::State,
+                #memory: &mut Self::Series,
+            ) -> Result<<Self as Model>::Vector, #private::SolveError> {
+                #functions #prologue #statements #check
+                #memory.begin(*#state, [#(#more),*]);
+                Ok(#vector)
             }
         }
     }
@@ -67,7 +92,7 @@ impl Emission<'_> {
     fn series_head(&self) -> TokenStream {
         let (private, f64, k, state) = (&self.private, self.float(), local("k"), local("state"));
         let (given, scale) = (local("accelerations"), local("scale"));
-        let (rows_q, rows_u) = (local("rows_of_q"), local("rows_of_u"));
+        let (rows, memory) = (local("rows"), local("memory"));
         quote! {
             #[inline]
             fn series(
@@ -76,8 +101,8 @@ impl Emission<'_> {
                 #state: &<Self as Model>::State,
                 #given: &<Self as Model>::Vector,
                 #scale: #f64,
-                #rows_q: &mut [<Self as Model>::Vector],
-                #rows_u: &mut [<Self as Model>::Vector],
+                #rows: [&mut [<Self as Model>::Vector]; 2],
+                #memory: &mut Self::Series,
             ) -> #private::bool
         }
     }
@@ -107,7 +132,9 @@ impl Emission<'_> {
         let (k, state, a, z, scale) = (local("k"), local("state"), local("a"), local("z"), local("scale"));
         let (lambda, general, solved) = (local("lambda"), local("general"), local("solved"));
         let given = local("accelerations");
-        let (rows_q, rows_u, f64, all) = (local("rows_of_q"), local("rows_of_u"), self.float(), n + rows);
+        let (coefficients, memory, f64, all) = (local("rows"), local("memory"), self.float(), n + rows);
+        let (blocks, ahead_blocks, shared) =
+            (lanes.div_ceil(WIDTH), constrained.lanes.div_ceil(WIDTH), constrained.shared);
         let (some, none) = (self.some(), self.none());
         let released = (self.switched() > 0).then(|| quote!(|| !#state.modes.all_hold()));
         let applies_not = match (&constrained.solve, unguarded) {
@@ -117,6 +144,7 @@ impl Emission<'_> {
         };
         quote! {
             const SERIES: #private::Expansion = #private::Expansion::Generated { chooses: #chooses };
+            type Series = #private::series::ConstrainedMemory<#blocks, #ahead_blocks, #shared>;
             #head {
                 #prologue
                 let #some(#solved) = #private::series::multipliers(self, #k, #state) else { return false };
@@ -139,7 +167,7 @@ impl Emission<'_> {
                     next: #next,
                     ahead: #ahead,
                 };
-                #private::expand_constrained(#a, #scale, #rows_q, #rows_u, recurrences);
+                #private::expand_constrained(#a, #scale, #coefficients, #memory, recurrences);
                 true
             }
         }

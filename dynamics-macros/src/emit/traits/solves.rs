@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::mechanics::Named;
 use dynamics_symbolic::schedule::{Program, Step};
+use dynamics_symbolic::series::Series;
 use proc_macro2::TokenStream;
 use quote::quote;
 
@@ -22,6 +23,18 @@ pub(super) struct Staged {
     fixed: Vec<(usize, NodeId, NodeId)>,
     /// Pivots to check at every state.
     moving: Vec<(usize, NodeId, NodeId)>,
+}
+
+/// A printed program that solves for q̈.
+pub(super) struct Solved {
+    pub(super) functions: TokenStream,
+    pub(super) statements: TokenStream,
+    /// Returns where a pivot vanishes.
+    pub(super) check: TokenStream,
+    /// q̈.
+    pub(super) vector: TokenStream,
+    /// Further results.
+    pub(super) more: Vec<TokenStream>,
 }
 
 impl Staged {
@@ -54,7 +67,7 @@ impl Emission<'_> {
         let (f6, energy) = self.method(&programs.energy_function, "energy_function", &f64, |r| r[0].clone());
         let (f7, conserved) = self.writing(&programs.conserved, "conserved");
         let (f8, rates) = self.momentum_rates();
-        let (parameter, derivatives, series) = (self.parameter(), self.derivatives(), self.series());
+        let (parameter, derivatives, series) = (self.parameter(), self.derivatives(), self.series(&staged));
         let operations = self.operations();
         let (f9, kinks) = self.kinks();
         let velocities = self.compiled.equations.has_velocity_forces(self.access.graph);
@@ -149,6 +162,9 @@ impl Emission<'_> {
         let constants =
             program.constants.iter().copied().filter(|id| used.contains(id) && hoisted.contains(id)).collect();
         let mut staged = Staged { once: program.hoisted.clone(), constants, fixed, moving };
+        if let Ok(Series { begin: Some(begin), .. }) = &self.compiled.programs.series {
+            staged.join(begin);
+        }
         if let Some((_, programs)) = self.constrained() {
             let released = programs.released.iter().flat_map(|r| [&r.accelerations, &r.correction]);
             programs.correction.iter().chain(released).for_each(|program| staged.join(program));
@@ -191,14 +207,8 @@ impl Emission<'_> {
             return (TokenStream::new(), self.constrained_accelerations());
         }
         let program = &self.compiled.programs.accelerations;
-        let mut wanted: Vec<NodeId> = program.results.iter().copied().take(self.degrees()).collect();
-        wanted.extend(staged.moving.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
-        let Printed { functions, statements, results } =
-            self.body(&staged.constants).print(program, &program.body, &wanted);
-        let (accelerations, moving) = results.split_at(self.degrees());
-        let pivots: Vec<_> =
-            staged.moving.iter().zip(moving.chunks(2)).map(|(p, v)| (p.0, v[0].clone(), v[1].clone())).collect();
-        let (check, vector, private) = (self.check(&pivots), self.vector(accelerations), &self.private);
+        let Solved { functions, statements, check, vector, .. } = self.solved(staged, program, &[]);
+        let private = &self.private;
         let (prologue, k, state) = (self.prologue(), local("k"), local("state"));
         let method = quote! {
             #[inline]
@@ -212,6 +222,21 @@ impl Emission<'_> {
             }
         };
         (functions, method)
+    }
+
+    /// A staged program whose first results are q̈, with what is checked; and `more` results.
+    pub(super) fn solved(&self, staged: &Staged, program: &Program, more: &[NodeId]) -> Solved {
+        let mut wanted: Vec<NodeId> = program.results.iter().copied().take(self.degrees()).collect();
+        wanted.extend(staged.moving.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
+        wanted.extend(more);
+        let Printed { functions, statements, results } =
+            self.body(&staged.constants).print(program, &program.body, &wanted);
+        let (accelerations, rest) = results.split_at(self.degrees());
+        let (moving, more) = rest.split_at(2 * staged.moving.len());
+        let pivots: Vec<_> =
+            staged.moving.iter().zip(moving.chunks(2)).map(|(p, v)| (p.0, v[0].clone(), v[1].clone())).collect();
+        let (check, vector) = (self.check(&pivots), self.vector(accelerations));
+        Solved { functions, statements, check, vector, more: more.to_vec() }
     }
 
     /// A method that may fail for a singular M: the last results of its program are pivots, or guards where there are constraints.

@@ -73,6 +73,7 @@ impl Model for Springs {
 
 impl Dynamics for Springs {
     type Constants = ();
+    type Series = ();
     const COORDINATES: &'static [Quantity] = &[quantity("x", "m"), quantity("y[0]", "m")];
     const INPUTS: &'static [Quantity] = &[];
     const PARAMETERS: &'static [Quantity] = &[];
