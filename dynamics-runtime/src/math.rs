@@ -26,12 +26,12 @@ elementary! {
 pub(crate) fn log2_roughly(x: f64) -> f64 {
     let bits = x.to_bits();
     let exponent = ((bits >> 52) & 0x7ff) as f64 - 1023.0;
-    // In [1, 2); ln through the area tangent of (m − √2)/(m + √2), at most 0.172.
-    let m = f64::from_bits(bits & 0x000f_ffff_ffff_ffff | 0x3ff0_0000_0000_0000);
-    let s = (m - core::f64::consts::SQRT_2) / (m + core::f64::consts::SQRT_2);
-    let ln = 2.0 * s * (1.0 + s * s / 3.0);
+    // log₂(1 + f) by Chebyshev's expansion, to 1.0e-4; no division, as the length of a step waits for it.
+    let f = f64::from_bits(bits & 0x000f_ffff_ffff_ffff | 0x3ff0_0000_0000_0000) - 1.0;
+    let (low, high) = (add_product(1.437_302_17, -0.672_934_193, f), add_product(0.315_467_609, -0.080_010_877, f));
+    let log2 = add_product(exponent + 1.001_890e-4, f, add_product(low, f * f, high));
     if (f64::MIN_POSITIVE..f64::INFINITY).contains(&x) {
-        exponent + 0.5 + core::f64::consts::LOG2_E * ln
+        log2
     } else if x == f64::INFINITY {
         1024.0
     } else if x >= 0.0 {
@@ -44,13 +44,16 @@ pub(crate) fn log2_roughly(x: f64) -> f64 {
 /// 2ˣ to 1e-4.
 #[inline(always)]
 pub(crate) fn exp2_roughly(x: f64) -> f64 {
+    /// Added to a number, its last bits are those of the nearest integer.
+    const SHIFT: f64 = 6_755_399_441_055_744.0;
     let x = x.clamp(-1022.0, 1023.0);
-    // Towards zero is good enough: |f| < 1.
-    let whole = x as i64;
-    let f = 0.5 * core::f64::consts::LN_2 * (x - whole as f64);
-    // e^f by its Padé approximant, squared.
-    let half = (12.0 + f * (6.0 + f)) / (12.0 + f * (f - 6.0));
-    f64::from_bits(((whole + 1023) as u64) << 52) * half * half
+    let shifted = x + SHIFT;
+    let f = x - (shifted - SHIFT);
+    // By Chebyshev's expansion on |f| ≤ ½, to 2.7e-6.
+    let (low, high) = (add_product(1.000_000_08, 0.693_121_03, f), add_product(0.240_221_07, 0.055_922_04, f));
+    let square = f * f;
+    let power = add_product(low, square, add_product(high, 0.009_676_04, square));
+    f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52) * power
 }
 
 /// sum + a b: with one rounding where the target has an instruction for it, else with two.

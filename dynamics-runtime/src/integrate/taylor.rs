@@ -137,8 +137,9 @@ impl<V: Vector> Series<V> {
             add(false, 2 * m);
             add(true, 2 * m - 1);
         }
+        let per_scale = 1.0 / self.scale;
         for i in 0..V::LEN {
-            odd[i] = math::add_product(odd[i], even[i], s) / self.scale;
+            odd[i] = math::add_product(odd[i], even[i], s) * per_scale;
         }
         odd
     }
@@ -197,7 +198,7 @@ impl<V: Vector> Taylor<V> {
         self.from = None;
         let order = self.planned;
         (self.series.order, self.short) = (order, false);
-        self.series.scale = scale;
+        self.series.scale = power_of_two(scale);
         for _ in 0..8 {
             let Series { q, u, scale, .. } = &mut self.series;
             (q[0], u[0]) = (start.y.q, start.y.u);
@@ -210,7 +211,7 @@ impl<V: Vector> Taylor<V> {
             if self.series.row(order).is_finite() {
                 break;
             }
-            self.series.scale *= 1e-4;
+            self.series.scale *= 1.0 / 16384.0;
         }
         self.reach = self.reach(tolerances);
         let is_long = self.reach * self.series.scale.abs() >= LEAST_PART * scale.abs().max(start.t.abs());
@@ -278,8 +279,9 @@ impl<V: Vector> Taylor<V> {
             // So near to where there is no series that there is none.
             return 0.0;
         }
-        let of = |squares: f64, k: usize| -math::log2_roughly(squares / count) / (2 * k) as f64;
-        let (last, before) = (of(last, p), of(before, p - 1));
+        let (per_count, half) = (1.0 / count, [p, p - 1].map(|k| -0.5 / k as f64));
+        let of = |squares: f64, half: f64| half * math::log2_roughly(squares * per_count);
+        let (last, before) = (of(last, half[0]), of(before, half[1]));
         // `min` would drop what is not a number.
         math::exp2_roughly(if last < before || last.is_nan() { last } else { before })
     }
@@ -305,6 +307,12 @@ impl<V: Vector> Taylor<V> {
         }
         worst
     }
+}
+
+/// The power of two in x, with its sign: units of time in which nothing is rounded, and by whose reciprocals nothing is either.
+#[inline(always)]
+fn power_of_two(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & 0xfff0_0000_0000_0000)
 }
 
 fn nan<V: Vector>() -> V {
@@ -372,7 +380,8 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         if self.from != Some(*start) || self.tolerances != Some(*tolerances) {
             self.expand(system, start, h, tolerances)?;
         }
-        let s = h / self.series.scale;
+        // Exact, and known before h is.
+        let s = h * (1.0 / self.series.scale);
         self.series.length = s;
         self.stages[0] = start.derivative();
         let change = self.series.change(s);

@@ -5,6 +5,7 @@
 //! | c | coefficient k |
 //! |---|---|
 //! | a b | a₀ bₖ + aₖ b₀ + ⟨a, b⟩ |
+//! | a² | 2a₀ aₖ + ⟨a, a⟩ |
 //! | a / b | (aₖ − c₀ bₖ − ⟨c, b⟩) / b₀ |
 //! | √a | (aₖ − ⟨c, c⟩) / 2c₀ |
 //! | c′ = g a′ | aₖ g₀ + ⟨a′, g⟩ / k |
@@ -238,8 +239,15 @@ impl<'a> Expansion<'a> {
 
     fn product(&mut self, a: NodeId, b: NodeId) -> Result<NodeId, Unexpandable> {
         let (of_a, of_b) = (self.coefficient(a)?, self.coefficient(b)?);
-        let (a0, b0) = (self.kept(a), self.kept(b));
         let inner = self.lane(a, b);
+        if a == b {
+            // 2 a₀ aₖ: one fused operation waits for what is new.
+            let double = self.base.add(a, a);
+            let double = self.kept(double);
+            let outer = self.order.mul_as_is(double, of_a);
+            return Ok(self.late(inner, outer));
+        }
+        let (a0, b0) = (self.kept(a), self.kept(b));
         let (first, last) = (self.order.mul_as_is(a0, of_b), self.order.mul_as_is(of_a, b0));
         let sum = self.late(inner, first);
         Ok(self.late(sum, last))
