@@ -1,5 +1,5 @@
-//! What answers questions about methods and models by many runs: which method is the fastest for the accuracy that is wanted, and which model of
-//! a scene suffices for it ([`compare`]).
+//! What answers questions about methods and models: by many runs, which method is the fastest for the accuracy that is wanted, and which model of
+//! a scene suffices for it ([`compare`]); by exact derivatives, how a model moves beside an equilibrium or a steady motion ([`SmallMotions`]).
 //!
 //! ```text
 //! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;
@@ -8,12 +8,14 @@
 //! ```
 
 mod ladder;
+mod linearize;
 mod page;
 mod runs;
 mod table;
 mod work_precision;
 
 pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
+pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
 pub use page::Page;
 pub use work_precision::{
     Cost, Curve, ErrorOf, Errors, Measured, OutsideError, Point, Reference, Study, WorkPrecision, WorkPrecisionError,

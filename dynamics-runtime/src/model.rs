@@ -373,6 +373,19 @@ pub trait Constraints: Dynamics {
     ) -> Option<Self::Vector>;
     /// ∂(Φ_qᵀλ)/∂q (N×N), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), by rows one after the other; NaN for a model that is too large for them.
     fn constraint_derivatives(&self, state: &Self::State, multipliers: &Self::Rows, values: &mut [f64]);
+    /// Derivatives of the equations before they are solved, at given q̈ and λ: with r = M q̈ − Q − Φ_qᵀλ (N) joined by Φ̈ = Φ_q q̈ − γ (R),
+    /// ∂r/∂q ((N + R)×N), ∂r/∂q̇ ((N + R)×N), ∂r/∂w ((N + R)×W) for W inputs, then the derivatives of [`Constraints::velocity_residual`] by q
+    /// (R×N); by rows, one after the other. `false` where no code for them was generated.
+    #[inline]
+    fn variations(
+        &self,
+        _state: &Self::State,
+        _accelerations: &Self::Vector,
+        _multipliers: &Self::Rows,
+        _values: &mut [f64],
+    ) -> bool {
+        false
+    }
     /// The constraint whose function has this type: index into [`Constraints::CONSTRAINTS`].
     fn constraint_of(function: TypeId) -> Option<usize>;
 }

@@ -8,7 +8,7 @@ use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
 use crate::mechanics::{
     ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld, derive_on,
-    momentum_rates,
+    momentum_rates, variations,
 };
 use crate::schedule::{Program, Staging, schedule};
 use crate::series::{Series, Unexpandable, expand};
@@ -37,6 +37,9 @@ pub struct Programs {
     pub powers: Program,
     /// Derivatives of q̈, or why there are none: then the model is not linearised.
     pub jacobians: Result<Jacobians, NoJacobians>,
+    /// What [`Variations`](crate::mechanics::Variations) holds, one matrix after the other, by rows, reading accelerations and multipliers as
+    /// symbols; `None` where it is too large to be emitted. Not listed.
+    pub variations: Option<Program>,
     /// Outputs, then, where any of them uses accelerations, Dᵢ and Mᵢᵢ for every pivot.
     pub outputs: Program,
     /// Events, likewise.
@@ -132,6 +135,9 @@ pub struct Excess {
     pub operations: usize,
 }
 
+/// Most operations of the derivatives that small motions are made of, beyond which every build would pay too much for what few programs ask for.
+const MOST_VARIATIONS: usize = 15_000;
+
 /// Most operations of one function: beyond, rustc takes minutes.
 pub const LIMIT: usize = 20_000;
 
@@ -200,6 +206,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     programs.series = expand(&mut model.graph, &equations);
     report.push_str(&text::series_entry(&model, &programs.series));
     listing.push_str(&text::series_section(&model, &programs.series));
+    programs.variations = fitting_variations(&mut model);
     // Of all nodes that are printed: series bring choices of their own.
     programs.kinks = followed(&model.graph, &kinks, &of_reactions);
     Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
@@ -232,12 +239,7 @@ fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
             roots.extend([&d.reaction_by_q, &d.gamma_by_q, &d.gamma_by_u].into_iter().flatten().flatten());
         }
     }
-    let cone = model.graph.cone(&roots);
-    let functions = cone.into_iter().filter_map(|id| match model.graph.node(id) {
-        Node::Smooth { function, order, .. } if order > 3 => Some(function.0),
-        _ => None,
-    });
-    let functions: BTreeSet<u32> = functions.collect();
+    let functions: BTreeSet<u32> = fourth_derivatives(&model.graph, &roots).collect();
     let declared = functions.iter().filter_map(|f| model.functions.get(*f as usize));
     declared.map(|f| Finding::TooManyDerivatives { name: f.name.clone(), origin: f.origin }).collect()
 }
@@ -306,7 +308,27 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         series: Err(Unexpandable::TooLarge(0)),
         kinks: followed(g, &[], &[]),
         momentum_rates: None,
+        variations: None,
     }
+}
+
+/// Derivatives of the equations before they are solved, unless they are too large or ask smooth functions for more than these give.
+fn fitting_variations(model: &mut Model) -> Option<Program> {
+    let all = variations(model).ok()?.all();
+    let g = &model.graph;
+    if fourth_derivatives(g, &all).next().is_some() {
+        return None;
+    }
+    let fits = |program: &Program| program.cost.total() <= MOST_VARIATIONS;
+    Some(schedule(g, "variations", &all, Staging::Inline)).filter(fits)
+}
+
+/// The functions of whose derivatives the fourth or a higher one is asked for.
+fn fourth_derivatives(g: &Graph, roots: &[NodeId]) -> impl Iterator<Item = u32> {
+    g.cone(roots).into_iter().filter_map(|id| match g.node(id) {
+        Node::Smooth { function, order, .. } if order > 3 => Some(function.0),
+        _ => None,
+    })
 }
 
 fn followed(g: &Graph, kinks: &[Kink], of_reactions: &[Kink]) -> Kinks {

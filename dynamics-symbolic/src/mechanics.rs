@@ -14,10 +14,10 @@ mod velocity_form;
 
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
-pub use derive::{Underivable, derive, derive_on, momentum_rates};
+pub use derive::{Underivable, derive, derive_on, momentum_rates, variations};
 pub use equations::{
     ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Released,
-    Solution, Withheld,
+    Solution, Variations, Withheld,
 };
 pub use model::{
     Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,

@@ -181,7 +181,11 @@ impl Graph {
                 self.folded(x.opposite(), value)
             }
             Node::Neg(x) => x,
-            Node::Sub(x, y) => self.sub(y, x),
+            // As it stands: what was found to be x − y for a factor times (y − x) would be looked at for factors again, without end.
+            Node::Sub(x, y) => {
+                let value = self.fingerprint(a).neg();
+                self.intern(Node::Sub(y, x), value)
+            }
             _ => {
                 let value = self.fingerprint(a).neg();
                 self.intern(Node::Neg(a), value)

@@ -5,13 +5,13 @@ use crate::calculus::{ZeroDenominator, directional, gradient, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::constraints::{self, Rows};
-use super::equations::{ConstraintEquations, Derivation, Equations, Named, Released, Solution};
+use super::equations::{ConstraintEquations, Derivation, Equations, Named, Released, Solution, Variations};
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{self, Residual, SOLVED_FOR, Sweep};
 use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
 use super::levers::levers;
 use super::model::{Energy, EnergyRole, Force, Model, Output};
-use super::solution::{Manifold, Solved};
+use super::solution::{Manifold, Solved, with_constraints};
 use super::velocity_form::VelocityForm;
 
 /// Why equations could not be derived.
@@ -105,6 +105,43 @@ pub fn momentum_rates(model: &mut Model) -> Vec<NodeId> {
     let applied = applied(g, &model.forces, &model.energies, n);
     let all = applied.iter().fold(own, |total, (_, part)| each(g, &total, part, Graph::add));
     timeless(g, &all)
+}
+
+/// Derivatives of the equations before they are solved, by the sweeps that take fewer operations; nothing else needs them.
+///
+/// # Errors
+/// The nodes that were taken, where they are more than can end in programs that are emitted.
+pub fn variations(model: &mut Model) -> Result<Variations, usize> {
+    let size = (model.coordinates.len(), model.inputs.len());
+    let rows = Rows::of(model);
+    let g = &mut model.graph;
+    let energies = Energies::sum(g, &model.energies);
+    let parts = Parts::split(g, &energies, size.0);
+    let applied = applied(g, &model.forces, &model.energies, size.0);
+    let inverse = parts.inverse(g, size.0);
+    let residual = applied.iter().fold(inverse, |total, (_, part)| each(g, &total, part, Graph::sub));
+    let (joined, velocities) = match &rows {
+        Some(rows) => (with_constraints(g, residual, rows), rows.velocity_residual.as_slice()),
+        None => (residual, &[][..]),
+    };
+    let mut best: Result<(usize, Graph, Variations), usize> = Err(0);
+    for sweep in [Sweep::Forward, Sweep::Reverse] {
+        // On a copy, so that what is not taken leaves no trace.
+        let mut trial = g.clone();
+        match inverse::variations(&mut trial, &joined, velocities, sweep, size) {
+            Ok(found) => {
+                let operations = trial.operations(&found.all());
+                if best.as_ref().map_or(true, |(least, ..)| operations < *least) {
+                    best = Ok((operations, trial, found));
+                }
+            }
+            Err(nodes) => best = best.map_err(|most| most.max(nodes)),
+        }
+    }
+    best.map(|(_, graph, found)| {
+        *g = graph;
+        found
+    })
 }
 
 /// q̇·∂L/∂q̇ − L. T + V is there already, so it stands for the energy function wherever the two are equal.

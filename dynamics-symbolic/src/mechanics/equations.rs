@@ -52,6 +52,38 @@ pub struct Jacobians {
     pub by_parameters: Vec<Vec<NodeId>>,
 }
 
+/// Derivatives of the equations before they are solved, at given q̈ and λ, whose symbols they contain; N coordinates, R rows, W inputs. With
+///
+/// ```text
+/// r = M q̈ − Q − Φ_qᵀλ (N), joined by Φ̈ = Φ_q q̈ − γ (R)
+/// ```
+///
+/// they are what small motions beside a motion are made of. They need no solution: they are there where rows repeat each other, too.
+#[derive(Clone, Debug)]
+pub struct Variations {
+    /// ∂r/∂q, (N + R)×N.
+    pub by_q: Vec<Vec<NodeId>>,
+    /// ∂r/∂q̇, (N + R)×N.
+    pub by_u: Vec<Vec<NodeId>>,
+    /// ∂r/∂w, (N + R)×W.
+    pub by_inputs: Vec<Vec<NodeId>>,
+    /// ∂(Φ_q q̇ + Φ_t)/∂q joined by ∂(A q̇ + b)/∂q, R×N.
+    pub velocity_by_q: Vec<Vec<NodeId>>,
+}
+
+impl Variations {
+    /// One matrix after the other, by rows.
+    #[must_use]
+    pub fn all(&self) -> Vec<NodeId> {
+        [&self.by_q, &self.by_u, &self.by_inputs, &self.velocity_by_q]
+            .into_iter()
+            .flatten()
+            .flatten()
+            .copied()
+            .collect()
+    }
+}
+
 /// Why there are no derivatives of q̈.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Withheld {

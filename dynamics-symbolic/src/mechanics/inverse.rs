@@ -3,10 +3,10 @@
 //! With constraints r is joined by Φ_q q̈ − γ = Φ̈, Φ_qᵀλ enters its first part, and the derivatives of q̈ and λ together solve the same system
 //! as q̈ and λ themselves.
 
-use crate::calculus::{ZeroDenominator, directional, gradient, substitute};
+use crate::calculus::{ZeroDenominator, directional, gradient, substitute, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
-use super::equations::Jacobians;
+use super::equations::{Jacobians, Variations};
 use super::lagrange::symbols;
 
 /// r = M q̈ − Q with symbols for q̈, from the entries of M and Q.
@@ -147,6 +147,48 @@ impl Implicit<'_> {
         }
         Ok(result)
     }
+}
+
+/// Derivatives of r and of the rows of velocities; inputs as many as given.
+///
+/// # Errors
+/// The nodes that were taken, where they are more than can end in programs that are emitted.
+pub(super) fn variations(
+    g: &mut Graph,
+    residual: &[NodeId],
+    velocities: &[NodeId],
+    sweep: Sweep,
+    (n, inputs): (usize, usize),
+) -> Result<Variations, usize> {
+    let (q, u) = (symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate));
+    let start = g.len();
+    let mut by = |roots: &[NodeId], by: &[Symbol], sweep: Sweep| {
+        let rows = derivatives(g, roots, by, sweep);
+        if g.len() - start > MOST_NODES { Err(g.len() - start) } else { Ok(rows) }
+    };
+    Ok(Variations {
+        by_q: by(residual, &q, sweep)?,
+        by_u: by(residual, &u, sweep)?,
+        by_inputs: by(residual, &symbols(inputs, Symbol::Input), Sweep::Forward)?,
+        velocity_by_q: by(velocities, &q, Sweep::Reverse)?,
+    })
+}
+
+/// ∂roots/∂by, a row per root.
+fn derivatives(g: &mut Graph, roots: &[NodeId], by: &[Symbol], sweep: Sweep) -> Vec<Vec<NodeId>> {
+    let one = g.one();
+    let rows: Vec<Vec<NodeId>> = match sweep {
+        Sweep::Reverse => roots.iter().map(|root| gradient(g, &[(*root, one)], by)).collect(),
+        Sweep::Forward => {
+            let mut rows = vec![Vec::with_capacity(by.len()); roots.len()];
+            for x in by {
+                let column = directional(g, roots, &mut |g, s| (s == *x).then(|| g.one()));
+                rows.iter_mut().zip(column).for_each(|(row, entry)| row.push(entry));
+            }
+            rows
+        }
+    };
+    rows.iter().map(|row| timeless(g, row)).collect()
 }
 
 /// Replaces the symbols q̈ and λ by their values.

@@ -194,7 +194,7 @@ impl Solved {
 }
 
 /// M q̈ − Q − Φ_qᵀλ joined by Φ̈, from M q̈ − Q.
-fn with_constraints(g: &mut Graph, motion: Vec<NodeId>, rows: &Rows) -> Vec<NodeId> {
+pub(super) fn with_constraints(g: &mut Graph, motion: Vec<NodeId>, rows: &Rows) -> Vec<NodeId> {
     let reaction = reaction(g, &rows.named, rows.holonomic, motion.len());
     let mut residual: Vec<NodeId> = motion.into_iter().zip(reaction).map(|(m, r)| g.sub(m, r)).collect();
     residual.extend(directional(g, &rows.velocity_residual, &mut along_motion));

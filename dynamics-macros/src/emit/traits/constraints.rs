@@ -7,7 +7,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::super::local;
-use super::super::program::Printed;
+use super::super::program::{Body, Printed};
 use super::Emission;
 
 /// Functions that stand beside an impl, and a method inside it.
@@ -46,6 +46,7 @@ impl Emission<'_> {
             self.accelerate_unrolled(equations),
             self.correct_unrolled(equations),
             self.constraint_derivatives(programs),
+            self.variations(),
         ];
         let (functions, methods): (Vec<_>, Vec<_>) = methods.into_iter().unzip();
         let constraint_of = self.constraint_of();
@@ -64,8 +65,10 @@ impl Emission<'_> {
         let (model, private, n, f64) = (&self.surface.target, &self.private, self.degrees(), self.float());
         let (option, state) = (quote!(#private::Option), quote!(&<Self as Model>::State));
         let solved = quote!(#option<#private::Solved<<Self as Model>::Vector, Self::Rows>>);
+        let (functions, variations) = self.variations();
         // Not by the macro `unconstrained!`: its impl could not be put where the user's block is.
         quote! {
+            #functions
             impl #private::Constraints for #model {
                 type Rows = #private::SVector<#f64, 0>;
                 type Residual = #private::SVector<#f64, 0>;
@@ -106,6 +109,7 @@ impl Emission<'_> {
                     #option::Some(#private::vector([0.0; #n]))
                 }
                 fn constraint_derivatives(&self, _: #state, _: &Self::Rows, _: &mut [#f64]) {}
+                #variations
                 fn constraint_of(_: #private::TypeId) -> #option<#private::usize> { #option::None }
             }
         }
@@ -317,6 +321,41 @@ impl Emission<'_> {
                 #prologue
                 let #lambda = &#multipliers.data.0[0];
                 #statements #write
+            }
+        };
+        (functions, method)
+    }
+
+    /// `fn variations`, where they are not too large to be emitted.
+    fn variations(&self) -> Method {
+        let Some(program) = &self.compiled.programs.variations else { return Method::default() };
+        // The functions of a large program take q̈ and λ, in a model without constraints, too.
+        let constraints = Some((self.rows(), self.switched()));
+        let body = Body { access: &self.access, surface: self.surface, constants: &[], constraints };
+        let Printed { functions, statements, results } = body.whole(program);
+        let (private, f64, at_state, prologue) = (&self.private, self.float(), self.at_state(), self.prologue());
+        let (a, lambda, values) = (local("a"), local("lambda"), local("values"));
+        let (accelerations, multipliers) = (local("accelerations"), local("multipliers"));
+        let (modes, switched) = (local("modes"), self.switched());
+        let constraints = if self.constrained().is_some() {
+            quote!(let #lambda = &#multipliers.data.0[0];)
+        } else {
+            // Without asking for `Self::Rows`: where there are two impls by mistake, that is a further error.
+            quote!(let (#lambda, #modes): (&[#f64; 0], &[#f64; #switched]) = (&[], &[]);)
+        };
+        let write = self.write(&quote!(#values), &results);
+        let method = quote! {
+            #[inline]
+            fn variations(
+                #at_state,
+                #accelerations: &<Self as Model>::Vector,
+                #multipliers: &Self::Rows,
+                #values: &mut [#f64],
+            ) -> #private::bool {
+                #prologue #constraints
+                let #a = &#accelerations.data.0[0];
+                #statements #write
+                true
             }
         };
         (functions, method)

@@ -1,0 +1,120 @@
+//! Why there are no linear equations, or no eigenvalues.
+
+use core::fmt;
+
+use crate::error::{SolveError, StateError};
+
+/// Why small motions cannot be told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum LinearizeError {
+    /// The state is not one of the model.
+    State(StateError),
+    /// There are no accelerations or reactions at the state.
+    Solve(SolveError),
+    /// A derivative is not finite at the state.
+    NotFinite,
+    /// The model was written by hand, or its derivatives are too large to be generated.
+    NoDerivatives,
+    /// Applied forces depend on reactions.
+    Friction,
+    /// A name is not that of a coordinate.
+    UnknownCoordinate {
+        /// A coordinate whose name begins alike; empty where there is none.
+        nearest: &'static str,
+    },
+    /// A coordinate that was asked for follows from others that were, or from the constraints alone.
+    Dependent {
+        /// Its name.
+        name: &'static str,
+    },
+    /// The position is singular: beside it more rows are independent, so that the constraints have no tangent here.
+    SingularPosition {
+        /// Independent rows here.
+        rank: usize,
+        /// Independent rows beside it.
+        beside: usize,
+    },
+    /// The mass matrix is not positive definite on what the constraints leave.
+    Inertia,
+    /// The motion is neither an equilibrium nor steady: an independent velocity changes.
+    Accelerates {
+        /// The coordinate.
+        name: &'static str,
+        /// Its acceleration.
+        acceleration: f64,
+    },
+    /// The coefficients change along the motion.
+    Varies {
+        /// By how much over a short part of it, relative to the largest.
+        change: f64,
+    },
+    /// The iteration for eigenvalues did not settle.
+    NoConvergence {
+        /// Size of the matrix.
+        size: usize,
+    },
+}
+
+impl fmt::Display for LinearizeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::State(error) => error.fmt(f),
+            Self::Solve(error) => error.fmt(f),
+            Self::NotFinite => f.write_str(
+                "a derivative of the equations of motion is not finite at this state; move it off the place where a function has a corner or a pole",
+            ),
+            Self::NoDerivatives => f.write_str(
+                "the model has no exact derivatives, because it is written by hand or they are too large to be generated; use fewer coordinates",
+            ),
+            Self::Friction => f.write_str(
+                "forces that depend on reactions are not smooth where slip turns round; leave the friction out, or linearise the model with it as a damper",
+            ),
+            Self::UnknownCoordinate { nearest: "" } => {
+                f.write_str("a name that was asked for is not that of a coordinate; array elements are written `theta[0]`")
+            }
+            Self::UnknownCoordinate { nearest } => {
+                write!(f, "a name that was asked for is not that of a coordinate; did you mean `{nearest}`?")
+            }
+            Self::Dependent { name } => write!(
+                f,
+                "`{name}` is not independent of the other coordinates that were asked for; leave it out, or ask for it alone"
+            ),
+            Self::SingularPosition { rank, beside } => write!(
+                f,
+                "the position is singular: {rank} rows of the constraints are independent here, {beside} beside it, so that small motions have no tangent \
+                 space; linearise beside it"
+            ),
+            Self::Inertia => f.write_str(
+                "the mass matrix is not positive definite on what the constraints leave; give every coordinate inertia, or constrain it",
+            ),
+            Self::Accelerates { name, acceleration } => write!(
+                f,
+                "the state is neither an equilibrium nor a steady motion: the velocity of `{name}` changes by {acceleration:.3e} per second; eigenvalues say \
+                 nothing there"
+            ),
+            Self::Varies { change } => write!(
+                f,
+                "the coefficients of small motions change along the motion (by {change:.1e} of the largest over a hundredth of its time scale), so that \
+                 eigenvalues say nothing; choose coordinates that turn along, or use the equations with coefficients that vary"
+            ),
+            Self::NoConvergence { size } => {
+                write!(f, "the eigenvalues of a {size} x {size} matrix were not found; scale the parameters to similar sizes")
+            }
+        }
+    }
+}
+
+impl core::error::Error for LinearizeError {}
+
+impl From<StateError> for LinearizeError {
+    fn from(error: StateError) -> Self {
+        Self::State(error)
+    }
+}
+
+impl From<SolveError> for LinearizeError {
+    fn from(error: SolveError) -> Self {
+        Self::Solve(error)
+    }
+}

@@ -1,0 +1,107 @@
+//! Whether linear equations have constant coefficients: those of an equilibrium, or of a steady motion.
+
+use nalgebra::DMatrix;
+
+use super::reduce::{Tangent, active};
+use super::spectrum::drop_rounding;
+use super::{Linearization, LinearizeError, Read, assemble};
+use crate::constrain::assemble::at_time;
+use crate::constrain::{project_positions, solve_once, with_workspace};
+use crate::model::{Constraints, ModelState, Vector};
+
+/// Accelerations below this part of what a displacement or velocity by 1, or by its own size, would cause count as rest: about the error of an
+/// equilibrium that was iterated for, or typed in with nine digits.
+const REST: f64 = 1e-8;
+/// Change of coefficients over a hundredth of the motion's time scale that counts as one.
+const CONSTANT: f64 = 1e-7;
+
+/// Why eigenvalues would say nothing; `None` in an equilibrium and beside steady motions.
+pub(super) fn judge<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    linear: &Linearization,
+    tangent: &Tangent,
+) -> Option<LinearizeError> {
+    let mut a = linear.state_matrix().ok()?;
+    drop_rounding(&mut a);
+    if let Some(error) = accelerates(state, linear, tangent, &a) {
+        return Some(error);
+    }
+    // At rest what moves is time, in seconds or whatever the unit is.
+    let rate = state.u().as_slice().iter().fold(1.0, |most: f64, u| most.max(u.abs()));
+    let essential = essential(&a);
+    for part in [1e-2, 2.7e-2] {
+        let Some((read, tangent)) = later(model, state, tangent, part / rate) else {
+            return Some(LinearizeError::Varies { change: f64::INFINITY });
+        };
+        let then = assemble::<M>(&read, &tangent);
+        let b = then.state_matrix().ok()?;
+        if then.coordinates != linear.coordinates || then.velocities != linear.velocities {
+            return Some(LinearizeError::Varies { change: f64::INFINITY });
+        }
+        let of = |m: &DMatrix<f64>| m.select_rows(&essential).select_columns(&essential);
+        let change = (of(&b) - of(&a)).amax() / a.amax().max(f64::MIN_POSITIVE);
+        if change > CONSTANT {
+            return Some(LinearizeError::Varies { change });
+        }
+    }
+    None
+}
+
+/// The velocity that changes most, where some do.
+fn accelerates<S: ModelState>(
+    state: &S,
+    linear: &Linearization,
+    tangent: &Tangent,
+    a: &DMatrix<f64>,
+) -> Option<LinearizeError> {
+    let c = tangent.coordinates.len();
+    let size = |x: f64| x.abs().max(1.0);
+    let usual = |i: usize| {
+        let of_z =
+            tangent.coordinates.iter().enumerate().map(|(j, q)| a[(c + i, j)].abs() * size(state.q().as_slice()[*q]));
+        let of_v =
+            tangent.rates.iter().enumerate().map(|(j, q)| a[(c + i, c + j)].abs() * size(state.u().as_slice()[*q]));
+        of_z.chain(of_v).fold(0.0, f64::max)
+    };
+    let excess = |i: &usize| linear.accelerations[*i].abs() > REST * usual(*i) + 1e-14;
+    let worst = (0..tangent.rates.len()).filter(excess).max_by(|i, j| {
+        let of = |i: usize| linear.accelerations[i].abs() / usual(i).max(f64::MIN_POSITIVE);
+        of(*i).total_cmp(&of(*j))
+    })?;
+    Some(LinearizeError::Accelerates { name: linear.velocities[worst].name, acceleration: linear.accelerations[worst] })
+}
+
+/// The states on which others depend: without those that only count what happens, as the place on a plane or the angle of a round wheel.
+fn essential(a: &DMatrix<f64>) -> alloc::vec::Vec<usize> {
+    let mut left: alloc::vec::Vec<usize> = (0..a.nrows()).collect();
+    while let Some(k) = left.iter().position(|j| left.iter().all(|i| a[(*i, *j)] == 0.0)) {
+        left.remove(k);
+    }
+    left
+}
+
+/// What is there a little later on a motion whose independent velocities stay.
+fn later<M: Constraints>(model: &M, state: &M::State, tangent: &Tangent, after: f64) -> Option<(Read, Tangent)> {
+    let constants = model.constants().ok()?;
+    let solved = solve_once(model, &constants, state).ok()?;
+    let mut later = at_time(state, state.t() + after);
+    for i in 0..M::Vector::LEN {
+        let (u, acceleration) = (state.u().as_slice()[i], solved.accelerations.as_slice()[i]);
+        later.q_mut().as_mut_slice()[i] += after * (u + 0.5 * after * acceleration);
+    }
+    with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut later, memory)).ok()?;
+    let same = [tangent.coordinates.as_slice(), &tangent.rates];
+    let at = |state: &M::State| {
+        let read = Read::of(model, state).ok()?;
+        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, same);
+        Some((read, tangent))
+    };
+    // Dependent velocities follow from the others, which stay exactly as they are.
+    let (_, there) = at(&later)?;
+    let missed = model.velocity_residual(&later);
+    let missed = DMatrix::from_fn(there.row_count(), 1, |i, _| missed.as_slice()[active::<M>(state.modes())[i]]);
+    let change = there.particular(&missed);
+    later.u_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(u, d)| *u += d);
+    at(&later)
+}

@@ -1,0 +1,145 @@
+//! Whipple's bicycle from bodies and rolling, nonlinear; linearised beside straight running against the matrices and eigenvalues of J. P. Meijaard,
+//! J. M. Papadopoulos, A. Ruina and A. L. Schwab, Proc. R. Soc. A 463 (2007) 1955.
+
+#[path = "models/bicycle.rs"]
+mod bicycle;
+
+use bicycle::model;
+use dynamics::prelude::*;
+use nalgebra::{Complex, Matrix2};
+
+fn lean_and_steer(speed: f64) -> Linearization {
+    let model = model();
+    model.linearize_in(&model.running(speed), &["roll", "steer", "rear"]).expect("steady")
+}
+
+/// The part of a matrix that belongs to roll and steer.
+fn part(matrix: &nalgebra::DMatrix<f64>) -> Matrix2<f64> {
+    matrix.fixed_view::<2, 2>(0, 0).into_owned()
+}
+
+/// M, C₁, K₀ and K₂ of M q̈ + v C₁ q̇ + (g K₀ + v² K₂) q = 0, by rows, rounded from 28 digits.
+#[test]
+fn the_published_matrices() {
+    let (standing, running) = (lean_and_steer(0.0), lean_and_steer(1.0));
+    let close = |name: &str, found: Matrix2<f64>, wanted: [f64; 4]| {
+        let error = (found - Matrix2::from_row_slice(&wanted)).amax();
+        assert!(error < 1e-12, "{name} is off by {error:.1e}: {found}");
+    };
+    close("M", part(&standing.mass), [80.81722, 2.319413322087091, 2.319413322087091, 0.2978418819968555]);
+    close("C₁", part(&running.damping), [0.0, 33.86641391492494, -0.8503564145697844, 1.6854039739755966]);
+    let k0 = part(&standing.stiffness);
+    close("K₀", k0 / 9.81, [-80.95, -2.5995168524987164, -2.5995168524987164, -0.8032948845861769]);
+    close("K₂", part(&running.stiffness) - k0, [0.0, 76.59734589573222, 0.0, 2.65431523794604]);
+    // Speed is decoupled from lean and steer.
+    assert!(standing.mass[(0, 2)].abs() < 1e-13 && running.damping[(2, 0)].abs() < 1e-13);
+}
+
+/// v; the two real eigenvalues or the first pair, then the second pair. Rounded from 28 digits.
+const EIGENVALUES: [(f64, [(f64, f64); 4]); 11] = [
+    (0.0, [(-5.530943717653934, 0.0), (-3.1316432479065557, 0.0), (3.1316432479065557, 0.0), (5.530943717653934, 0.0)]),
+    (
+        1.0,
+        [
+            (-7.110080146374408, 0.0),
+            (-3.1342312506657843, 0.0),
+            (3.5269617099006942, -0.80774027519931),
+            (3.5269617099006942, 0.80774027519931),
+        ],
+    ),
+    (
+        2.0,
+        [
+            (-8.673879848317371, 0.0),
+            (-3.0715864564151425, 0.0),
+            (2.6823451751274536, -1.6806629659067578),
+            (2.6823451751274536, 1.6806629659067578),
+        ],
+    ),
+    (
+        3.0,
+        [
+            (-10.351014672459229, 0.0),
+            (-2.633661372536653, 0.0),
+            (1.706756056639735, -2.3158244738432434),
+            (1.706756056639735, 2.3158244738432434),
+        ],
+    ),
+    (
+        4.0,
+        [
+            (-12.15861426576444, 0.0),
+            (-1.4294442736132575, 0.0),
+            (0.4132533152112413, -3.0791081860320535),
+            (0.4132533152112413, 3.0791081860320535),
+        ],
+    ),
+    (
+        5.0,
+        [
+            (-14.078389692798247, 0.0),
+            (-0.7753418821958419, -4.464867713788225),
+            (-0.7753418821958419, 4.464867713788225),
+            (-0.3228664290040871, 0.0),
+        ],
+    ),
+    (
+        6.0,
+        [
+            (-16.085371230980282, 0.0),
+            (-1.5264448658414171, -5.876730605987084),
+            (-1.5264448658414171, 5.876730605987084),
+            (-0.004066900769703363, 0.0),
+        ],
+    ),
+    (
+        7.0,
+        [
+            (-18.15788466125202, 0.0),
+            (-2.138756442583634, -7.195259133298043),
+            (-2.138756442583634, 7.195259133298043),
+            (0.10268170574766416, 0.0),
+        ],
+    ),
+    (
+        8.0,
+        [
+            (-20.27940894394566, 0.0),
+            (-2.6934868358109476, -8.460379713969337),
+            (-2.6934868358109476, 8.460379713969337),
+            (0.1432787976571295, 0.0),
+        ],
+    ),
+    (
+        9.0,
+        [
+            (-22.43788559040859, 0.0),
+            (-3.2167540225249076, -9.693773515317822),
+            (-3.2167540225249076, 9.693773515317822),
+            (0.15790184030917298, 0.0),
+        ],
+    ),
+    (
+        10.0,
+        [
+            (-24.624596350174, 0.0),
+            (-3.7201684043728758, -10.906811394762881),
+            (-3.7201684043728758, 10.906811394762881),
+            (0.16105338653171555, 0.0),
+        ],
+    ),
+];
+
+#[test]
+fn the_published_eigenvalues() {
+    for (speed, wanted) in EIGENVALUES {
+        let found = lean_and_steer(speed).eigenvalues().expect("straight running is steady");
+        assert_eq!(found.len(), 10);
+        for (re, im) in wanted {
+            let nearest = found.iter().map(|x| (x - Complex::new(re, im)).norm()).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 1e-12, "v = {speed}: {re} + {im}i is missed by {nearest:.1e}: {found:?}");
+        }
+        // The other six: place, yaw, the wheels' angles, speed.
+        assert_eq!(found.iter().filter(|x| **x == Complex::new(0.0, 0.0)).count(), 6, "{found:?}");
+    }
+}
