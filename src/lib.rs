@@ -80,7 +80,9 @@ pub mod prelude {
         Outputs, Powers, Quantity, State, StateJacobian,
     };
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::motion::{Direction, Flow, Formulation, Method, Motion, Simulate, SimulationError};
+    pub use dynamics_runtime::motion::{
+        Contact, Direction, Flow, Formulation, Method, Motion, Simulate, SimulationError,
+    };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Animation, Axis, Chart, Color, Drawing, Mark, Panel, Series};
     #[cfg(feature = "alloc")]

@@ -300,7 +300,7 @@ impl Summary {
         if let Some(Turned { part, time }) = self.upkept.turned.filter(|turned| turned.part > TURNED) {
             write!(
                 f,
-                "\n  warning      drift of the constraints turned the motion by up to {:.1} % at t = {}; use Formulation::Projected",
+                "\n  warning      drift of the constraints turned the motion by up to {:.2} % at t = {}; use Formulation::Projected",
                 100.0 * part,
                 Rounded(time)
             )?;
