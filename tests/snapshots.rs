@@ -14,7 +14,7 @@ use compare::snapshot;
 use dynamics::prelude::*;
 use models::*;
 // The prelude has one, too.
-use models::RigidBody;
+use models::{Contact, RigidBody};
 use physics::{balanced, held, near};
 
 #[test]
