@@ -54,6 +54,47 @@ mod starts {
         assert_eq!(error.time, 0.0);
     }
 
+    /// What a start may miss is a part of its own size, whatever the unit of length and of time.
+    #[test]
+    fn starts_are_judged_by_their_size() {
+        #[derive(Clone, Debug, Dynamics)]
+        #[coordinates(x: m, y: m)]
+        #[units(mass: kg, length: m)]
+        struct Sling {
+            mass: f64,
+            length: f64,
+        }
+        #[dynamics]
+        impl Sling {
+            #[kinetic]
+            fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+                0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+            }
+            #[holonomic]
+            fn rod(&self, q: &Coordinates<Self>) -> Expr {
+                vec2(q.x, q.y).norm() - self.length
+            }
+        }
+        for length in [1e-6, 1e-3, 1.0, 1e3, 1e6] {
+            let model = Sling { mass: 1.0, length };
+            let at = |x: f64, y: f64| model.state().x(length * x).y(length * y);
+            for (speed, off) in [(1e-6, 1e-2), (1.0, 1e-2), (1e6, 1e-2), (1.0, 1e-3)] {
+                let u = speed * length;
+                at(0.6, -0.8).x_rate(0.8 * u).y_rate(0.6 * u).build().unwrap();
+                at(0.6 + 1e-8, -0.8).x_rate(0.8 * u).y_rate((0.6 + 1e-8) * u).build().unwrap();
+                let error = at(0.6 + off, -0.8).build().unwrap_err();
+                assert!(matches!(error, StateError::ConstraintViolated { row: "rod", .. }), "{length}: {error}");
+                let error = at(0.6, -0.8).x_rate((0.8 + off) * u).y_rate(0.6 * u).build();
+                // Below a tenth of a nanometre per second anything is rest.
+                let Err(error) = error else {
+                    assert!(off * u < 2e-10, "{length} {speed}");
+                    continue;
+                };
+                assert!(matches!(error, StateError::VelocityViolated { row: "rod", .. }), "{length}: {error}");
+            }
+        }
+    }
+
     #[test]
     fn positions_off_the_constraint_are_refused() {
         let error = pendulum().state().x(1.0).y(0.1).build().unwrap_err();

@@ -27,8 +27,11 @@ pub(super) use room::memory;
 #[cfg(feature = "alloc")]
 pub(crate) use room::weigh;
 
-/// Largest violation with which a state counts as consistent, |Φ| / ‖Φ_q‖ against 1 + |q|∞: what is left when coordinates are given with
+/// Largest violation with which a state counts as consistent, |Φ| / ‖Φ_q‖ against the size of what it involves: what is left when coordinates are given with
 /// seven digits. Projection removes it before a simulation begins.
+///
+/// A start is judged by the largest value among coordinates of the same unit, an angle by 1 rad at least, so that a mechanism of micrometres may miss by micrometres of
+/// micrometres; all else against 1 + |q|∞.
 pub const CONSISTENT: f64 = 1e-6;
 
 /// The same for what [`assemble`] returns: rounding, with a margin for residuals of long expressions.
@@ -40,21 +43,30 @@ const ASSEMBLED: f64 = 1e-10;
 /// # Errors
 /// With the row that is violated most, its residual and the distance from fulfilling it.
 pub fn check_start<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
-    check_held(model, state)?;
+    check_held(model, state, Against::ItsSize)?;
     check_sides(model, state)
 }
 
+/// What misses of constraints are judged against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Against {
+    /// The size of what a row involves: a start, which was given.
+    ItsSize,
+    /// 1 + |q|∞: a state within a motion, which has errors of its own.
+    Unity,
+}
+
 /// [`check_start`] for the constraints that hold alone.
-pub(crate) fn check_held<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
+pub(crate) fn check_held<M: Constraints>(model: &M, state: &M::State, against: Against) -> Result<(), StateError> {
     StateError::check_parameters(model)?;
     StateError::check::<M>(state)?;
     if M::ROWS.is_empty() {
         return Ok(());
     }
     with_workspace::<M, _>(|memory| {
-        check_positions(model, state, &Gradients::of(model, state, memory))?;
+        check_positions(model, state, &Gradients::of(model, state, memory), against)?;
         refuse::<M>(vanishing_row(model, state, memory))?;
-        check_velocities(model, state, &Gradients::of(model, state, memory))
+        check_velocities(model, state, &Gradients::of(model, state, memory), against)
     })
 }
 
@@ -193,10 +205,12 @@ fn worst<M: Constraints>(
     holonomic: bool,
     values: &[f64],
     (jacobian, usual): (&[f64], &[f64]),
-    tolerance: f64,
+    tolerance: impl Fn(&[f64]) -> f64,
 ) -> Result<Option<Violation>, StateError> {
     let n = M::COORDINATES.len();
     let mut worst: Option<Violation> = None;
+    // By how many times more than permitted.
+    let mut most = 1.0;
     for row in active_rows::<M>(modes, holonomic) {
         let (residual, gradient) = (values[row], &jacobian[row * n..][..n]);
         if !residual.is_finite() {
@@ -206,11 +220,33 @@ fn worst<M: Constraints>(
             return Err(StateError::GradientNotFinite { row: M::ROWS[row].name });
         }
         let distance = distance(residual, gradient, usual[row]);
-        if distance > worst.as_ref().map_or(tolerance, |worst| worst.distance) {
-            worst = Some(Violation { row, residual, distance });
+        let times = distance / tolerance(gradient);
+        if times > most {
+            (most, worst) = (times, Some(Violation { row, residual, distance }));
         }
     }
     Ok(worst)
+}
+
+/// By how much coordinates of zero may miss, or their velocities: what computed ones leave of zero.
+const OF_ZERO: f64 = 1e-10;
+
+/// How far a state may miss a row with this gradient, where these are its coordinates or velocities; its size is that of the largest of their unit, of an angle `least` at
+/// least.
+fn permitted<M: Constraints>(values: &[f64], gradient: &[f64], (against, least): (Against, f64)) -> f64 {
+    if against == Against::Unity {
+        return CONSISTENT * size(values);
+    }
+    let of_unit = |unit: &str| {
+        let same = M::COORDINATES.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
+        let most = same.fold(0.0, |most, (_, value)| f64::max(most, value.abs()));
+        if unit == "rad" { f64::max(most, least) } else { most }
+    };
+    let along = M::COORDINATES.iter().zip(gradient).map(|(coordinate, g)| g.abs() * of_unit(coordinate.unit));
+    let steepness = norm(gradient);
+    // Where the gradient vanishes it has no direction.
+    let scale = if steepness > 0.0 { along.sum::<f64>() / steepness } else { size(values) };
+    CONSISTENT * scale + OF_ZERO
 }
 
 /// 1 + |v|∞.
@@ -225,9 +261,14 @@ pub(crate) fn named<M: Constraints>(row: usize) -> (&'static str, Option<&'stati
     (M::ROWS[row].name, of_row.map(|c| c.name))
 }
 
-fn check_positions<M: Constraints>(model: &M, state: &M::State, gradients: &Gradients<'_>) -> Result<(), StateError> {
+fn check_positions<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    gradients: &Gradients<'_>,
+    against: Against,
+) -> Result<(), StateError> {
     let values = model.residual(state);
-    let tolerance = CONSISTENT * size(state.q().as_slice());
+    let tolerance = |gradient: &[f64]| permitted::<M>(state.q().as_slice(), gradient, (against, 1.0));
     match worst::<M>(state.modes(), true, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
         Some(Violation { row, residual, distance }) => {
             let (row, switched) = named::<M>(row);
@@ -237,9 +278,14 @@ fn check_positions<M: Constraints>(model: &M, state: &M::State, gradients: &Grad
     }
 }
 
-fn check_velocities<M: Constraints>(model: &M, state: &M::State, gradients: &Gradients<'_>) -> Result<(), StateError> {
+fn check_velocities<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    gradients: &Gradients<'_>,
+    against: Against,
+) -> Result<(), StateError> {
     let values = model.velocity_residual(state);
-    let tolerance = CONSISTENT * size(state.u().as_slice());
+    let tolerance = |gradient: &[f64]| permitted::<M>(state.u().as_slice(), gradient, (against, 0.0));
     match worst::<M>(state.modes(), false, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
         Some(Violation { row, residual, distance }) => {
             let (row, switched) = named::<M>(row);

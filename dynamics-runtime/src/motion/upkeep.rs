@@ -11,7 +11,7 @@ use super::conditioning::Conditioning;
 use super::error::SimulationErrorKind;
 use super::formulation::Formulation;
 use super::pace::{Pace, Turned};
-use crate::constrain::assemble::CONSISTENT;
+use crate::constrain::assemble::{Against, CONSISTENT, check_held};
 use crate::constrain::held::{active_rows, holds};
 use crate::constrain::memory::max_abs;
 use crate::constrain::{self, Diagnosis, Gradients};
@@ -451,13 +451,13 @@ impl<M: Constraints> Upkeep<M> {
         if M::ROWS.is_empty() {
             return Ok(());
         }
-        self.put(model, state)?;
+        self.put(model, state, Against::ItsSize)?;
         Ok(constrain::check_sides(model, state)?)
     }
 
     /// The same for the constraints that hold alone.
-    fn put(&mut self, model: &M, state: &mut M::State) -> Result<(), PlaceError> {
-        constrain::assemble::check_held(model, state)?;
+    fn put(&mut self, model: &M, state: &mut M::State, against: Against) -> Result<(), PlaceError> {
+        check_held(model, state, against)?;
         if self.settles() {
             self.settle(model, state)?;
         }
@@ -466,7 +466,11 @@ impl<M: Constraints> Upkeep<M> {
 
     /// The same for a state that an action made of another one. Where constraints may drift they have, and it must not have made that worse.
     pub(crate) fn place(&mut self, model: &M, before: &M::State, state: &mut M::State) -> Result<(), PlaceError> {
-        if self.settles() { self.put(model, state) } else { Ok(self.check_worse(model, before, state)?) }
+        if self.settles() {
+            self.put(model, state, Against::Unity)
+        } else {
+            Ok(self.check_worse(model, before, state)?)
+        }
     }
 
     /// Refuses a state that violates a row by more than a start may, and by more than twice what it was violated by before, where it held.

@@ -66,7 +66,7 @@ impl<M: Constraints> Search<'_, '_, M> {
         let values = self.model.residual(state);
         let tolerance = ASSEMBLED * size(state.q().as_slice());
         self.room.evaluate(self.model, state);
-        worst::<M>(state.modes(), true, values.as_slice(), (self.room.jacobian, self.room.usual), tolerance)
+        worst::<M>(state.modes(), true, values.as_slice(), (self.room.jacobian, self.room.usual), |_| tolerance)
     }
 
     fn linearise(&mut self, state: &M::State) -> Result<(), StateError> {

@@ -35,7 +35,7 @@ pub(super) fn solve<M: Constraints>(
     }
     let values = model.velocity_residual(state);
     let tolerance = ASSEMBLED * size(state.u().as_slice());
-    let Some(missed) = worst::<M>(state.modes(), false, values.as_slice(), (room.jacobian, room.usual), tolerance)?
+    let Some(missed) = worst::<M>(state.modes(), false, values.as_slice(), (room.jacobian, room.usual), |_| tolerance)?
     else {
         let (rows, free) = room.shape;
         return Ok(open(room) > free.saturating_sub(rows));
