@@ -377,3 +377,60 @@ fn a_slip_that_jumps_through_zero_turns_its_side() {
         }
     }
 }
+
+/// A block that sticks is shoved: the force jumps past the limit in an instant that belongs to what was before, or to what comes.
+#[test]
+fn what_sticks_breaks_away_where_a_force_jumps_past_the_limit() {
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m)]
+    #[units(mass: kg, limit: N, before: N, push: N, at: s, later: s)]
+    struct Shoved {
+        mass: f64,
+        limit: f64,
+        before: f64,
+        push: f64,
+        at: f64,
+        later: f64,
+    }
+    #[dynamics]
+    impl Shoved {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.mass * q.x.dt().powi(2)
+        }
+        #[nonholonomic(switched, integrable)]
+        fn stick(&self, q: &Coordinates<Self>) -> Expr {
+            q.x.dt()
+        }
+        #[force]
+        fn rub(&self, q: &Coordinates<Self>) -> Force {
+            Force::along(q.x, -self.limit * q.slip(Self::stick))
+        }
+        #[force]
+        fn shove(&self, q: &Coordinates<Self>) -> Force {
+            let first = if q.t > self.at { self.push } else { self.before };
+            let second = if q.t < self.later { Expr::from(first) } else { Expr::ZERO };
+            Force::along(q.x, second)
+        }
+        #[event]
+        fn grip(&self, q: &Coordinates<Self>) -> Expr {
+            self.limit - q.reaction(Self::stick).abs()
+        }
+    }
+    for (at, during) in [(1.0, 0.5), (0.7, 0.01), (1.2345, 1.0), (2.0, 0.1), (0.3, 2.0)] {
+        for (before, push) in [(0.0, 10.0), (0.0, -10.0), (0.5, -10.0), (-5.0, 8.0), (3.0, 7.0)] {
+            let block = Shoved { mass: 2.0, limit: 6.0, before, push, at, later: at + during };
+            let start = block.state().build().unwrap();
+            // It speeds up while it is pushed and comes to rest: v t/2 in both.
+            let speed = (f64::abs(push) - 6.0) / 2.0 * during;
+            let truth = push.signum() * 0.5 * speed * (during + speed / 3.0);
+            for formulation in FORMULATIONS {
+                let run = block.simulate(start).until(8.0).tolerance(1e-9).formulation(formulation);
+                let motion = run.stick_slip("stick", "grip").run();
+                let motion = motion.unwrap_or_else(|e| panic!("{at} {during} {before} {push} {formulation}: {e}"));
+                let error = (motion.end().x() - truth).abs();
+                assert!(error < 3e-8, "{at} {during} {before} {push} {formulation}: {}, not {truth}", motion.end().x());
+            }
+        }
+    }
+}

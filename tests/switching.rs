@@ -584,3 +584,80 @@ fn the_same_function_happens_where_nothing_holds_it() {
     let times: Vec<f64> = motion.events().iter().filter(|e| e.name == "touches").map(|e| e.time()).collect();
     assert!(times.len() == 1 && (times[0] - lands).abs() < 1e-9, "{times:?} {lands}");
 }
+
+/// A sleeve on a rod that turns, and a latch on it.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+#[units(mass: kg, speed: rad / s, place: m, bell: s)]
+#[nominal(speed = 2.0)]
+struct Sleeve {
+    mass: f64,
+    speed: f64,
+    place: f64,
+    bell: f64,
+}
+
+#[dynamics]
+impl Sleeve {
+    fn along(&self, q: &Coordinates<Self>) -> Expr {
+        q.x * (self.speed * q.t).cos() + q.y * (self.speed * q.t).sin()
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Expr {
+        q.y * (self.speed * q.t).cos() - q.x * (self.speed * q.t).sin()
+    }
+    #[holonomic(switched)]
+    fn latch(&self, q: &Coordinates<Self>) -> Expr {
+        self.along(q) - self.place
+    }
+    #[event]
+    fn at_the_place(&self, q: &Coordinates<Self>) -> Expr {
+        self.along(q) - self.place
+    }
+    #[event]
+    fn bell(&self, q: &Coordinates<Self>) -> Expr {
+        q.t - self.bell
+    }
+}
+
+/// What the latch holds at zero does not happen again by rounding, and does not when it is let go.
+#[test]
+fn a_latch_on_what_turns_catches_once() {
+    for speed in [1.0, 2.0, 3.7] {
+        let sleeve = Sleeve { mass: 1.0, speed, place: 0.5, bell: 1.5 };
+        let start = sleeve.state().x(0.2).x_rate(0.3).y_rate(0.2 * speed).release("latch").build().unwrap();
+        for tolerance in [1e-6, 1e-9, 1e-10, 1e-12] {
+            for formulation in [
+                Formulation::Projected,
+                Formulation::Embedded,
+                Formulation::Augmented,
+                Formulation::BaumgarteTied,
+                Formulation::Baumgarte { alpha: 5.0, beta: 5.0 },
+            ] {
+                let case = format!("{speed} {formulation} {tolerance:e}");
+                let run = || {
+                    let run = sleeve.simulate(start).until(3.0).tolerance(tolerance).formulation(formulation);
+                    run.on_event_with("at_the_place", Direction::Rising, |change| change.engage("latch"))
+                };
+                let far = |state: State<Sleeve>| state.x().hypot(state.y());
+                let caught = run().run().unwrap_or_else(|error| panic!("{case}: {error}"));
+                assert!((far(caught.end()) - 0.5).abs() < 30.0 * tolerance, "{case}: {}", far(caught.end()));
+                let catches = caught.events().iter().filter(|event| event.name == "at_the_place").count();
+                assert_eq!(catches, 1, "{case}");
+
+                let bell = run().on_event_with("bell", Direction::Rising, |change| change.release("latch")).run();
+                let bell = bell.unwrap_or_else(|error| panic!("{case}, let go: {error}"));
+                let truth = 0.5 * (1.5 * speed).cosh();
+                assert!(
+                    (far(bell.end()) / truth - 1.0).abs() < 300.0 * tolerance,
+                    "{case}: {}, not {truth}",
+                    far(bell.end())
+                );
+            }
+        }
+    }
+}

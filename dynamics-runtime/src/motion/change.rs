@@ -238,20 +238,35 @@ impl<'c, M: Simulate> Change<'c, M> {
 
     /// Whether what a released constraint of one row slips on jumps here, and its slip with it from this side to the other: nothing has come to rest there.
     pub(super) fn leaps_from(&mut self, constraint: &'static Constraint, side: f64) -> bool {
-        let (t, u, inputs) = (self.state.t(), *self.state.u(), *self.state.inputs());
-        let modes = self.state.modes();
-        let mut slip = |by: f64| {
-            let mut q = *self.state.q();
-            (0..M::Vector::LEN).for_each(|i| q[i] += by * u[i]);
-            // As a new one it holds no branches.
-            let mut beside = M::State::new(t + by, q, u, inputs);
-            *beside.modes_mut() = modes;
+        let mut slip = |part: f64| {
+            let beside = self.beside(part);
             self.upkeep.slip(self.model, &beside, constraint)
         };
-        let beside = BESIDE * (1.0 + t.abs());
-        let (before, after) = (slip(-beside), slip(beside));
-        let least = CONSISTENT * (1.0 + max_abs(u.as_slice()));
+        let (before, after) = (slip(-BESIDE), slip(BESIDE));
+        let least = CONSISTENT * (1.0 + max_abs(self.state.u().as_slice()));
         (after - before).abs() > least && -side * after > least
+    }
+
+    /// The state a little later, or earlier, by a part of 1 + |t|. As a new one it holds no branches.
+    fn beside(&self, part: f64) -> M::State {
+        let (t, mut q, u) = (self.state.t(), *self.state.q(), *self.state.u());
+        let by = part * (1.0 + t.abs());
+        (0..M::Vector::LEN).for_each(|i| q[i] += by * u[i]);
+        let mut beside = M::State::new(t + by, q, u, *self.state.inputs());
+        *beside.modes_mut() = self.state.modes();
+        beside
+    }
+
+    /// The side to which a constraint of one row that breaks away goes, where its reaction jumps here: against the one that comes. `None` where it does not.
+    pub(super) fn side_ahead(&mut self, constraint: &'static Constraint) -> Option<f64> {
+        let ahead = self.beside(BESIDE);
+        let mut reaction = |state: &M::State| {
+            let solved = self.upkeep.reactions(self.model, self.constants, state).ok()?;
+            Some(solved[constraint.first])
+        };
+        let (now, ahead) = (reaction(self.state)?, reaction(&ahead)?);
+        // What comes continuously is what is here.
+        ((ahead - now).abs() > 0.5 * ahead.abs()).then(|| -ahead.signum())
     }
 
     /// Lets a constraint hold whose slip has just fallen to zero: nothing jumps but for rounding, and that is no impact.

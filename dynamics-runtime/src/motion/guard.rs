@@ -206,6 +206,9 @@ impl Guard {
             Law::Stick { .. } if holds && !jumped && later.is_some_and(|reaction| reaction != 0.0) => {
                 change.release_to(name, -later.unwrap_or_default());
             }
+            Law::Stick { .. } if holds && let Some(side) = change.side_ahead(self.constraint) => {
+                change.release_to(name, side);
+            }
             // Nothing held it, and nothing will brake it: as where the contact that bears it lifts off.
             Law::Stick { .. } if holds && change.slips_either_way(self.constraint) => {
                 change.release_to(name, self.side)

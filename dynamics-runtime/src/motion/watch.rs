@@ -210,7 +210,12 @@ impl<'m, M: Simulate> Watch<'m, M> {
         let rounding = NOISE * size + early_noise(&step.start, false);
         let (mut horizon, mut fault) = (1.0, None);
         for index in 0..self.standing.len() {
-            let (start, sign) = self.departure(index, &step.start, &state)?;
+            let departure = self.departure(index, &step.start, &state);
+            let (start, sign) = match departure {
+                // What engaged where the function crossed holds it there from then on.
+                Err(Fault::EventRepeats { .. }) if self.is_kept(index, &state)? => (None, 0.0),
+                departure => departure?,
+            };
             let noise = NOISE * 4.0 * self.sizes[index] + rounding;
             let mut scan = Scan::new(sign, resolution, noise).up_to(self.first_end(horizon) + SIMULTANEOUS);
             let so_far =
@@ -467,6 +472,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
                 }
                 Some(c) if !moved => Standing::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 }),
                 _ if value == 0.0 => Standing::Zero,
+                // What kept it at zero lets go: it leaves from there, on whatever side rounding has put it.
+                None if switched && self.functions.is_kept(index, before, &mut self.values.clone())? => Standing::Zero,
                 _ if moved || fired.is_some() => Standing::Sign(value.signum()),
                 _ => self.crossed_or_held(index, value),
             };
