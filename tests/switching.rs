@@ -661,3 +661,16 @@ fn a_latch_on_what_turns_catches_once() {
         }
     }
 }
+
+/// A constraint that pushes only cannot be hit from behind.
+#[test]
+fn an_impact_from_behind_is_refused() {
+    let sleeve = Sleeve { mass: 1.0, speed: 2.0, place: 0.5, bell: 9.0 };
+    let start = sleeve.state().x(0.2).x_rate(0.3).y_rate(0.4).release("latch").build().unwrap();
+    let run = sleeve.simulate(start).until(3.0);
+    let run = run.on_event_with("at_the_place", Direction::Rising, |change| change.impact("latch", 0.5));
+    let error = run.run().unwrap_err();
+    let message = error.to_string();
+    assert!(message.contains("at event `at_the_place`: `latch` is to be hit while it grows"), "{message}");
+    assert!((error.state.x().hypot(error.state.y()) - 0.5).abs() < 1e-5, "{message}");
+}

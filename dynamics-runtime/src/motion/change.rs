@@ -74,6 +74,13 @@ pub enum ChangeError {
         /// Φ there.
         residual: f64,
     },
+    /// A constraint that pushes only is to be hit while Φ grows: it moves away.
+    ImpactAway {
+        /// Its row.
+        row: &'static str,
+        /// Φ̇ there.
+        rate: f64,
+    },
     /// The side to which a constraint is released cannot be told from its reaction: there is none, or one for each of several rows.
     NoSide {
         /// Its name.
@@ -124,6 +131,11 @@ impl core::fmt::Display for ChangeError {
             Self::ImpactApart { row, residual } => write!(
                 f,
                 "`{row}` is to be hit where its residual is {residual:e}; hit it where it crosses zero, or move the state there first"
+            ),
+            Self::ImpactAway { row, rate } => write!(
+                f,
+                "`{row}` is to be hit while it grows, by {rate:e} per unit of time: a released constraint pushes only, to where it is positive; hit it where it falls, write it \
+                 with the opposite sign, or stop it with `engage`"
             ),
             Self::NoSide { constraint } => write!(
                 f,
@@ -210,7 +222,8 @@ impl<'c, M: Simulate> Change<'c, M> {
     }
 
     /// An impact on a constraint, switched or not, by Poisson's hypothesis: what its rows take while they are stopped they give back e times, with the
-    /// coefficient of restitution e. Where nothing else is hit that is Newton's Φ̇⁺ = −e Φ̇⁻. A released holonomic constraint of one row pushes only.
+    /// coefficient of restitution e. Where nothing else is hit that is Newton's Φ̇⁺ = −e Φ̇⁻. A released holonomic constraint of one row pushes only, to where Φ is
+    /// positive: hit while Φ grows it ends the simulation.
     ///
     /// Constraints that hold go on holding, except for contacts declared with [`contact`](super::Simulation::contact): they do not pull here either, but part where
     /// the impact opens them, and those that are closed but released are hit along by their own law. See
@@ -220,6 +233,13 @@ impl<'c, M: Simulate> Change<'c, M> {
             let constraint = find::<M>(name)?;
             if let Some((row, residual)) = change.far(constraint) {
                 return Err(ChangeError::ImpactApart { row, residual });
+            }
+            let pushes = constraint.kind == ConstraintKind::Holonomic && constraint.rows == 1;
+            let free = constraint.switched.is_some_and(|switch| !change.state.modes().holds(switch));
+            let away = change.upkeep.slip(change.model, change.state, constraint);
+            if pushes && free && away > CONSISTENT * (1.0 + max_abs(change.state.u().as_slice())) {
+                let rate = change.model.velocity_residual(change.state)[constraint.first];
+                return Err(ChangeError::ImpactAway { row: M::ROWS[constraint.first].name, rate });
             }
             change.strike(constraint, Blow::Rebound(restitution))
         });

@@ -565,7 +565,7 @@ impl<M: Constraints> Upkeep<M> {
         (slip.abs() > CONSISTENT * (1.0 + max_abs(state.u().as_slice()))).then_some(slip.signum())
     }
 
-    /// The slip of a nonholonomic constraint of one row, as the velocity that misses it.
+    /// Φ̇ or A q̇ + b of a constraint of one row, as the velocity by which it is missed.
     pub(crate) fn slip(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> f64 {
         let slip = model.velocity_residual(state)[constraint.first];
         Distances::of(model, state, &mut self.workspace).along(constraint.first, slip).copysign(slip)
