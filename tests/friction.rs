@@ -434,3 +434,74 @@ fn what_sticks_breaks_away_where_a_force_jumps_past_the_limit() {
         }
     }
 }
+
+/// A block on a floor with a pendulum that hangs on it.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, a: m, b: m)]
+#[units(block: kg, bob: kg, length: m, g: m / s^2)]
+#[nominal(length = 1.0)]
+struct Rig {
+    block: f64,
+    bob: f64,
+    length: f64,
+    g: f64,
+    mu: f64,
+}
+
+#[dynamics]
+impl Rig {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let (block, bob) = (vec2(q.x, q.y), vec2(q.a, q.b));
+        0.5 * self.block * block.dt().norm_squared() + 0.5 * self.bob * bob.dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.g * (self.block * q.y + self.bob * q.b)
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Expr {
+        vec2(q.a - q.x, q.b - q.y).norm() - self.length
+    }
+    #[holonomic(switched)]
+    fn floor(&self, q: &Coordinates<Self>) -> Expr {
+        q.y
+    }
+    #[nonholonomic(switched, integrable)]
+    fn stick(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.dt()
+    }
+    #[force]
+    fn rub(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.mu * q.reaction(Self::floor) * q.slip(Self::stick))
+    }
+    #[event]
+    fn limit(&self, q: &Coordinates<Self>) -> Expr {
+        self.mu * q.reaction(Self::floor) - q.reaction(Self::stick).abs()
+    }
+}
+
+/// What comes to stick is no impact: a contact that bears it does not part by what rounding leaves of its velocity.
+#[test]
+fn a_contact_goes_on_bearing_what_comes_to_stick() {
+    for mu in [0.25, 0.02] {
+        let rig = Rig { block: 2.0, bob: 1.0, length: 1.0, g: 10.0, mu };
+        for angle in [core::f64::consts::FRAC_PI_2, 0.5] {
+            let start = rig.state().x(0.0).y(0.0).a(angle.sin()).b_guess(-angle.cos()).assemble().unwrap();
+            for (formulation, tolerance) in FORMULATIONS.into_iter().flat_map(|f| [(f, 1e-6), (f, 1e-9)]) {
+                let run = || {
+                    let run = rig.simulate(start).until(6.0).tolerance(tolerance).formulation(formulation);
+                    run.stick_slip("stick", "limit")
+                };
+                let alone = run().run().unwrap().end();
+                for contact in [0.0.into(), Contact { restitution: 0.3, rest_speed: Some(0.1) }] {
+                    let case = format!("{mu} {angle} {formulation} {tolerance:e} {contact:?}");
+                    let borne = run().contact("floor", contact).run().unwrap_or_else(|error| panic!("{case}: {error}"));
+                    let error = (borne.end().x() - alone.x()).abs().max((borne.end().a() - alone.a()).abs());
+                    assert!(error < 1e3 * tolerance, "{case}: {error:e}");
+                    assert!(!borne.events().iter().any(|event| event.name == "floor contact"), "{case}");
+                }
+            }
+        }
+    }
+}

@@ -289,11 +289,17 @@ impl<'c, M: Simulate> Change<'c, M> {
         ((ahead - now).abs() > 0.5 * ahead.abs()).then(|| -ahead.signum())
     }
 
-    /// Lets a constraint hold whose slip has just fallen to zero: nothing jumps but for rounding, and that is no impact.
+    /// Lets a constraint hold whose slip has just fallen to zero: nothing jumps but for rounding, and that is no impact. Contacts that hold go on holding.
     pub(super) fn catch(&mut self, name: &str) {
-        let so_far = self.impacts.len();
-        self.engage(name);
-        self.impacts.truncate(so_far);
+        self.attempt(|change| {
+            let (constraint, index) = change.switched(name)?;
+            change.check_place(constraint)?;
+            if !change.state.modes().holds(index) {
+                change.state.modes_mut().engage(index);
+                change.upkeep.impact(change.model, change.state, &[(position_of::<M>(constraint), 0.0)])?;
+            }
+            Ok(())
+        });
     }
 
     /// Lets a switched constraint hold from here on, after a plastic impact that stops its rows, pushing or pulling. Contacts
