@@ -65,3 +65,61 @@ fn a_drive_that_asks_for_too_much_is_told_so() {
         }
     }
 }
+
+/// A crank that its slider leads.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad, phi: rad, x: m)]
+#[units(inertia: kg * m^2, crank: m, rod: m, reach: m, rate: rad / s)]
+#[nominal(inertia = 0.1, crank = 1.0, rod = 3.0, reach = 0.9, rate = 1.0)]
+struct Led {
+    inertia: f64,
+    crank: f64,
+    rod: f64,
+    reach: f64,
+    rate: f64,
+}
+
+#[dynamics]
+impl Led {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.inertia * q.theta.dt().powi(2)
+    }
+    #[holonomic]
+    fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
+        let pin = self.crank * vec2(q.theta.cos(), q.theta.sin());
+        vec2(q.x, 0.0) - pin - self.rod * vec2(q.phi.cos(), -q.phi.sin())
+    }
+    #[holonomic]
+    fn drive(&self, q: &Coordinates<Self>) -> Expr {
+        q.x - self.rod - self.reach * (self.rate * q.t).cos()
+    }
+}
+
+/// A drive that turns round just at the dead point leaves two ways, with finite velocities: no lock-up, and one of them is continuous.
+#[test]
+fn a_drive_that_turns_round_at_the_dead_point_meets_a_bifurcation() {
+    for (reach, locks) in [(1.0, false), (1.000_001, true)] {
+        let led = Led { inertia: 0.1, crank: 1.0, rod: 3.0, reach, rate: 1.0 };
+        let start = led.state().at_time(1.0).theta_guess(-1.2).phi_guess(-0.3).x_guess(3.5).assemble().unwrap();
+        let Err(error) = led.kinematics(start).until(8.0).run() else { panic!("went through") };
+        let message = error.to_string();
+        assert_eq!(message.contains("infinite velocity"), locks, "{message}");
+        let Err(error) = led.kinematics(start).until(8.0).through_bifurcations().run() else {
+            assert!(!locks);
+            let motion = led.kinematics(start).until(8.0).through_bifurcations().run().unwrap();
+            let end = motion.end();
+            let cosine = (end.x().powi(2) - 8.0) / (2.0 * end.x());
+            assert!((end.theta().cos() - cosine).abs() < 1e-9, "{end:?}");
+            // The crank goes on, across the inner dead point and then the outer one, where 4 − x = (2/3) θ² = t²/2 and θ̇² = 3/4.
+            let outer = motion.at(std::f64::consts::TAU);
+            assert!(end.theta() < -std::f64::consts::TAU && (outer.theta() + std::f64::consts::TAU).abs() < 1e-5);
+            for beside in [-1e-3, 1e-3] {
+                let state = motion.at(std::f64::consts::TAU + beside);
+                assert!((state.theta_rate() + 0.75_f64.sqrt()).abs() < 1e-5, "{state:?}");
+            }
+            continue;
+        };
+        assert!(locks && error.to_string().contains("infinite velocity"), "{error}");
+    }
+}

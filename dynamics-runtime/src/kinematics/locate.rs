@@ -26,7 +26,7 @@ use crate::model::{Constraints, ModelState, Vector};
 pub(super) const SUSPECT: f64 = 1e-3;
 /// Points that are extrapolated.
 const MOST_POINTS: usize = 5;
-/// |wᵀΦ_t| above this part of ‖Φ_t‖ is a lock-up: of a bifurcation the extrapolation leaves about 10⁻⁸.
+/// |wᵀΦ_t| above this part of the largest ‖Φ_t‖ on the way there is a lock-up: of a bifurcation the extrapolation leaves about 10⁻⁸.
 const DRIVEN: f64 = 1e-5;
 /// At the located position σ is below this part of the largest.
 const SINGULAR: f64 = 1e-7;
@@ -62,8 +62,10 @@ impl<M: Constraints> Tracer<'_, M> {
         for i in 0..M::Vector::LEN {
             state.q_mut()[i] = at_zero(&|point| point.state.q()[i]);
         }
-        let [driven, drive] = [at_zero(&|point| self.drive(point).0), at_zero(&|point| self.drive(point).1)];
-        let guess = driven.abs() > DRIVEN * drive.abs();
+        let driven = at_zero(&|point| self.drive(point).0);
+        // A drive that turns round just there has no part of its own that nothing follows.
+        let drive = points.iter().map(|point| self.drive(point).1).fold(0.0, f64::max);
+        let guess = driven.abs() > DRIVEN * drive;
         let last = points[points.len() - 1].state;
         let begun = |locks_up: bool| {
             let mut state = state;
@@ -86,7 +88,7 @@ impl<M: Constraints> Tracer<'_, M> {
             };
             let off = if exact { HOLDS } else { EXTRAPOLATED };
             let is_singular = frame.least() <= SINGULAR * frame.largest();
-            let fits = self.off(&state, &frame) <= off && self.resists(&state, &frame) == locks_up;
+            let fits = self.off(&state, &frame) <= off && self.resists(&state, &frame, drive) == locks_up;
             (is_singular && fits).then_some((state, frame, locks_up))
         });
         let (state, frame, locks_up) = found?;
@@ -110,12 +112,12 @@ impl<M: Constraints> Tracer<'_, M> {
         math::sqrt(dot(&residual, &residual)) / self.measure.scale(state.q().as_slice())
     }
 
-    /// Whether no velocity follows the drive at a singular position: Φ_t is not in the range of Φ_q.
-    fn resists(&self, state: &M::State, frame: &Frame) -> bool {
+    /// Whether no velocity follows the drive at a singular position: Φ_t is not in the range of Φ_q, by more than a part of what it was before.
+    fn resists(&self, state: &M::State, frame: &Frame, drive: f64) -> bool {
         let mut at_rest = *state;
         *at_rest.u_mut() = M::Vector::zeros();
         let rates = scaled(&self.measure, self.model.velocity_residual(&at_rest).as_slice(), &frame.scales);
-        frame.beyond_range(LOST, &rates) > DRIVEN * math::sqrt(dot(&rates, &rates))
+        frame.beyond_range(LOST, &rates) > DRIVEN * drive.max(math::sqrt(dot(&rates, &rates)))
     }
 
     /// |wᵀΦ_t| and ‖Φ_t‖, in scaled rows.
