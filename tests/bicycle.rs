@@ -24,7 +24,7 @@ fn the_published_matrices() {
     let (standing, running) = (lean_and_steer(0.0), lean_and_steer(1.0));
     let close = |name: &str, found: Matrix2<f64>, wanted: [f64; 4]| {
         let error = (found - Matrix2::from_row_slice(&wanted)).amax();
-        assert!(error < 1e-12, "{name} is off by {error:.1e}: {found}");
+        assert!(error < 1e-13, "{name} is off by {error:.1e}: {found}");
     };
     close("M", part(&standing.mass), [80.81722, 2.319413322087091, 2.319413322087091, 0.2978418819968555]);
     close("C₁", part(&running.damping), [0.0, 33.86641391492494, -0.8503564145697844, 1.6854039739755966]);
@@ -137,7 +137,7 @@ fn the_published_eigenvalues() {
         assert_eq!(found.len(), 10);
         for (re, im) in wanted {
             let nearest = found.iter().map(|x| (x - Complex::new(re, im)).norm()).fold(f64::INFINITY, f64::min);
-            assert!(nearest < 1e-12, "v = {speed}: {re} + {im}i is missed by {nearest:.1e}: {found:?}");
+            assert!(nearest < 1e-13, "v = {speed}: {re} + {im}i is missed by {nearest:.1e}: {found:?}");
         }
         // The other six: place, yaw, the wheels' angles, speed.
         assert_eq!(found.iter().filter(|x| **x == Complex::new(0.0, 0.0)).count(), 6, "{found:?}");

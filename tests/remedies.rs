@@ -86,10 +86,11 @@ fn gains_that_bound_the_steps_are_named() {
     let large = Formulation::Baumgarte { alpha: 1e9, beta: 1e9 };
     let run =
         |formulation, limit| PENDULUM.simulate(start()).until(2.0).formulation(formulation).max_steps(limit).run();
-    says(run(large, 2000), "gains of 1e9 take drift back within 1e-9, and steps can hardly be longer: lower the gains");
+    says(run(large, 2000), "gains of 1e9 take drift back within 1e-9, which may keep steps short: lower the gains");
     // Gains that bound nothing are no cause.
-    let error = run(Formulation::Baumgarte { alpha: 20.0, beta: 20.0 }, 5).unwrap_err();
-    says(Err::<(), _>(error), "more than 5 steps; raise `.max_steps(..)` or loosen the tolerance");
+    let slack = Formulation::Baumgarte { alpha: 1.0, beta: 1.0 };
+    let error = PENDULUM.simulate(start()).until(1e3).formulation(slack).max_steps(2000).run().unwrap_err();
+    says(Err::<(), _>(error), "more than 2000 steps; raise `.max_steps(..)` or loosen the tolerance");
     assert!(run(Formulation::Baumgarte { alpha: 20.0, beta: 20.0 }, 2000).is_ok());
     assert!(run(Formulation::Projected, 2000).is_ok());
 }
@@ -100,10 +101,7 @@ fn fixed_steps_that_end_off_the_constraints_are_to_be_shortened() {
     let run = PENDULUM.simulate(start()).until(1.0).method(methods::Rattle).fixed_step(0.01).run().unwrap();
     let text = run.summary().to_string();
     assert!(text.contains("of what a tolerance of 1e-9 permits at most; shorten the fixed step"), "{text}");
-    assert!(
-        !text.contains("smaller tolerance") && text.contains("0.000000e0 of energy lost") == text.contains("impacts"),
-        "{text}"
-    );
+    assert!(!text.contains("smaller tolerance"), "{text}");
 }
 
 #[test]

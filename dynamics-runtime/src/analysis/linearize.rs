@@ -32,8 +32,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 pub use error::LinearizeError;
 pub use modes::Mode;
 
+use crate::constrain::held::active_rows;
 use crate::constrain::{check_start, solve_once};
-use crate::model::{Constraints, ModelState, Quantity, Terms, Vector};
+use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
 use reduce::Tangent;
 
 /// Models whose small motions can be asked for: all.
@@ -213,7 +214,7 @@ impl Read {
             DMatrix::from_row_slice(rows, columns, matrix)
         };
         let (by_q, by_u, by_w, velocity_by) = (take(n + r, n), take(n + r, n), take(n + r, w), take(r, n));
-        let active = reduce::active::<M>(state.modes());
+        let active: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
         let of_rows = |m: &DMatrix<f64>| m.rows(n, r).select_rows(&active);
         Ok(Self {
             mass: DMatrix::from_row_slice(n, n, &mass),
@@ -242,11 +243,34 @@ impl Read {
     }
 }
 
+/// Refuses states at which a choice of the model changes, unless both sides have the same derivatives there, as drag by |v| v at rest.
+fn refuse_corner<M: Constraints>(model: &M, state: &M::State) -> Result<(), LinearizeError> {
+    let mut kinks = [Kink::NONE; MOST_KINKS];
+    model.kinks(state, &mut kinks);
+    let at_zero = |(_, kink): &(usize, &Kink)| kink.decides && kink.value == 0.0;
+    let side = |below: bool| {
+        let (mut held, mut branches) = (*state, Branches::FREE);
+        kinks.iter().enumerate().filter(at_zero).for_each(|(index, _)| branches.hold(index, below));
+        held.hold(branches);
+        Read::of(model, &held)
+    };
+    if !kinks.iter().enumerate().any(|kink| at_zero(&kink)) {
+        return Ok(());
+    }
+    let (below, above) = (side(true)?, side(false)?);
+    let same = |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax() <= 1e-12 * a.amax().max(b.amax());
+    let smooth = (0..2).all(|k| same(&below.force_by[k], &above.force_by[k]))
+        && same(&below.force_by_inputs, &above.force_by_inputs)
+        && (&below.accelerations - &above.accelerations).amax() <= 1e-12 * below.accelerations.amax();
+    if smooth { Ok(()) } else { Err(LinearizeError::Corner) }
+}
+
 fn linearize<M: Constraints>(model: &M, state: &M::State, wanted: &[&str]) -> Result<Linearization, LinearizeError> {
     if M::FRICTION {
         return Err(LinearizeError::Friction);
     }
     check_start(model, state)?;
+    refuse_corner(model, state)?;
     let preferred = reduce::indices::<M>(wanted)?;
     let read = Read::of(model, state)?;
     if !preferred.is_empty() {

@@ -30,8 +30,8 @@ pub(crate) use room::weigh;
 /// Largest violation with which a state counts as consistent, |Φ| / ‖Φ_q‖ against the size of what it involves: what is left when coordinates are given with
 /// seven digits. Projection removes it before a simulation begins.
 ///
-/// A start is judged by the largest value among coordinates of the same unit, an angle by 1 rad at least, so that a mechanism of micrometres may miss by micrometres of
-/// micrometres; all else against 1 + |q|∞.
+/// A start is judged by the largest value among coordinates of the same unit, an angle by 1 rad at least, so that a mechanism of micrometres may miss by millionths of that; its
+/// velocities by the larger of the largest velocity and the largest value, per unit of time, as what turns round has no speed. All else is judged against 1 + |q|∞.
 pub const CONSISTENT: f64 = 1e-6;
 
 /// The same for what [`assemble`] returns: rounding, with a margin for residuals of long expressions.
@@ -242,7 +242,8 @@ fn permitted<M: Constraints>(values: &[f64], gradient: &[f64], (against, least):
         let most = same.fold(0.0, |most, (_, value)| f64::max(most, value.abs()));
         if unit == "rad" { f64::max(most, least) } else { most }
     };
-    let along = M::COORDINATES.iter().zip(gradient).map(|(coordinate, g)| g.abs() * of_unit(coordinate.unit));
+    let involved = M::COORDINATES.iter().zip(gradient).filter(|(_, g)| **g != 0.0);
+    let along = involved.map(|(coordinate, g)| g.abs() * of_unit(coordinate.unit));
     let steepness = norm(gradient);
     // Where the gradient vanishes it has no direction.
     let scale = if steepness > 0.0 { along.sum::<f64>() / steepness } else { size(values) };
@@ -285,7 +286,11 @@ fn check_velocities<M: Constraints>(
     against: Against,
 ) -> Result<(), StateError> {
     let values = model.velocity_residual(state);
-    let tolerance = |gradient: &[f64]| permitted::<M>(state.u().as_slice(), gradient, (against, 0.0));
+    // What is at rest, or turns round, has no speed of its own: it misses by what it misses in its coordinates, per unit of time.
+    let tolerance = |gradient: &[f64]| {
+        let of_speed = permitted::<M>(state.u().as_slice(), gradient, (against, 0.0));
+        of_speed.max(permitted::<M>(state.q().as_slice(), gradient, (against, 1.0)))
+    };
     match worst::<M>(state.modes(), false, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
         Some(Violation { row, residual, distance }) => {
             let (row, switched) = named::<M>(row);

@@ -380,7 +380,7 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         if self.from != Some(*start) || self.tolerances != Some(*tolerances) {
             self.expand(system, start, h, tolerances)?;
         }
-        // Exact, and known before h is.
+        // Exact but for short series, and known before h is.
         let s = h * (1.0 / self.series.scale);
         self.series.length = s;
         self.stages[0] = start.derivative();

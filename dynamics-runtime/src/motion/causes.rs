@@ -4,6 +4,8 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use super::error::{Jumping, Over, SimulationErrorKind as Kind};
+use super::run::{Halt, Plan};
+use super::simulate::Simulate;
 use super::singular;
 use crate::constrain::assemble::{self, at_time};
 use crate::constrain::gradients::mass;
@@ -45,8 +47,19 @@ impl Way {
         let tight = self.tightest < PASSES;
         let tolerance = (tight || self.fixed).then_some(PASSES);
         let method = (!explicit).then_some(Method::Dop853);
-        (tolerance.is_some() || method.is_some()).then_some(Over { method, tolerance })
+        (tolerance.is_some() || method.is_some()).then_some(Over { method, tolerance, fixed: self.fixed })
     }
+}
+
+/// What a run stopped with, and what it comes from, where that shows.
+pub(super) fn explained<M: Simulate>(
+    plan: &Plan<'_, '_, M>,
+    at: &M::State,
+    Halt { kind, h }: Halt,
+    method: Method,
+) -> Halt {
+    let way = Way::of(method, &plan.options);
+    Halt { kind: explain(plan.plant.model, &plan.start, at, (kind, h), way), h }
 }
 
 /// A failure with the cause that the state at which it happened shows.

@@ -236,8 +236,8 @@ impl<'c, M: Simulate> Change<'c, M> {
             }
             let pushes = constraint.kind == ConstraintKind::Holonomic && constraint.rows == 1;
             let free = constraint.switched.is_some_and(|switch| !change.state.modes().holds(switch));
-            let away = change.upkeep.slip(change.model, change.state, constraint);
-            if pushes && free && away > CONSISTENT * (1.0 + max_abs(change.state.u().as_slice())) {
+            let least = CONSISTENT * (1.0 + max_abs(change.state.u().as_slice()));
+            if pushes && free && change.upkeep.slip(change.model, change.state, constraint) > least {
                 let rate = change.model.velocity_residual(change.state)[constraint.first];
                 return Err(ChangeError::ImpactAway { row: M::ROWS[constraint.first].name, rate });
             }

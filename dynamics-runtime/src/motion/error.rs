@@ -237,6 +237,8 @@ pub struct Over {
     pub method: Option<Method>,
     /// A tolerance that is looser than what was asked for, or one instead of a fixed step.
     pub tolerance: Option<f64>,
+    /// The tolerance is given in place of a fixed step.
+    pub fixed: bool,
 }
 
 /// What a constraint asks to jump.

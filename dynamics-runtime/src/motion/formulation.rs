@@ -37,7 +37,8 @@ pub enum Formulation {
     /// Minimal coordinates, those of every state: wherever accelerations are evaluated, and after every step, positions and velocities are put onto the constraints. What
     /// leads are the directions that the constraints leave free there, and what depends on them, along M⁻¹Φ_qᵀ, is solved for: loop by loop by generated code, and where
     /// one of its blocks has degraded by pivots that the general solver chooses anew, which is counted. A motion is as accurate as one of minimal coordinates at the same
-    /// tolerance, in two to four times the time of [`Projected`](Self::Projected); no force and no input ever sees a state that the constraints exclude. What leads for longer
+    /// tolerance, on links in up to four times the time of [`Projected`](Self::Projected); no force and no input sees a state that the constraints exclude, but
+    /// beside singular positions, where rounding would decide where they lie. What leads for longer
     /// is less accurate where it turns round within few steps: some of the coordinates themselves (Wehage, Haug, J. Mech. Des. 104 (1982) 247, as
     /// [`Embedding`](crate::constrain::Embedding) chooses them) up to two thousand times, directions that were free at the start of the step (Potra, Yen, Mech. Struct. Mach.
     /// 19 (1991) 77) up to seventy times. Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, IV.4 and IV.5.

@@ -273,7 +273,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
             return Ok(());
         }
         let state = self.state(start.t, &start.y.q, &start.y.u);
-        self.upkeep.prepare(self.model, &state, h).map_err(EvaluationError::Solve)?;
+        self.upkeep.push_back(self.model, &state, h).map_err(EvaluationError::Solve)?;
         // What the step before took back is none of this one's.
         start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
         Ok(())

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use super::causes::{self, Corner, Way};
+use super::causes::{self, Corner, explained};
 use super::change::Change;
 use super::creep::Creep;
 use super::error::SimulationErrorKind as Kind;
@@ -25,7 +25,7 @@ use crate::integrate::{
 };
 use crate::math;
 use crate::model::{Dynamics, Model, ModelState, Vector};
-use crate::motion::{Method, Simulate};
+use crate::motion::Simulate;
 
 /// Conditioning of constraints from which on a singular position is near.
 const WEAK: f64 = 5.0;
@@ -146,12 +146,6 @@ fn begin_singular<'m, M: Simulate, S: Scheme<M::Vector>>(
         stepper.leave_with(a, singular::least_distance(&start, absolute + relative));
     }
     Ok(())
-}
-
-/// A failure with what it comes from, where that shows.
-fn explained<M: Simulate>(plan: &Plan<'_, '_, M>, at: &M::State, Halt { kind, h }: Halt, method: Method) -> Halt {
-    let way = Way::of(method, &plan.options);
-    Halt { kind: causes::explain(plan.plant.model, &plan.start, at, (kind, h), way), h }
 }
 
 struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {

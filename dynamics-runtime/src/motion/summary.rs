@@ -306,10 +306,13 @@ impl Summary {
             )?;
         }
         if let Some((by, time)) = self.nearest.as_ref().and_then(|nearest| nearest.missed) {
+            let remedy = match self.doubts.fixed {
+                true => "with this fixed step; give a tolerance well below that in its place",
+                false => "at this tolerance; give one well below that",
+            };
             write!(
                 f,
-                "\n  warning      the constraints miss the singular position at t = {} by {by:.1e}: whether a motion goes on or turns round there is not told at this tolerance; give one \
-                 well below that",
+                "\n  warning      the constraints miss the singular position at t = {} by {by:.1e}: whether a motion goes on or turns round there is not told {remedy}",
                 Rounded(time)
             )?;
         }

@@ -142,11 +142,6 @@ impl<M: Constraints> Upkeep<M> {
         matches!(self.formulation, None | Some(Formulation::Augmented | Formulation::Projected))
     }
 
-    /// What a formulation does where a step begins.
-    pub(crate) fn prepare(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
-        if self.is_tied() { self.push_back(model, state, h) } else { Ok(()) }
-    }
-
     /// What is left of a small change of a state once it is settled: the part that is tangent to the constraints.
     pub(crate) fn along(
         &mut self,
@@ -208,7 +203,7 @@ impl<M: Constraints> Upkeep<M> {
     }
 
     /// What a step from a state adds to the accelerations all along, to take back what has drifted up to there.
-    fn push_back(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
+    pub(super) fn push_back(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
         let (position, mut right) = (model.residual(state), model.velocity_residual(state));
         let h = self.pace.of_step(state.t(), h.abs()).copysign(h);
         for (row, right) in right.as_mut_slice().iter_mut().enumerate() {

@@ -52,10 +52,10 @@ impl Emission<'_> {
             #begin
             #head {
                 #functions
-                if !#memory.begins_at(#state) && self.begin_series(#k, #state, #memory).is_err() {
+                if !#private::series::Memory::begins_at(#memory, #state) && self.begin_series(#k, #state, #memory).is_err() {
                     return false;
                 }
-                let (#z, #memory) = #memory.parts();
+                let (#z, #memory) = #private::series::Memory::parts(#memory);
                 // A copy stays in registers: nothing that is written can change it.
                 let #z = *#z;
                 #private::expand::<#n, #blocks>(&#given.data.0[0], #scale, #rows, #memory, |#t, #q, #u, #w, #lambda| {
@@ -82,7 +82,8 @@ impl Emission<'_> {
                 #memory: &mut Self::Series,
             ) -> Result<<Self as Model>::Vector, #private::SolveError> {
                 #functions #prologue #statements #check
-                #memory.begin(*#state, [#(#more),*]);
+                // By path: where the impl stands twice, methods of the type would be errors of their own.
+                #private::series::Memory::begin(#memory, *#state, [#(#more),*]);
                 Ok(#vector)
             }
         }

@@ -14,7 +14,9 @@ pub enum LinearizeError {
     Solve(SolveError),
     /// A derivative is not finite at the state.
     NotFinite,
-    /// The model was written by hand, or its derivatives are too large to be generated.
+    /// A choice of the model (`if`, min, max, abs, signum) changes at this very state: each side has derivatives of its own.
+    Corner,
+    /// The model was written by hand, its derivatives are too large to be generated, or they take a fourth derivative of a function given by its values.
     NoDerivatives,
     /// Applied forces depend on reactions.
     Friction,
@@ -64,8 +66,11 @@ impl fmt::Display for LinearizeError {
             Self::NotFinite => f.write_str(
                 "a derivative of the equations of motion is not finite at this state; move it off the place where a function has a corner or a pole",
             ),
+            Self::Corner => f.write_str(
+                "a choice of the model (`if`, min, max, abs, signum) changes at this very state, so that each side has small motions of its own; move it to the side that is meant",
+            ),
             Self::NoDerivatives => f.write_str(
-                "the model has no exact derivatives, because it is written by hand or they are too large to be generated; use fewer coordinates",
+                "the model has no exact derivatives: it is written by hand, they are too large to be generated, or they take fourth derivatives of a curve; use fewer coordinates, or no slopes of curves",
             ),
             Self::Friction => f.write_str(
                 "forces that depend on reactions are not smooth where slip turns round; leave the friction out, or linearise the model with it as a damper",

@@ -5,17 +5,10 @@ use alloc::vec::Vec;
 use nalgebra::DMatrix;
 
 use super::LinearizeError;
+use crate::constrain::held::active_rows;
+use crate::constrain::system::RANK_TOLERANCE;
 use crate::constrain::{project_positions, with_workspace};
-use crate::model::{Constraints, ModelState, Modes, Vector};
-
-/// A row counts as one that repeats others where elimination leaves less of it; as the general solver has it.
-const RANK_TOLERANCE: f64 = 1e-8;
-
-/// The rows that hold.
-pub(super) fn active<M: Constraints>(modes: Modes) -> Vec<usize> {
-    let holds = |c: &&crate::model::Constraint| c.switched.is_none_or(|index| modes.holds(index));
-    M::CONSTRAINTS.iter().filter(holds).flat_map(|c| c.first..c.first + c.rows).collect()
-}
+use crate::model::{Constraints, ModelState, Vector};
 
 /// Coordinates by name.
 pub(super) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, LinearizeError> {
@@ -27,7 +20,15 @@ pub(super) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, Line
             LinearizeError::UnknownCoordinate { nearest: alike.map_or("", |q| q.name) }
         })
     };
-    names.iter().map(index).collect()
+    let mut found: Vec<usize> = Vec::with_capacity(names.len());
+    for name in names {
+        let index = index(name)?;
+        // Who says it twice means it once.
+        if !found.contains(&index) {
+            found.push(index);
+        }
+    }
+    Ok(found)
 }
 
 /// The coordinates whose velocities do not change.
@@ -64,7 +65,7 @@ impl Tangent {
         elimination.run(0..holonomic, preferred[0]);
         let (coordinates, positions) = elimination.free(preferred[0]);
         elimination.run(0..rows.nrows(), preferred[1]);
-        let (rates, velocities) = elimination.free(preferred[1]);
+        let (rates, velocities) = elimination.free(&coordinates);
         let mut solver = DMatrix::zeros(n, rows.nrows());
         for (row, column) in &elimination.pivots {
             solver.row_mut(*column).copy_from(&elimination.transform.row(*row));
@@ -215,7 +216,8 @@ fn rank<M: Constraints>(model: &M, state: &M::State) -> usize {
     let terms =
         &mut crate::model::Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
     model.terms(state, terms);
-    let rows = DMatrix::from_row_slice(r, n, &jacobian).select_rows(&active::<M>(state.modes()));
+    let rows = DMatrix::from_row_slice(r, n, &jacobian)
+        .select_rows(&active_rows::<M>(state.modes(), false).collect::<Vec<_>>());
     let count = rows.nrows();
     Tangent::new(&rows, count, &DMatrix::from_row_slice(n, n, &mass), [&[]; 2]).rank
 }

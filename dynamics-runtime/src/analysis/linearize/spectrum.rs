@@ -55,13 +55,16 @@ pub(super) fn symmetric(linear: &Linearization) -> Result<Option<Undamped>, Line
     let half = lower.solve_lower_triangular(&stiffness).ok_or(LinearizeError::Inertia)?;
     let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?;
     let reduced = 0.5 * (&reduced + reduced.transpose());
+    let sizes = reduced.abs();
     let eigen =
         SymmetricEigen::try_new(reduced, f64::EPSILON, SWEEPS * n).ok_or(LinearizeError::NoConvergence { size: n })?;
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|i, j| eigen.eigenvalues[*i].total_cmp(&eigen.eigenvalues[*j]));
-    let largest = eigen.eigenvalues.amax();
-    // Rounding of what is free to move is no frequency.
-    let square = |i: usize| if eigen.eigenvalues[i].abs() <= rounding * largest { 0.0 } else { eigen.eigenvalues[i] };
+    // Rounding of what is free to move is no frequency: that of the terms of vᵀKv, which is not that of what is stiff beside it.
+    let square = |i: usize| {
+        let v = eigen.eigenvectors.column(i).abs();
+        if eigen.eigenvalues[i].abs() <= rounding * v.dot(&(&sizes * &v)) { 0.0 } else { eigen.eigenvalues[i] }
+    };
     let squares = DVector::from_fn(n, |k, _| square(order[k]));
     let vectors = eigen.eigenvectors.select_columns(&order);
     let vectors = lower.tr_solve_lower_triangular(&vectors).ok_or(LinearizeError::Inertia)?;

@@ -2,10 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use super::reduce::{Tangent, active};
+use super::reduce::Tangent;
 use super::spectrum::drop_rounding;
 use super::{Linearization, LinearizeError, Read, assemble};
 use crate::constrain::assemble::at_time;
+use crate::constrain::held::active_rows;
 use crate::constrain::{project_positions, solve_once, with_workspace};
 use crate::model::{Constraints, ModelState, Vector};
 
@@ -30,17 +31,22 @@ pub(super) fn judge<M: Constraints>(
     // At rest what moves is time, in seconds or whatever the unit is.
     let rate = state.u().as_slice().iter().fold(1.0, |most: f64, u| most.max(u.abs()));
     let essential = essential(&a);
-    for part in [1e-2, 2.7e-2] {
+    // No period divides both.
+    for part in [1e-2, 2.645_751_311_064_590_7e-2] {
         let Some((read, tangent)) = later(model, state, tangent, part / rate) else {
             return Some(LinearizeError::Varies { change: f64::INFINITY });
         };
         let then = assemble::<M>(&read, &tangent);
-        let b = then.state_matrix().ok()?;
+        let Ok(b) = then.state_matrix() else { return Some(LinearizeError::Varies { change: f64::INFINITY }) };
         if then.coordinates != linear.coordinates || then.velocities != linear.velocities {
             return Some(LinearizeError::Varies { change: f64::INFINITY });
         }
         let of = |m: &DMatrix<f64>| m.select_rows(&essential).select_columns(&essential);
-        let change = (of(&b) - of(&a)).amax() / a.amax().max(f64::MIN_POSITIVE);
+        let (now, then) = (of(&a), of(&b));
+        // Row by row: what is stiff is no measure for the rest; but rounding of it is no change.
+        let least = (a.nrows() as f64 * f64::EPSILON / CONSTANT * a.amax()).max(f64::MIN_POSITIVE);
+        let of_row = |i: usize| (then.row(i) - now.row(i)).amax() / now.row(i).amax().max(least);
+        let change = (0..now.nrows()).map(of_row).fold(0.0, f64::max);
         if change > CONSTANT {
             return Some(LinearizeError::Varies { change });
         }
@@ -100,7 +106,8 @@ fn later<M: Constraints>(model: &M, state: &M::State, tangent: &Tangent, after: 
     // Dependent velocities follow from the others, which stay exactly as they are.
     let (_, there) = at(&later)?;
     let missed = model.velocity_residual(&later);
-    let missed = DMatrix::from_fn(there.row_count(), 1, |i, _| missed.as_slice()[active::<M>(state.modes())[i]]);
+    let held = active_rows::<M>(state.modes(), false).map(|row| missed.as_slice()[row]);
+    let missed = DMatrix::from_iterator(there.row_count(), 1, held);
     let change = there.particular(&missed);
     later.u_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(u, d)| *u += d);
     at(&later)

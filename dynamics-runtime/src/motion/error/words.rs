@@ -43,8 +43,8 @@ impl fmt::Display for SimulationErrorKind {
             ),
             Self::TooManySteps { limit, gain: Some(gain), .. } => write!(
                 f,
-                "more than {limit} steps; gains of {gain:e} take drift back within {:.0e}, and steps can hardly be longer: lower the gains of \
-                 `Formulation::Baumgarte`, or choose `Formulation::Projected`, which has none",
+                "more than {limit} steps; gains of {gain:e} take drift back within {:.0e}, which may keep steps short: lower the gains of \
+                 `Formulation::Baumgarte`, choose `Formulation::Projected`, which has none, or raise `.max_steps(..)`",
                 1.0 / gain
             ),
             Self::TooManySteps { limit, stiff_at: None, .. } => {
@@ -185,13 +185,17 @@ impl fmt::Display for SimulationErrorKind {
 
 impl fmt::Display for Over {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let instead = if self.fixed { " in place of the fixed step" } else { "" };
         match (self.method, self.tolerance) {
             (Some(method), None) => write!(f, "use methods::{method:?}, whose steps go over such positions"),
             (Some(method), Some(tolerance)) => {
                 write!(
                     f,
-                    "use methods::{method:?} with a tolerance of {tolerance:e}, whose steps go over such positions"
+                    "use methods::{method:?} with a tolerance of {tolerance:e}{instead}, whose steps go over such positions"
                 )
+            }
+            (None, Some(tolerance)) if self.fixed => {
+                write!(f, "give a tolerance of {tolerance:e}{instead}, so that steps go over such positions")
             }
             (None, Some(tolerance)) => {
                 write!(f, "loosen the tolerance to {tolerance:e}, so that steps go over such positions")
