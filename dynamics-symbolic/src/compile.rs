@@ -38,7 +38,7 @@ pub struct Programs {
     /// Derivatives of q̈, or why there are none: then the model is not linearised.
     pub jacobians: Result<Jacobians, NoJacobians>,
     /// What [`Variations`](crate::mechanics::Variations) holds, one matrix after the other, by rows, reading accelerations and multipliers as
-    /// symbols; `None` where it is too large to be emitted. Not listed.
+    /// symbols; `None` where it is too large to be emitted, or takes fourth derivatives of functions that are given by values. Not listed.
     pub variations: Option<Program>,
     /// Outputs, then, where any of them uses accelerations, Dᵢ and Mᵢᵢ for every pivot.
     pub outputs: Program,
