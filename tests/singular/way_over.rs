@@ -40,7 +40,7 @@ fn refused(method: impl Into<Any<FourBar>>, tolerance: f64) -> usize {
         let SimulationErrorKind::SingularPosition { met, .. } = error.kind else {
             panic!("{k} {method} {tolerance:e}: {text}")
         };
-        let Some(Over { method: other, tolerance: looser }) = met.over else { panic!("{text}") };
+        let Some(Over { method: other, tolerance: looser, .. }) = met.over else { panic!("{text}") };
         assert!(text.contains("go over such positions; if the mechanism cannot move on here, change"), "{text}");
         assert!(other.is_some() || looser.is_some());
         assert_eq!(other.is_some(), text.contains("use methods::Dop853"), "{text}");

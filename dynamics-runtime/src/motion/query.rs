@@ -13,9 +13,13 @@ use super::record::{Counts, EventRecord, Record, Trajectory};
 use super::simulate::Simulate;
 use super::upkeep::Upkeep;
 use crate::constrain;
+use crate::constrain::memory::max_abs;
 use crate::integrate::System as _;
 use crate::integrate::{Dense as _, Hermite, Knot, Method, Phase, Step};
 use crate::model::{Branches, Model, ModelState, Vector};
+
+/// Velocities that are solved for differ by no more than this part from those that are interpolated, but where rounding decides them.
+const STRAYS: f64 = 0.01;
 
 /// The motion of a model, as a simulation computed it.
 ///
@@ -400,7 +404,13 @@ impl<M: Simulate> Sampler<'_, '_, M> {
         upkeep.usual = usual;
         // Constraints may contain inputs; the law sees those that are held.
         let mut settled = self.motion.complete(between);
-        let done = upkeep.settle_between(self.motion.model, &mut settled, &trajectory.tolerances);
+        let mut done = upkeep.settle_between(self.motion.model, &mut settled, &trajectory.tolerances);
+        if trajectory.driver.is_none() {
+            // Driven throughout, velocities are solved for: right in a bifurcation that was passed, rounding decides them.
+            let speed = max_abs(y.u.as_slice()) + max_abs(state.u().as_slice());
+            let apart = settled.u().as_slice().iter().zip(y.u.as_slice()).map(|(to, from)| (to - from).abs());
+            done &= apart.fold(0.0, f64::max) <= STRAYS * speed;
+        }
         (*between.q_mut(), *between.u_mut()) = (*settled.q(), *settled.u());
         (between, done)
     }

@@ -155,7 +155,7 @@ impl<'a> Animation<'a> {
     }
 
     /// Where motions in space are seen from at first, in degrees: the azimuth of the eye, counted from the x-axis about z, and its elevation above the level, −90 to
-    /// 90. −60 and 25 unless set; the viewer turns the picture with mouse or finger.
+    /// 90. −60 and 25 unless set; the viewer turns the picture with mouse or finger. Pages that show nothing of space have no eye.
     #[must_use]
     pub fn seen_from(mut self, azimuth: f64, elevation: f64) -> Self {
         self.eye = Some([azimuth, elevation]);

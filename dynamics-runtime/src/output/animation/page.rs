@@ -14,6 +14,11 @@ use super::{Animation, Recording};
 /// Azimuth and elevation of the eye in degrees: x comes toward the viewer and to the right, y goes away and to the right, and no axis hides another.
 const EYE: [f64; 2] = [-60.0, 25.0];
 
+/// Whether anything of space is shown.
+fn is_spatial(recordings: &[Recording]) -> bool {
+    recordings.iter().any(|recording| recording.reel.spatial)
+}
+
 impl Animation<'_> {
     pub(super) fn page(&self, clock: &Clock, recordings: &[Recording]) -> String {
         let title = self.title.clone().unwrap_or_else(|| match self.films.first() {
@@ -31,7 +36,7 @@ impl Animation<'_> {
                 ("subtitle", &subtitle.join(" · ")),
                 ("summary", &self.summaries()),
                 ("data", &self.data(clock, recordings)),
-                ("space", include_str!("space.js")),
+                ("space", if is_spatial(recordings) { include_str!("space.js") } else { "" }),
                 ("script", include_str!("page.js")),
             ],
         )
@@ -50,7 +55,7 @@ impl Animation<'_> {
 
     fn data(&self, clock: &Clock, recordings: &[Recording]) -> String {
         let bounds = recordings.iter().fold(Bounds::EMPTY, |bounds, recording| bounds.union(recording.reel.bounds));
-        let grid = bounds.grid(recordings.iter().any(|recording| recording.reel.spatial));
+        let grid = bounds.grid(is_spatial(recordings));
         let mut films = Vec::new();
         for (k, (recording, (_, label))) in recordings.iter().zip(&self.films).enumerate() {
             films.push(format!(

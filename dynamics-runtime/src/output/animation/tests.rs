@@ -244,9 +244,11 @@ fn motions_in_space_are_seen_from_an_eye() {
     let planar = Animation::new().add(&WHEEL, "").frames(2).to_html().unwrap();
     let page = json_check::read(data(&planar));
     assert_eq!((page["origin"].list().len(), page["half"].list().len()), (2, 2));
+    assert!(!planar.contains("const makeSpace"));
 
     let ball = Ball;
     let html = Animation::new().add(&ball, "").frames(3).seen_from(30.0, 90.0).to_html().unwrap();
+    assert!(html.contains("const makeSpace"));
     let page = json_check::read(data(&html));
     let scene = &page["films"].list()[0]["reel"]["scenes"].list()[0];
     let kinds: Vec<_> = scene["figures"].list().iter().map(|figure| figure["k"].text()).collect();
