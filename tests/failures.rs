@@ -99,7 +99,7 @@ mod starts {
     #[test]
     fn what_turns_round_is_a_start() {
         #[derive(Clone, Debug, Dynamics)]
-        #[coordinates(x: m, y: m)]
+        #[coordinates(x, y)]
         struct Swing {
             g: f64,
         }
