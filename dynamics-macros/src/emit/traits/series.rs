@@ -52,10 +52,10 @@ impl Emission<'_> {
             #begin
             #head {
                 #functions
-                if !#private::series::Memory::begins_at(#memory, #state) && self.begin_series(#k, #state, #memory).is_err() {
+                if !#private::series::Memory::<<Self as Model>::State, #count, #blocks>::begins_at(#memory, #state) && self.begin_series(#k, #state, #memory).is_err() {
                     return false;
                 }
-                let (#z, #memory) = #private::series::Memory::parts(#memory);
+                let (#z, #memory) = #private::series::Memory::<<Self as Model>::State, #count, #blocks>::parts(#memory);
                 // A copy stays in registers: nothing that is written can change it.
                 let #z = *#z;
                 #private::expand::<#n, #blocks>(&#given.data.0[0], #scale, #rows, #memory, |#t, #q, #u, #w, #lambda| {
@@ -71,6 +71,7 @@ impl Emission<'_> {
     fn beginning(&self, series: &Series, staged: &Staged) -> TokenStream {
         let Some(begin) = &series.begin else { return TokenStream::new() };
         let (kept, private) = (begin.results.len() - series.start.results.len(), &self.private);
+        let (count, blocks) = (series.start.results.len(), series.lanes.div_ceil(WIDTH));
         let Solved { functions, statements, check, vector, more } = self.solved(staged, begin, &begin.results[kept..]);
         let (k, state, memory, prologue) = (local("k"), local("state"), local("memory"), self.prologue());
         quote! {
@@ -83,7 +84,7 @@ impl Emission<'_> {
             ) -> Result<<Self as Model>::Vector, #private::SolveError> {
                 #functions #prologue #statements #check
                 // By path: where the impl stands twice, methods of the type would be errors of their own.
-                #private::series::Memory::begin(#memory, *#state, [#(#more),*]);
+                #private::series::Memory::<<Self as Model>::State, #count, #blocks>::begin(#memory, *#state, [#(#more),*]);
                 Ok(#vector)
             }
         }
