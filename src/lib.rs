@@ -64,7 +64,9 @@ pub mod prelude {
     };
     pub use dynamics_runtime::TimeDerivative as _;
     #[cfg(feature = "std")]
-    pub use dynamics_runtime::analysis::{Analyze as _, Linearization, LinearizeError, SmallMotions as _};
+    pub use dynamics_runtime::analysis::{
+        Analyze as _, Equilibria as _, Equilibrium, EquilibriumError, Linearization, LinearizeError, SmallMotions as _,
+    };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};

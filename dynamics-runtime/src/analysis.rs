@@ -7,6 +7,7 @@
 //! study.write_html("work_precision.html")?;
 //! ```
 
+mod equilibria;
 mod ladder;
 mod linearize;
 mod page;
@@ -14,6 +15,7 @@ mod runs;
 mod table;
 mod work_precision;
 
+pub use equilibria::{Equilibria, Equilibrium, EquilibriumError, Found, Search};
 pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
 pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
 pub use page::Page;

@@ -35,7 +35,7 @@ pub use modes::Mode;
 use crate::constrain::held::active_rows;
 use crate::constrain::{check_start, solve_once};
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
-use reduce::Tangent;
+pub(super) use reduce::Tangent;
 
 /// Models whose small motions can be asked for: all.
 pub trait SmallMotions: Constraints {

@@ -38,18 +38,18 @@ pub(super) fn staying<S: ModelState>(state: &S, accelerations: &nalgebra::DVecto
 }
 
 /// The directions that constraints leave.
-pub(super) struct Tangent {
+pub(in crate::analysis) struct Tangent {
     /// Independent coordinates, ascending but for those that were asked for, which come first.
-    pub(super) coordinates: Vec<usize>,
+    pub(in crate::analysis) coordinates: Vec<usize>,
     /// Those whose velocities are independent.
-    pub(super) rates: Vec<usize>,
+    pub(in crate::analysis) rates: Vec<usize>,
     /// D, N×C.
-    pub(super) positions: DMatrix<f64>,
+    pub(in crate::analysis) positions: DMatrix<f64>,
     /// E, N×F.
-    pub(super) velocities: DMatrix<f64>,
-    pub(super) conditioning: f64,
+    pub(in crate::analysis) velocities: DMatrix<f64>,
+    pub(in crate::analysis) conditioning: f64,
     /// Independent rows.
-    pub(super) rank: usize,
+    pub(in crate::analysis) rank: usize,
     /// Rows that hold.
     rows: usize,
     /// (N×R) takes right-hand sides of all rows to the dependent coordinates.
@@ -59,7 +59,12 @@ pub(super) struct Tangent {
 impl Tangent {
     /// Of rows, the first `holonomic` of them conditions on coordinates, too; `preferred` coordinates and velocities become independent where they
     /// can.
-    pub(super) fn new(rows: &DMatrix<f64>, holonomic: usize, mass: &DMatrix<f64>, preferred: [&[usize]; 2]) -> Self {
+    pub(in crate::analysis) fn new(
+        rows: &DMatrix<f64>,
+        holonomic: usize,
+        mass: &DMatrix<f64>,
+        preferred: [&[usize]; 2],
+    ) -> Self {
         let n = mass.nrows();
         let mut elimination = Elimination::new(rows, mass);
         elimination.run(0..holonomic, preferred[0]);
@@ -84,12 +89,12 @@ impl Tangent {
     }
 
     /// How many rows hold.
-    pub(super) fn row_count(&self) -> usize {
+    pub(in crate::analysis) fn row_count(&self) -> usize {
         self.rows
     }
 
     /// What dependent coordinates do for the rows' right-hand sides −`left`, while the independent ones stand still.
-    pub(super) fn particular(&self, left: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(in crate::analysis) fn particular(&self, left: &DMatrix<f64>) -> DMatrix<f64> {
         -(&self.solver * left)
     }
 }

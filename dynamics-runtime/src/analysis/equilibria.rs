@@ -1,0 +1,214 @@
+//! Where a system rests, and whether it stays there.
+//!
+//! ```text
+//! let hanging = model.equilibrium(&start)?;                                              // the one that Newton's method finds from a start
+//! let all = model.equilibria(start).random(200).within("x", [-1.0, 1.0]).run()?;         // from many starts, each once
+//! println!("{}", model.stability(&hanging.state)?);
+//! ```
+//!
+//! In equilibrium Q(q, 0, t) + Φ_qᵀλ = 0 and Φ(q, t) = 0. The search moves along the constraints, by Newton's method on what the forces leave in
+//! independent coordinates, with the exact derivatives that small motions have (`newton.rs`). Rows that repeat others need no care. Inequalities are not
+//! known here: switched constraints hold, or do not, as in the start.
+
+mod error;
+mod newton;
+mod search;
+mod statics;
+
+use alloc::vec::Vec;
+use core::fmt;
+
+pub use error::EquilibriumError;
+pub use search::{Found, Search};
+
+use crate::analysis::LinearizeError;
+use crate::constrain::assemble::at_time;
+use crate::constrain::held::active_rows;
+use crate::constrain::{Mechanism, Reaction, project_positions, with_workspace};
+use crate::error::{SolveError, StateError};
+use crate::model::{Constraints, ModelState, Quantity, Vector};
+use newton::{Settled, settle};
+use statics::{Statics, scales};
+
+/// Models whose equilibria can be asked for: all.
+pub trait Equilibria: Constraints {
+    /// The equilibrium that the search finds from the position of a state: as a rule the nearest. Velocities of the state count as zero, inputs and switched
+    /// constraints are as it has them.
+    ///
+    /// # Errors
+    /// Where there is none nearby, where forces or constraints move with time, where a force jumps, and what has no derivatives.
+    fn equilibrium(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
+        find(self, start, Asked::REST)
+    }
+
+    /// A search from many starts; options follow, [`Search::run`] runs it. Inputs, time and switched constraints are those of this state in all of them.
+    fn equilibria(&self, around: Self::State) -> Search<'_, Self> {
+        Search::new(self, around)
+    }
+
+    /// A steady motion with the velocities of a state: its coordinates move until nothing accelerates. Velocities other than 0 belong to coordinates on
+    /// which nothing depends, as the angle of a hoop that is turned, or the spin of a top.
+    ///
+    /// # Errors
+    /// As [`Equilibria::equilibrium`], and where the motion that is found does not stay.
+    fn steady(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
+        find(self, start, Asked { moving: true, ..Asked::REST })
+    }
+}
+
+impl<M: Constraints> Equilibria for M {}
+
+/// A position in which forces and reactions balance, or a steady motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Equilibrium<S: ModelState> {
+    /// The state; velocities are zero but in steady motions.
+    pub state: S,
+    /// What each constraint holds it by.
+    pub reactions: Vec<Reaction<S::Vector>>,
+    /// The largest generalized force that is left.
+    pub residual: f64,
+    /// Iterations made.
+    pub iterations: usize,
+    /// How far each coordinate may be off for the rounding of forces; 0 along directions in which nothing resists at all.
+    pub uncertainty: S::Vector,
+    /// How many times more the coordinates are off than by their own rounding: 1 at best, 10⁸ in a fold.
+    pub conditioning: f64,
+    /// The coordinates.
+    pub coordinates: &'static [Quantity],
+}
+
+/// One line for each coordinate, then one for each reaction.
+impl<S: ModelState> fmt::Display for Equilibrium<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let of = |v: &S::Vector, i: usize| v.as_slice()[i];
+        for (i, coordinate) in self.coordinates.iter().enumerate() {
+            write!(f, "{:<16}{:>22.14e} {}", coordinate.name, of(self.state.q(), i) + 0.0, coordinate.unit)?;
+            match of(self.state.u(), i) {
+                0.0 => writeln!(f)?,
+                rate => writeln!(f, ", moves by {rate:.6e} per second")?,
+            }
+        }
+        self.reactions.iter().try_for_each(|reaction| writeln!(f, "{reaction}"))?;
+        write!(
+            f,
+            "force left {:.1e}, conditioning {:.1e}, {} iterations",
+            self.residual, self.conditioning, self.iterations
+        )
+    }
+}
+
+/// What is asked for.
+#[derive(Clone, Copy)]
+struct Asked {
+    /// Velocities of the start stay.
+    moving: bool,
+    /// Time stands still.
+    frozen: bool,
+}
+
+impl Asked {
+    const REST: Self = Self { moving: false, frozen: false };
+}
+
+fn find<M: Constraints>(model: &M, start: &M::State, asked: Asked) -> Result<Equilibrium<M::State>, EquilibriumError> {
+    if M::FRICTION {
+        return Err(LinearizeError::Friction.into());
+    }
+    StateError::check_parameters(model)?;
+    StateError::check::<M>(start)?;
+    let mut start = *start;
+    if !asked.moving {
+        start.u_mut().as_mut_slice().fill(0.0);
+    }
+    let constants = model.constants().map_err(SolveError::from)?;
+    with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut start, memory))?;
+    let Settled { state, statics, iterations, uncertainty } = settle(model, start)?;
+    let noise = statics.noise(model, &state)?;
+    let allowed = 1e3 * noise.amax() + 1e-9 * statics.stiffness.amax();
+    if let Some((i, force)) = statics.at_corners(model, &state)?.filter(|(_, force)| force.abs() > allowed) {
+        return Err(EquilibriumError::Corner { coordinate: M::COORDINATES[i].name, force });
+    }
+    check_rest(model, &state)?;
+    check_later(model, &state, asked, |later| {
+        let (i, force) = Statics::of(model, later, &statics.tangent.coordinates)?.worst();
+        Ok((force.abs() > allowed).then_some((M::COORDINATES[i].name, force)))
+    })?;
+    Ok(Equilibrium {
+        reactions: if M::ROWS.is_empty() { Vec::new() } else { model.reactions(&state)? },
+        residual: statics.worst().1.abs(),
+        iterations,
+        conditioning: conditioning::<M>(&state, &uncertainty),
+        uncertainty: vector(&uncertainty),
+        coordinates: M::COORDINATES,
+        state,
+    })
+}
+
+fn vector<V: Vector>(values: &[f64]) -> V {
+    let mut out = V::zeros();
+    out.as_mut_slice().copy_from_slice(values);
+    out
+}
+
+fn conditioning<M: Constraints>(state: &M::State, uncertainty: &[f64]) -> f64 {
+    let scales = scales(M::COORDINATES, state.q().as_slice());
+    let lost = uncertainty.iter().zip(scales).map(|(error, scale)| error / (f64::EPSILON * scale));
+    lost.fold(1.0, f64::max)
+}
+
+/// That the velocities are those of the constraints: 0 where nothing moves.
+fn check_rest<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
+    let rates = model.velocity_residual(state);
+    let size = state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    let stays = |row: &usize| rates[*row].abs() <= 1e-9 * size;
+    match active_rows::<M>(state.modes(), false).find(|row| !stays(row)) {
+        Some(row) => Err(EquilibriumError::Moving { row: M::ROWS[row].name, rate: rates[row] }),
+        None => Ok(()),
+    }
+}
+
+/// That what balances does so later, too, where the motion has gone by then; `unbalanced` names the force that is left.
+fn check_later<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    asked: Asked,
+    unbalanced: impl Fn(&M::State) -> Result<Option<(&'static str, f64)>, EquilibriumError>,
+) -> Result<(), EquilibriumError> {
+    let rate = state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    let moving = rate > 0.0;
+    // In seconds, or in the time in which the fastest moves by 1: times that no period divides, from short to long.
+    let after = if moving { [0.0173, 0.1731, 0.7310].map(|after| after / rate) } else { [0.7310, 97.31, 1.1317e4] };
+    for after in after {
+        let mut later = at_time(state, state.t() + after);
+        later.q_mut().as_mut_slice().iter_mut().zip(state.u().as_slice()).for_each(|(q, u)| *q += after * u);
+        if let Some((row, missed)) = left::<M>(model, &later, rate) {
+            return Err(match moving {
+                true => EquilibriumError::NotSteady { name: row, left: missed },
+                false => EquilibriumError::Moving { row, rate: missed / after },
+            });
+        }
+        if asked.frozen {
+            continue;
+        }
+        if let Some((name, force)) = unbalanced(&later)? {
+            return Err(match moving {
+                true => EquilibriumError::NotSteady { name, left: force },
+                false => EquilibriumError::DependsOnTime { coordinate: name, force },
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A row that does not hold at a state, by more than rounding, and by how much.
+fn left<M: Constraints>(model: &M, state: &M::State, rate: f64) -> Option<(&'static str, f64)> {
+    let sizes = scales(M::COORDINATES, state.q().as_slice());
+    let (rows, rates, jacobian) = (model.residual(state), model.velocity_residual(state), model.jacobian(state));
+    active_rows::<M>(state.modes(), false).find_map(|row| {
+        let position = if row < M::Residual::LEN { rows[row].abs() } else { 0.0 };
+        let missed = position.max(rates[row].abs());
+        let along: f64 = sizes.iter().enumerate().map(|(j, size)| jacobian[(row, j)].abs() * size.max(rate)).sum();
+        let holds = missed <= 1e-9 * along;
+        (!holds).then_some((M::ROWS[row].name, missed))
+    })
+}

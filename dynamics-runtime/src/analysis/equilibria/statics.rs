@@ -1,0 +1,183 @@
+//! What a model says of balance at a position: the forces that are left, and how they change.
+
+use alloc::vec::Vec;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::EquilibriumError;
+use crate::analysis::linearize::{LinearizeError, Tangent};
+use crate::constrain::held::active_rows;
+use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
+
+/// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr of r = −Q − Φ_qᵀλ at q̈ = 0, and K = ∂F/∂z.
+///
+/// λ is chosen so that r vanishes on all dependent coordinates. What the change of E would contribute, (∂E)ᵀr, is then 0, as E is constant on the
+/// independent ones: K is the exact derivative of F along the constraints at every position, not only in equilibrium.
+pub(super) struct Statics<R> {
+    pub(super) tangent: Tangent,
+    /// F, one for each velocity that is independent.
+    pub(super) force: DVector<f64>,
+    /// K: a row for each of these, a column for each independent coordinate.
+    pub(super) stiffness: DMatrix<f64>,
+    /// λ, 0 in rows that are released.
+    pub(super) multipliers: R,
+    /// Inertias of the independent velocities: what forces of different units are weighed by.
+    pub(super) inertia: DVector<f64>,
+    /// What rounding of Eᵀ(Q + Φ_qᵀλ) leaves, from the sizes of what is added up.
+    pub(super) rounding: DVector<f64>,
+}
+
+/// M, Q and the rows of Φ_q that hold.
+struct Read {
+    mass: DMatrix<f64>,
+    force: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    rows: Vec<usize>,
+}
+
+impl Read {
+    fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, EquilibriumError> {
+        let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+        let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
+        let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
+        let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        model.terms(state, &mut terms);
+        finite::<M>(state, &force)?;
+        if !mass.iter().chain(&jacobian).all(|x| x.is_finite()) {
+            return Err(LinearizeError::NotFinite.into());
+        }
+        let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        Ok(Self {
+            mass: DMatrix::from_row_slice(n, n, &mass),
+            force: DVector::from_vec(force),
+            jacobian: DMatrix::from_row_slice(r, n, &jacobian).select_rows(&rows),
+            rows,
+        })
+    }
+}
+
+/// That forces are numbers, or which input is missing.
+fn finite<M: Constraints>(state: &M::State, force: &[f64]) -> Result<(), EquilibriumError> {
+    let Some(bad) = force.iter().position(|x| !x.is_finite()) else { return Ok(()) };
+    match state.inputs().as_slice().iter().position(|x| x.is_nan()) {
+        Some(input) => Err(EquilibriumError::InputNotSet { input: M::INPUTS[input].name }),
+        None => Err(EquilibriumError::NotFinite { coordinate: M::COORDINATES[bad].name }),
+    }
+}
+
+impl<R: Vector> Statics<R> {
+    /// Of a position on the constraints, at the velocities of the state; `preferred` coordinates are independent where they can be.
+    pub(super) fn of<M: Constraints<Rows = R>>(
+        model: &M,
+        state: &M::State,
+        preferred: &[usize],
+    ) -> Result<Self, EquilibriumError> {
+        let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
+        let read = Read::of(model, state)?;
+        let holonomic = read.rows.iter().filter(|row| **row < M::Residual::LEN).count();
+        let tangent = Tangent::new(&read.jacobian, holonomic, &read.mass, [preferred, preferred]);
+        let rows = read.rows.len();
+        let of_rows = tangent.particular(&DMatrix::identity(rows, rows)).tr_mul(&read.force);
+        let mut multipliers = M::Rows::zeros();
+        read.rows.iter().zip(of_rows.iter()).for_each(|(row, x)| multipliers[*row] = *x);
+        let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
+        if !model.variations(state, &M::Vector::zeros(), &multipliers, &mut values) {
+            return Err(LinearizeError::NoDerivatives.into());
+        }
+        let by_q = DMatrix::from_row_slice(n, n, &values[..n * n]);
+        if !by_q.iter().all(|x| x.is_finite()) {
+            return Err(LinearizeError::NotFinite.into());
+        }
+        let (d, e) = (&tangent.positions, &tangent.velocities);
+        let sizes = read.force.abs() + read.jacobian.abs().tr_mul(&of_rows.abs());
+        Ok(Self {
+            force: -e.tr_mul(&read.force),
+            stiffness: e.tr_mul(&(by_q * d)),
+            inertia: e.tr_mul(&(&read.mass * e)).diagonal(),
+            rounding: e.abs().tr_mul(&sizes) * f64::EPSILON,
+            multipliers,
+            tangent,
+        })
+    }
+
+    /// F at another state, in the directions and with the reactions of this one: what small changes make of it.
+    fn force_beside<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+    ) -> Result<DVector<f64>, EquilibriumError> {
+        let read = Read::of(model, state)?;
+        let held = DVector::from_iterator(read.rows.len(), read.rows.iter().map(|row| self.multipliers[*row]));
+        Ok(-self.tangent.velocities.tr_mul(&(read.force + read.jacobian.tr_mul(&held))))
+    }
+
+    /// How far F can be told: what the rounding of coordinates and of its terms makes of it, measured by moving the coordinates by their last bits
+    /// (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33 (2011) 1292).
+    pub(super) fn noise<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+    ) -> Result<DVector<f64>, EquilibriumError> {
+        let here = self.force_beside(model, state)?;
+        let mut most = self.rounding.clone();
+        for sample in 0..8_u32 {
+            let mut beside = *state;
+            for (j, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+                // Signs of a Walsh function, so that no two samples are alike, and different numbers of bits.
+                let sign = if (sample >> (j % 3)).is_multiple_of(2) { 1.0 } else { -1.0 };
+                *q += sign * f64::from(1 + (sample + j as u32) % 4) * f64::EPSILON * *q;
+            }
+            let change = (self.force_beside(model, &beside)? - &here).abs();
+            most.zip_apply(&change, |most, change| *most = most.max(change));
+        }
+        Ok(most)
+    }
+
+    /// The largest unbalanced force by which a branch that changes at this very state differs from balance: the index of a coordinate, and the force.
+    pub(super) fn at_corners<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+    ) -> Result<Option<(usize, f64)>, EquilibriumError> {
+        let mut kinks = [Kink::NONE; MOST_KINKS];
+        model.kinks(state, &mut kinks);
+        let mut worst: Option<(usize, f64)> = None;
+        for (index, _) in kinks.iter().enumerate().filter(|(_, kink)| kink.decides && kink.value == 0.0) {
+            for below in [true, false] {
+                let (mut held, mut branches) = (*state, Branches::FREE);
+                branches.hold(index, below);
+                held.hold(branches);
+                let force = self.force_beside(model, &held)?;
+                let found = largest(&force);
+                if worst.is_none_or(|(_, most)| found.1.abs() > most.abs()) {
+                    worst = Some(found);
+                }
+            }
+        }
+        Ok(worst.map(|(i, force)| (self.tangent.rates[i], force)))
+    }
+
+    /// The largest |F| and the coordinate it acts on.
+    pub(super) fn worst(&self) -> (usize, f64) {
+        if self.force.is_empty() {
+            return (0, 0.0);
+        }
+        let (i, force) = largest(&self.force);
+        (self.tangent.rates[i], force)
+    }
+}
+
+fn largest(force: &DVector<f64>) -> (usize, f64) {
+    let one = |best: (usize, f64), (i, x): (usize, &f64)| if x.abs() > best.1.abs() { (i, *x) } else { best };
+    force.iter().enumerate().fold((0, 0.0), one)
+}
+
+/// What each coordinate is measured by: the largest value of its unit, of an angle at least 1 rad; 1 where all are 0.
+pub(super) fn scales(coordinates: &[Quantity], values: &[f64]) -> Vec<f64> {
+    let of = |unit: &str| {
+        let same = coordinates.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
+        let most = same.fold(0.0, |most: f64, (_, value)| most.max(value.abs()));
+        if unit == "rad" || most < 1e-12 { most.max(1.0) } else { most }
+    };
+    coordinates.iter().map(|coordinate| of(coordinate.unit)).collect()
+}
