@@ -15,7 +15,9 @@ mod runs;
 mod table;
 mod work_precision;
 
-pub use equilibria::{Equilibria, Equilibrium, EquilibriumError, Found, Search};
+pub use equilibria::{
+    Equilibria, Equilibrium, EquilibriumError, Found, Search, Stability, StabilityVerdict, Undecided,
+};
 pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
 pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
 pub use page::Page;

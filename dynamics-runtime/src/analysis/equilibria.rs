@@ -13,6 +13,7 @@
 mod error;
 mod newton;
 mod search;
+mod stability;
 mod statics;
 
 use alloc::vec::Vec;
@@ -20,18 +21,19 @@ use core::fmt;
 
 pub use error::EquilibriumError;
 pub use search::{Found, Search};
+pub use stability::{Stability, StabilityVerdict, Undecided};
 
 use crate::analysis::LinearizeError;
 use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
 use crate::constrain::{Mechanism, Reaction, project_positions, with_workspace};
 use crate::error::{SolveError, StateError};
-use crate::model::{Constraints, ModelState, Quantity, Vector};
+use crate::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use newton::{Settled, settle};
 use statics::{Statics, scales};
 
-/// Models whose equilibria can be asked for: all.
-pub trait Equilibria: Constraints {
+/// Models whose equilibria can be asked for: all that say their powers, as derived ones do.
+pub trait Equilibria: Constraints + Powers {
     /// The equilibrium that the search finds from the position of a state: as a rule the nearest. Velocities of the state count as zero, inputs and switched
     /// constraints are as it has them.
     ///
@@ -54,9 +56,18 @@ pub trait Equilibria: Constraints {
     fn steady(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
         find(self, start, Asked { moving: true, ..Asked::REST })
     }
+
+    /// Whether it stays in an equilibrium or a steady motion: by energy where that is conserved, by the eigenvalues of small motions elsewhere, and told apart where
+    /// linear theory does not decide. Coordinates on which nothing depends are left out, with their momenta held.
+    ///
+    /// # Errors
+    /// A state that is neither, and what cannot be linearised.
+    fn stability(&self, state: &Self::State) -> Result<Stability, EquilibriumError> {
+        stability::judge(self, state)
+    }
 }
 
-impl<M: Constraints> Equilibria for M {}
+impl<M: Constraints + Powers> Equilibria for M {}
 
 /// A position in which forces and reactions balance, or a steady motion.
 #[derive(Clone, Debug, PartialEq)]

@@ -14,6 +14,7 @@ use nalgebra::{DMatrix, DVector, SVD};
 
 use super::EquilibriumError;
 use super::statics::{Statics, scales};
+use crate::analysis::LinearizeError;
 use crate::constrain::{project_positions, with_workspace};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
@@ -91,6 +92,30 @@ struct Search<'m, M: Constraints> {
     mu: f64,
 }
 
+/// What rounding leaves of F, and how far the independent coordinates may be off for it.
+fn uncertainty<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    statics: &Statics<M::Rows>,
+    factors: &Factors,
+) -> Result<(DVector<f64>, DVector<f64>), EquilibriumError> {
+    let noise = statics.noise(model, state)?;
+    // At folds and pitchforks corrections shrink by a half or a third each: what is left is a few times the last.
+    let reach = factors.reach(&noise) + 3.0 * factors.solve(&statics.force).abs();
+    Ok((noise, reach))
+}
+
+/// How far the independent coordinates of what counts as an equilibrium may be off.
+pub(super) fn distance<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    statics: &Statics<M::Rows>,
+) -> Result<DVector<f64>, EquilibriumError> {
+    let size = statics.stiffness.nrows();
+    let factors = Factors::of(&statics.stiffness).ok_or(LinearizeError::NoConvergence { size })?;
+    Ok(uncertainty(model, state, statics, &factors)?.1)
+}
+
 /// From a state on the constraints, whose velocities stay.
 pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settled<M>, EquilibriumError> {
     let constants = model.constants().map_err(SolveError::from)?;
@@ -106,7 +131,7 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
         let change = search.relative(&state, &(&statics.tangent.positions * &newton));
         if change <= NEAR {
             // In the end only what rounding moves is left.
-            if change == 0.0 || change > 0.8 * last {
+            if change <= f64::EPSILON * f64::EPSILON || change > 0.8 * last {
                 return search.accept(state, statics, &factors, change, iteration);
             }
             let Some(next) = search.moved(&state, &statics, &newton) else {
@@ -247,7 +272,7 @@ impl<M: Constraints> Search<'_, M> {
         change: f64,
         iterations: usize,
     ) -> Result<Settled<M>, EquilibriumError> {
-        let noise = statics.noise(self.model, &state)?;
+        let (noise, reach) = uncertainty(self.model, &state, &statics, factors)?;
         let rounded = statics.force.iter().zip(noise.iter()).all(|(force, noise)| force.abs() <= ROUNDED * noise);
         // Or the last correction was rounding, and took all of the force: nothing of it acts where nothing resists.
         let left = &statics.force + &statics.stiffness * factors.solve(&-&statics.force);
@@ -256,9 +281,7 @@ impl<M: Constraints> Search<'_, M> {
         if !balanced {
             return Err(self.none(&state, &statics));
         }
-        // At folds and pitchforks corrections shrink by a half or a third each: what is left is a few times the last.
-        let last = (&statics.tangent.positions * factors.solve(&statics.force)).abs();
-        let reach = statics.tangent.positions.abs() * factors.reach(&noise) + 3.0 * last;
+        let reach = statics.tangent.positions.abs() * reach;
         Ok(Settled { uncertainty: reach.iter().copied().collect(), state, statics, iterations })
     }
 

@@ -114,20 +114,28 @@ fn general(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError> {
 }
 
 /// By inverse iteration from a start of its own for every eigenvalue, so that equal ones find different vectors where there are.
-fn eigenvector(a: &DMatrix<f64>, at: Complex<f64>, which: usize) -> Result<DVector<Complex<f64>>, LinearizeError> {
+pub(in crate::analysis) fn eigenvector(
+    a: &DMatrix<f64>,
+    at: Complex<f64>,
+    which: usize,
+) -> Result<DVector<Complex<f64>>, LinearizeError> {
+    // A little beside the eigenvalue the matrix has an inverse; where it is defective, by chance not there.
+    let beside = [4.0, 13.0, 41.0].into_iter().find_map(|by| inverse_iteration(a, at, by * f64::EPSILON, which));
+    beside.ok_or(LinearizeError::NoConvergence { size: a.nrows() })
+}
+
+fn inverse_iteration(a: &DMatrix<f64>, at: Complex<f64>, by: f64, which: usize) -> Option<DVector<Complex<f64>>> {
     let n = a.nrows();
     let mut shifted = a.map(|x| Complex::new(x, 0.0));
-    // A little beside the eigenvalue the matrix has an inverse.
-    let shift = at + Complex::new(1.0, 1.0) * (4.0 * f64::EPSILON * a.norm());
+    let shift = at + Complex::new(1.0, 1.0) * (by * a.norm());
     (0..n).for_each(|i| shifted[(i, i)] -= shift);
     let factors = shifted.lu();
     let seed = |i: usize| (1.0 + 0.618 * (i * (which + 1)) as f64).sin() + 0.1;
     let mut x = DVector::from_fn(n, |i, _| Complex::new(seed(i), 0.0));
     for _ in 0..3 {
-        let next = factors.solve(&x).filter(|x| x.iter().all(|x| x.re.is_finite() && x.im.is_finite()));
-        let next = next.ok_or(LinearizeError::NoConvergence { size: n })?;
+        let next = factors.solve(&x).filter(|x| x.iter().all(|x| x.re.is_finite() && x.im.is_finite()))?;
         let size = next.norm();
         x = next.unscale(size);
     }
-    Ok(x)
+    Some(x)
 }

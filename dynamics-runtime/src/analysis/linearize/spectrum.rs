@@ -72,7 +72,7 @@ pub(super) fn symmetric(linear: &Linearization) -> Result<Option<Undamped>, Line
 }
 
 /// The eigenvalues of any matrix.
-pub(super) fn general(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
+pub(in crate::analysis) fn general(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
     if a.is_empty() {
         return Ok(Vec::new());
     }

@@ -1,5 +1,7 @@
 //! Equilibria of derived models: all of them, once each, against closed forms and other coordinates; where there is none, the error says so.
 
+mod stability;
+
 use std::f64::consts::PI;
 
 use dynamics::prelude::*;

@@ -1,0 +1,454 @@
+//! Verdicts on equilibria and steady motions against published thresholds, on both sides and as near as digits allow.
+
+use std::f64::consts::PI;
+
+use dynamics::prelude::*;
+
+use super::{hoop, pendulum, truss};
+
+fn verdict<M: Constraints + Powers>(model: &M, state: &M::State) -> StabilityVerdict {
+    model.stability(state).unwrap().verdict
+}
+
+#[test]
+fn a_double_pendulum_and_a_truss() {
+    let model = pendulum::Angles { m: 1.5, l: 0.8, g: 9.81 };
+    let found = model.equilibria(model.state().torque(0.0).build().unwrap()).random(30).run().unwrap();
+    for one in &found.equilibria {
+        let judged = model.stability(&one.state).unwrap();
+        let hangs = one.state.theta(0).abs() < 1.0 && one.state.theta(1).abs() < 1.0;
+        match judged.verdict {
+            StabilityVerdict::Stable => assert!(hangs && judged.least_square.unwrap() > 0.0, "{one}\n{judged}"),
+            StabilityVerdict::Divergence { growth, .. } => {
+                let square = judged.least_square.unwrap();
+                assert!(!hangs && (growth * growth + square).abs() < 1e-13 * square.abs(), "{one}\n{judged}");
+            }
+            other => panic!("{other}"),
+        }
+    }
+    // In the plane, by constraints of which one repeats another: the same squares.
+    let plane = pendulum::Plane { m: 1.5, l: 0.8, g: 9.81 };
+    for y in [[-0.8, -1.6], [-0.8, 0.0], [0.8, 0.0], [0.8, 1.6]] {
+        let there = plane.stability(&plane.state().y(y).build().unwrap()).unwrap();
+        let theta = [if y[0] < 0.0 { 0.0 } else { PI }, if y[1] < y[0] { 0.0 } else { PI }];
+        let here = model.stability(&model.state().torque(0.0).theta(theta).build().unwrap()).unwrap();
+        let (a, b) = (there.least_square.unwrap(), here.least_square.unwrap());
+        assert!((a - b).abs() < 1e-12 * b.abs() && there.is_stable() == here.is_stable(), "{there}\n{here}");
+    }
+    // Up to its limit load the truss is stable, on the branch beyond it not; in the fold itself nothing can be said.
+    let [limit, fold] = truss::LIMIT;
+    for (part, z, wanted) in [(0.9, 0.5, 1), (0.9, 0.1, -1), (1.0 - 1e-9, 0.5, 1), (1.0, 0.5, 0)] {
+        let model = truss::Truss { load: limit * part, ..truss::TRUSS };
+        let one = model.equilibrium(&model.state().z(z).build().unwrap()).unwrap();
+        let judged = model.stability(&one.state).unwrap();
+        assert_eq!(i32::from(judged.is_stable()) - i32::from(judged.is_unstable()), wanted, "{part}: {one}\n{judged}");
+        if wanted == 0 {
+            let resists = StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: "z" });
+            assert!(judged.verdict == resists && (one.state.z() - fold).abs() < 1e-6, "{judged}");
+        }
+    }
+}
+
+#[test]
+fn a_bead_on_a_hoop() {
+    let (m, g, radius) = (0.1, 9.81, 0.5_f64);
+    let critical = (g / radius).sqrt();
+    let driven = |speed: f64, theta: f64| {
+        let model = hoop::Driven { m, g, radius, speed };
+        model.stability(&model.equilibrium(&model.state().theta(theta).build().unwrap()).unwrap().state).unwrap()
+    };
+    let nothing = StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: "theta" });
+    for (part, wanted) in [(0.5, 1), (1.0 - 1e-13, 1), (1.0, 0), (1.0 + 1e-13, -1), (2.0, -1)] {
+        let judged = driven(part * critical, 0.0);
+        assert_eq!(i32::from(judged.is_stable()) - i32::from(judged.is_unstable()), wanted, "{part}: {judged}");
+        assert_eq!(judged.verdict == nothing, wanted == 0, "{judged}");
+    }
+    let aside = driven(6.0, 1.0);
+    assert!(aside.verdict == StabilityVerdict::Stable, "{aside}");
+    assert!((aside.least_square.unwrap() - 5.030_616_264_435_203_f64.powi(2)).abs() < 1e-13, "{aside}");
+    let StabilityVerdict::Divergence { growth, .. } = driven(6.0, 0.0).verdict else { panic!("it leaves") };
+    assert!((growth - 4.047_221_268_969_612).abs() < 1e-14, "{growth}");
+    // The hoop that turns by itself keeps its angular momentum: the bead's weight in it stiffens what is left (Routh).
+    let model = hoop::Free { m, g, radius, inertia: 0.02 };
+    let one = model.steady(&model.state().theta(0.7).phi_rate(6.0).build().unwrap()).unwrap();
+    let judged = model.stability(&one.state).unwrap();
+    let (s, c) = one.state.theta().sin_cos();
+    let (moment, speed) = (m * radius * radius, 6.0_f64);
+    let routh = speed * speed * s * s + moment * (2.0 * speed * s * c).powi(2) / (0.02 + moment * s * s);
+    assert!(judged.verdict == StabilityVerdict::Stable && judged.ignorable[0].name == "phi", "{judged}");
+    assert!((judged.least_square.unwrap() - routh).abs() < 1e-13 * routh, "{judged}: {routh}");
+}
+
+/// A double pendulum under a force that follows its second link; H. Ziegler, Ing.-Archiv 20 (1952) 49.
+mod column {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(phi: [rad; 2])]
+    #[units(m: kg, l: m, k: N * m, c: N * m * s, p: N)]
+    pub(super) struct Column {
+        pub(super) m: f64,
+        pub(super) l: f64,
+        pub(super) k: f64,
+        pub(super) c: f64,
+        pub(super) p: f64,
+    }
+    #[dynamics]
+    impl Column {
+        fn joints(&self, q: &Coordinates<Self>) -> [Vec2; 2] {
+            let first = self.l * vec2(q.phi[0].cos(), q.phi[0].sin());
+            [first, first + self.l * vec2(q.phi[1].cos(), q.phi[1].sin())]
+        }
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            let [a, b] = self.joints(q);
+            self.m * a.dt().norm_squared() + 0.5 * self.m * b.dt().norm_squared()
+        }
+        #[potential]
+        fn springs(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * (q.phi[0].powi(2) + (q.phi[1] - q.phi[0]).powi(2))
+        }
+        #[dissipation]
+        fn dampers(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.c * (q.phi[0].dt().powi(2) + (q.phi[1] - q.phi[0]).dt().powi(2))
+        }
+        #[force]
+        fn follower(&self, q: &Coordinates<Self>) -> Force {
+            let [_, end] = self.joints(q);
+            Force::at(end, -self.p * vec2(q.phi[1].cos(), q.phi[1].sin()))
+        }
+    }
+}
+
+#[test]
+fn zieglers_column_with_and_without_damping() {
+    let at = |p: f64, c: f64| {
+        let model = column::Column { m: 1.0, l: 1.0, k: 1.0, c, p };
+        verdict(&model, &model.state().build().unwrap())
+    };
+    // Undamped: swings below, flutter above, and in between two frequencies that meet. No potential: Dirichlet says nothing of it.
+    let critical = 3.5 - 2.0_f64.sqrt();
+    for part in [0.5, 0.99, 1.0 - 1e-9] {
+        let found = at(critical * part, 0.0);
+        assert!(matches!(found, StabilityVerdict::Marginal(Undecided::Swings { .. })), "{part}: {found}");
+    }
+    let found = at(critical, 0.0);
+    let StabilityVerdict::Marginal(Undecided::FrequenciesMeet { frequency, conditioning }) = found else {
+        panic!("{found}")
+    };
+    assert!((frequency - 0.5_f64.powf(0.25)).abs() < 1e-7 && conditioning > 1e6, "{found}");
+    for part in [1.0 + 1e-9, 1.01, 2.0] {
+        let found = at(critical * part, 0.0);
+        assert!(matches!(found, StabilityVerdict::Flutter { .. }), "{part}: {found}");
+    }
+    // Damping brings the load down, from 2.09 to 1.46 however little it is.
+    for c in [1e-3, 0.1, 1.0] {
+        let critical = 41.0 / 28.0 + 0.5 * c * c;
+        let below = at(critical * (1.0 - 1e-9), c);
+        assert!(below == StabilityVerdict::AsymptoticallyStable, "{c}: {below}");
+        let above = at(critical * (1.0 + 1e-9), c);
+        assert!(matches!(above, StabilityVerdict::Flutter { growth, .. } if growth < 1e-8), "{c}: {above}");
+    }
+    // Beyond the end of flutter real eigenvalues are left.
+    let found = at(3.5 + 2.0_f64.sqrt() + 0.1, 0.0);
+    assert!(matches!(found, StabilityVerdict::Divergence { .. }), "{found}");
+}
+
+/// A heavy symmetrical top in Cardan angles, upright at zero; H. Goldstein, *Classical Mechanics*, §5.7.
+mod top {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(a: rad, b: rad, spin: rad)]
+    #[units(across: kg * m^2, along: kg * m^2, weight: N * m)]
+    pub(super) struct Top {
+        pub(super) across: f64,
+        pub(super) along: f64,
+        /// m g l.
+        pub(super) weight: f64,
+    }
+    #[dynamics]
+    impl Top {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            let (da, db) = (q.a.dt() * q.b.cos(), q.b.dt());
+            let turn = q.spin.dt() + q.a.dt() * q.b.sin();
+            0.5 * self.across * (da.powi(2) + db.powi(2)) + 0.5 * self.along * turn.powi(2)
+        }
+        #[potential]
+        fn height(&self, q: &Coordinates<Self>) -> Expr {
+            self.weight * q.a.cos() * q.b.cos()
+        }
+    }
+}
+
+#[test]
+fn a_sleeping_top() {
+    let model = top::Top { across: 0.05, along: 0.01, weight: 0.5 * 9.81 * 0.1 };
+    let at = |spin: f64| model.stability(&model.state().spin_rate(spin).build().unwrap()).unwrap();
+    let critical = 31.320_919_526_731_650;
+    for spin in [critical * (1.0 + 1e-9), 50.0, 60.0, 70.0, 100.0] {
+        let judged = at(spin);
+        assert!(judged.verdict == StabilityVerdict::GyroscopicallyStabilised, "{spin}: {judged}");
+        assert!(judged.least_square.unwrap() < -9.0 && judged.ignorable[0].name == "spin", "{judged}");
+        // A ξ̈ − i C ω ξ̇ − m g l ξ = 0.
+        let root = ((0.01 * spin).powi(2) - 4.0 * 0.05 * model.weight).sqrt();
+        let wanted = [(0.01 * spin - root) / 0.1, (0.01 * spin + root) / 0.1];
+        let mut found: Vec<f64> = judged.eigenvalues.iter().map(|x| x.im).filter(|im| *im > 0.0).collect();
+        found.sort_by(f64::total_cmp);
+        let off = (found[0] - wanted[0]).abs().max((found[1] - wanted[1]).abs());
+        assert!(off < 1e-12 * judged.conditioning.powi(2).min(1e5), "{spin}: {off:e} {judged}");
+    }
+    assert!((at(50.0).eigenvalues.iter().map(|x| x.im).fold(0.0, f64::max) - 8.897_435_053_981_015).abs() < 1e-13);
+    let meets = at(critical).verdict;
+    assert!(matches!(meets, StabilityVerdict::Marginal(Undecided::FrequenciesMeet { .. })), "{meets}");
+    for spin in [critical * (1.0 - 1e-9), 20.0] {
+        assert!(matches!(at(spin).verdict, StabilityVerdict::Flutter { .. }), "{}", at(spin));
+    }
+    assert!(matches!(at(0.0).verdict, StabilityVerdict::Divergence { .. }), "{}", at(0.0));
+}
+
+/// The plane restricted problem of three bodies, in the frame that turns with two of them; V. Szebehely, *Theory of Orbits*.
+mod moon {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x, y)]
+    pub(super) struct Moon {
+        pub(super) mu: f64,
+    }
+    #[dynamics]
+    impl Moon {
+        #[lagrangian]
+        fn lagrangian(&self, q: &Coordinates<Self>) -> Expr {
+            let first = vec2(q.x + self.mu, q.y).norm();
+            let second = vec2(q.x - 1.0 + self.mu, q.y).norm();
+            let turning = vec2(q.x.dt() - q.y, q.y.dt() + q.x);
+            0.5 * turning.norm_squared() + (1.0 - self.mu) / first + self.mu / second
+        }
+    }
+}
+
+#[test]
+fn lagrange_points() {
+    let earth = moon::Moon { mu: 0.012_150_585_6 };
+    let starts = [[0.8, 0.1], [1.2, 0.05], [-1.1, 0.02], [0.4, 0.8], [0.4, -0.8]];
+    let starts = starts.map(|[x, y]| earth.state().x(x).y(y).build().unwrap());
+    let found = earth.equilibria(starts[0]).from(starts).run().unwrap();
+    let half = 0.866_025_403_784_438_6;
+    let wanted = [
+        (-1.005_062_645_806_260_7, 0.0),
+        (0.487_849_414_4, -half),
+        (0.487_849_414_4, half),
+        (0.836_915_125_819_712_5, 0.0),
+        (1.155_682_165_407_869_3, 0.0),
+    ];
+    assert_eq!(found.equilibria.len(), 5, "{found}");
+    for (one, (x, y)) in found.equilibria.iter().zip(wanted) {
+        assert!((one.state.x() - x).abs() < 1e-14 && (one.state.y() - y).abs() < 1e-14, "{one}");
+        let judged = earth.stability(&one.state).unwrap();
+        // In a line: unstable. In the triangle: at the top of the potential that counts, held by Coriolis forces alone.
+        match y == 0.0 {
+            true => assert!(matches!(judged.verdict, StabilityVerdict::Divergence { .. }), "{judged}"),
+            false => {
+                assert!(judged.verdict == StabilityVerdict::GyroscopicallyStabilised, "{judged}");
+                let slow = judged.eigenvalues.iter().map(|x| x.im.abs()).fold(f64::MAX, f64::min);
+                assert!((slow - 0.298_208_172_927_014_1).abs() < 1e-13, "{judged}");
+            }
+        }
+    }
+    let routh = 0.038_520_896_504_551_4;
+    let triangle = |mu: f64| {
+        let model = moon::Moon { mu };
+        verdict(&model, &model.state().x(0.5 - mu).y(0.75_f64.sqrt()).build().unwrap())
+    };
+    assert_eq!(triangle(routh * (1.0 - 1e-9)), StabilityVerdict::GyroscopicallyStabilised);
+    assert!(matches!(triangle(routh * (1.0 + 1e-9)), StabilityVerdict::Flutter { .. }));
+    assert!(
+        matches!(triangle(routh), StabilityVerdict::Marginal(Undecided::FrequenciesMeet { .. })),
+        "{}",
+        triangle(routh)
+    );
+}
+
+/// Rigid links with springs between them, clamped at the foot, under a dead load; H. Hencky, Der Eisenbau 11 (1920) 437.
+mod chain {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(theta: [rad; 5])]
+    #[units(m: kg, l: m, k: N * m, p: N)]
+    pub(super) struct Chain {
+        pub(super) m: f64,
+        pub(super) l: f64,
+        pub(super) k: f64,
+        pub(super) p: f64,
+    }
+    #[dynamics]
+    impl Chain {
+        fn end(&self, q: &Coordinates<Self>, links: usize) -> Vec2 {
+            let mut place = vec2(Expr::ZERO, Expr::ZERO);
+            for i in 0..links {
+                place += self.l * vec2(q.theta[i].sin(), q.theta[i].cos());
+            }
+            place
+        }
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            let mut sum = Expr::ZERO;
+            for i in 0..5 {
+                sum += 0.5 * self.m * self.end(q, i + 1).dt().norm_squared();
+            }
+            sum
+        }
+        #[potential]
+        fn springs(&self, q: &Coordinates<Self>) -> Expr {
+            let mut sum = 0.5 * self.k * q.theta[0].powi(2);
+            for i in 1..5 {
+                sum += 0.5 * self.k * (q.theta[i] - q.theta[i - 1]).powi(2);
+            }
+            sum
+        }
+        #[force]
+        fn load(&self, q: &Coordinates<Self>) -> Force {
+            Force::at(self.end(q, 5), vec2(0.0, -self.p))
+        }
+    }
+}
+
+#[test]
+fn henckys_chain_buckles() {
+    let model = |p: f64| chain::Chain { m: 1.0, l: 1.0, k: 1.0, p };
+    let critical = |j: u32| 4.0 * (f64::from(2 * j - 1) * PI / 22.0).sin().powi(2);
+    assert!((critical(1) - 0.081_014_052_771_005_2).abs() < 1e-16);
+    let straight = |p: f64| {
+        let model = model(p);
+        model.stability(&model.state().build().unwrap()).unwrap()
+    };
+    for part in [0.0, 0.5, 1.0 - 1e-10] {
+        // A dead load has a potential, though it is written as a force.
+        assert_eq!(straight(part * critical(1)).verdict, StabilityVerdict::Stable, "{part}");
+    }
+    let judged = straight(critical(1));
+    let resists = matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. }));
+    assert!(resists && judged.least_square.unwrap().abs() < 1e-15, "{judged}");
+    for j in 1..=3 {
+        let StabilityVerdict::Divergence { growth, .. } = straight(critical(j) * (1.0 + 1e-10)).verdict else {
+            panic!("beyond load {j} it stands")
+        };
+        assert!(growth > 0.0, "{j}");
+    }
+    // Between the first two loads it leans to either side, between the second and the third it has two more ways to.
+    for (j, count) in [(1, 3), (2, 5)] {
+        let model = model(0.5 * (critical(j) + critical(j + 1)));
+        let around = model.state().build().unwrap();
+        // Far beyond the first load few starts lead to where the end hangs down: two that lean are given.
+        let leaning = |side: f64| model.state().theta([1.9, 2.7, 3.0, 3.1, 3.1].map(|x| side * x)).build().unwrap();
+        let starts = [around, leaning(1.0), leaning(-1.0)];
+        let found = model.equilibria(around).from(starts).random(40).spread(2.5).run().unwrap();
+        let small = found.equilibria.iter().filter(|one| one.state.q().iter().all(|q| q.abs() < PI));
+        let small: Vec<_> = small.map(|one| (one, model.stability(&one.state).unwrap())).collect();
+        let stable = small.iter().filter(|(_, judged)| judged.is_stable()).count();
+        assert!(small.len() >= count && stable == 2, "{found}");
+        // What leans to one side leans to the other.
+        for (one, _) in &small {
+            let mirror =
+                |other: &Equilibrium<_>| (one.state.q() + State::<chain::Chain>::q(&other.state)).amax() < 1e-9;
+            assert!(small.iter().any(|(other, _)| mirror(other)), "{one}\n{found}");
+        }
+    }
+}
+
+/// A slider on a crank, pushed by a spring: by the angle alone, and by angle and place with the rod as a constraint.
+mod slider {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(phi: rad)]
+    #[units(inertia: kg * m^2, m: kg, r: m, l: m, k: N / m, free: m, torque: N * m)]
+    #[nominal(r = 0.3, l = 0.7)]
+    pub(super) struct Angle {
+        pub(super) inertia: f64,
+        pub(super) m: f64,
+        pub(super) r: f64,
+        pub(super) l: f64,
+        pub(super) k: f64,
+        pub(super) free: f64,
+        pub(super) torque: f64,
+    }
+    #[dynamics]
+    impl Angle {
+        fn place(&self, q: &Coordinates<Self>) -> Expr {
+            self.r * q.phi.cos() + (self.l.powi(2) - (self.r * q.phi.sin()).powi(2)).sqrt()
+        }
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.inertia * q.phi.dt().powi(2) + 0.5 * self.m * self.place(q).dt().powi(2)
+        }
+        #[potential]
+        fn spring(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * (self.place(q) - self.free).powi(2)
+        }
+        #[force]
+        fn motor(&self, q: &Coordinates<Self>) -> Force {
+            Force::along(q.phi, self.torque)
+        }
+    }
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(phi: rad, x: m)]
+    #[units(inertia: kg * m^2, m: kg, r: m, l: m, k: N / m, free: m, torque: N * m)]
+    #[nominal(r = 0.3, l = 0.7)]
+    pub(super) struct Loop {
+        pub(super) inertia: f64,
+        pub(super) m: f64,
+        pub(super) r: f64,
+        pub(super) l: f64,
+        pub(super) k: f64,
+        pub(super) free: f64,
+        pub(super) torque: f64,
+    }
+    #[dynamics]
+    impl Loop {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.inertia * q.phi.dt().powi(2) + 0.5 * self.m * q.x.dt().powi(2)
+        }
+        #[potential]
+        fn spring(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * (q.x - self.free).powi(2)
+        }
+        #[force]
+        fn motor(&self, q: &Coordinates<Self>) -> Force {
+            Force::along(q.phi, self.torque)
+        }
+        #[holonomic]
+        fn rod(&self, q: &Coordinates<Self>) -> Expr {
+            (vec2(q.x, 0.0) - self.r * vec2(q.phi.cos(), q.phi.sin())).norm() - self.l
+        }
+    }
+}
+
+#[test]
+fn a_loop_with_a_spring_as_in_one_coordinate() {
+    let (inertia, m, r, l, k, free, torque) = (0.02, 1.3, 0.3, 0.7, 90.0, 0.62, 1.1);
+    let angle = slider::Angle { inertia, m, r, l, k, free, torque };
+    let found = angle.equilibria(angle.state().build().unwrap()).random(40).run().unwrap();
+    let closed = slider::Loop { inertia, m, r, l, k, free, torque };
+    let around = closed.state().phi(0.0).x(r + l).build().unwrap();
+    let looped = closed.equilibria(around).random(40).within("x", [0.3, 1.1]).run().unwrap();
+    assert!(found.equilibria.len() == 4 && looped.equilibria.len() == 4, "{found}\n{looped}");
+    let mut stable = 0;
+    for (one, other) in found.equilibria.iter().zip(&looped.equilibria) {
+        assert!((one.state.phi() - other.state.phi()).abs() < 1e-13, "{one}\n{other}");
+        let (a, b) = (angle.stability(&one.state).unwrap(), closed.stability(&other.state).unwrap());
+        assert!((a.least_square.unwrap() / b.least_square.unwrap() - 1.0).abs() < 1e-11, "{a}\n{b}");
+        assert_eq!((a.is_stable(), a.is_unstable()), (b.is_stable(), b.is_unstable()), "{a}\n{b}");
+        stable += i32::from(a.is_stable());
+        // What the rod pushes the slider with.
+        let along = (other.state.x() - r * other.state.phi().cos()) / l;
+        let pushed = other.reactions[0].multipliers[0] * along - k * (other.state.x() - free);
+        assert!(pushed.abs() < 1e-12 * k, "{other}");
+    }
+    assert_eq!(stable, 2, "{found}");
+}
