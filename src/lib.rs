@@ -124,8 +124,8 @@ pub mod __private {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
-        Branches, Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion, Kink, Linearize,
-        Model, ModelState, Modes, Outputs, Powers, Quantity, Route, Solved, StateJacobian, Terms, Vector,
+        AngleSet, Branches, Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion, Kink,
+        Linearize, Model, ModelState, Modes, Outputs, Powers, Quantity, Route, Solved, StateJacobian, Terms, Vector,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Point};

@@ -1,6 +1,9 @@
 //! Small motions of derived models beside equilibria and steady motions: matrices against closed forms, eigenvalues against published ones, reduced
 //! equations against differences of the constrained motion, and what is refused.
 
+#[path = "models/rolling_disk.rs"]
+mod disk;
+
 use dynamics::analysis::Mode;
 use dynamics::prelude::*;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -546,48 +549,6 @@ fn by_differences<M: Constraints>(model: &M, state: &M::State, linear: &Lineariz
     rates * places.try_inverse().expect("the displacements are independent")
 }
 
-/// A thin disk that rolls: three freedoms of velocity, five of position.
-mod disk {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(x: m, y: m, yaw: rad, lean: rad, spin: rad)]
-    #[units(m: kg, r: m, g: m / s^2)]
-    pub(super) struct Disk {
-        pub(super) m: f64,
-        pub(super) r: f64,
-        pub(super) g: f64,
-    }
-    #[dynamics]
-    impl Disk {
-        fn body(&self, q: &Coordinates<Self>) -> RigidBody {
-            let rotation = Mat3::euler(EulerSequence::Zxy, [q.yaw, q.lean, q.spin]);
-            let frame = Frame::new(vec3(q.x, q.y, self.r * q.lean.cos()), rotation);
-            let quarter = Mat3::from([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]);
-            let inertia = Inertia::turned(Inertia::cylinder(self.m, self.r, 0.0), quarter);
-            RigidBody::new(self.m, Vec3::ZERO, inertia, frame)
-        }
-        fn contact(&self, q: &Coordinates<Self>) -> Vec3 {
-            let leaning = Frame::turned(Mat3::rotation_z(q.yaw) * Mat3::rotation_x(q.lean));
-            self.body(q).center_of_mass() - self.r * leaning.z()
-        }
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            self.body(q).kinetic_energy()
-        }
-        #[potential]
-        fn weight(&self, q: &Coordinates<Self>) -> Expr {
-            self.body(q).potential_energy(-self.g * Vec3::Z)
-        }
-        #[nonholonomic]
-        fn rolling(&self, q: &Coordinates<Self>) -> Vec2 {
-            let slip = self.body(q).frame.carried_velocity(self.contact(q));
-            vec2(slip.x, slip.y)
-        }
-    }
-    pub(super) const DISK: Disk = Disk { m: 1.0, r: 1.0, g: 1.0 };
-}
-
 #[test]
 fn a_disk_that_rolls() {
     let model = disk::DISK;
@@ -654,17 +615,83 @@ mod parallelogram {
     }
 }
 
+/// A pin on two circles, each about an end of a base.
+mod circles {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m, y: m)]
+    #[units(mass: kg, r: m, base: m)]
+    pub(super) struct Pin {
+        pub(super) mass: f64,
+        pub(super) r: f64,
+        pub(super) base: f64,
+    }
+    #[dynamics]
+    impl Pin {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+        }
+        #[holonomic]
+        fn left(&self, q: &Coordinates<Self>) -> Expr {
+            vec2(q.x, q.y).norm() - self.r
+        }
+        #[holonomic]
+        fn right(&self, q: &Coordinates<Self>) -> Expr {
+            vec2(q.x - self.base, q.y).norm() - self.r
+        }
+    }
+}
+
+/// A spring that is gone at a time, and that the model has no value for after it.
+mod fading {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m)]
+    #[units(mass: kg, k: N / m, end: s)]
+    pub(super) struct Fading {
+        pub(super) mass: f64,
+        pub(super) k: f64,
+        pub(super) end: f64,
+    }
+    #[dynamics]
+    impl Fading {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.mass * q.x.dt().powi(2)
+        }
+        #[potential]
+        fn spring(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * (1.0 - q.t / self.end).sqrt() * q.x.powi(2)
+        }
+    }
+}
+
 #[test]
 fn what_is_refused() {
+    let spring = fading::Fading { mass: 1.0, k: 1.0, end: 1.0 };
+    let of = |t: f64| spring.linearize(&spring.state().at_time(t).build().unwrap()).unwrap().eigenvalues().unwrap_err();
+    assert!(matches!(of(0.5), LinearizeError::Varies { .. }), "{}", of(0.5));
+    assert_eq!(of(0.995), LinearizeError::Ends);
+
+    // Circles that touch leave a direction, in which there is no position.
+    let pin = circles::Pin { mass: 1.0, r: 1.0, base: 2.0 };
+    let error = pin.linearize(&pin.state().x(1.0).build().unwrap()).unwrap_err();
+    assert!(matches!(error, LinearizeError::SingularPosition { rank: 1, beside: None }), "{error}");
+    assert!(error.to_string().contains("in which nothing can be assembled"), "{error}");
     let model = parallelogram::FourBar { inertia: 1.0, l: 1.0, wide: 2.0 };
     let error = model.linearize(&model.state().build().unwrap()).unwrap_err();
-    assert!(matches!(error, LinearizeError::SingularPosition { rank: 1, beside: 2 }), "{error}");
+    assert!(matches!(error, LinearizeError::SingularPosition { rank: 1, beside: Some(2) }), "{error}");
     let beside = model.state().a(0.5).c(0.5).build().unwrap();
     assert_eq!(model.linearize(&beside).unwrap().velocities.len(), 1);
     let error = model.linearize_in(&beside, &["a", "c"]).unwrap_err();
     assert!(matches!(error, LinearizeError::Dependent { name: "a" | "c" }), "{error}");
-    let error = model.linearize_in(&beside, &["alpha"]).unwrap_err();
-    assert!(error.to_string().contains("did you mean `a`?"), "{error}");
+    let error = model.linearize_in(&beside, &["aa"]).unwrap_err();
+    assert_eq!(error.to_string(), "no coordinate is called `aa`; did you mean `a`?");
+    let error = model.linearize_in(&beside, &["theta"]).unwrap_err();
+    assert_eq!(error.to_string(), "no coordinate is called `theta`; array elements are written `theta[0]`");
 
     let off = pendulum::Cartesian { mass: 1.0, length: 1.0, g: 9.81 };
     let mut state = off.state().y(-1.0).build().unwrap();

@@ -5,11 +5,14 @@
 mod singular_values;
 #[path = "models/three_cranks.rs"]
 mod three_cranks;
+#[path = "models/turning_trammel.rs"]
+mod turning_trammel;
 
 use dynamics::model::Vector;
 use dynamics::prelude::*;
 use singular_values::{jacobian, rank};
 use three_cranks::ThreeCranks;
+use turning_trammel::Turning;
 
 /// The rank at a state, and the constraints whose multipliers are unique there: without any of their rows the rank is less (Wojtyra 2009).
 fn by_singular_values<M: Constraints>(model: &M, state: &M::State) -> (usize, Vec<&'static str>) {
@@ -378,29 +381,6 @@ impl Trammel {
     #[redundant]
     fn rod(&self, q: &Coordinates<Self>) -> Expr {
         vec2(q.x, q.y).norm() - self.half
-    }
-}
-
-/// The same by its angle alone.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(phi: rad)]
-#[units(half: m, mass: kg, inertia: kg * m^2, g: m / s^2)]
-struct Turning {
-    half: f64,
-    mass: f64,
-    inertia: f64,
-    g: f64,
-}
-
-#[dynamics]
-impl Turning {
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * (self.inertia + self.mass * self.half.powi(2)) * q.phi.dt().powi(2)
-    }
-    #[potential]
-    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-        -self.mass * self.g * self.half * q.phi.sin()
     }
 }
 

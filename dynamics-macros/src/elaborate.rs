@@ -115,5 +115,6 @@ pub(crate) fn elaborate(
     elaborator.name_inferred_units();
     elaborator.name_constraint_units();
     elaborator.readers_outside();
+    elaborator.note_angle_sets();
     Elaborated { model: elaborator.model, origins: elaborator.origins }
 }

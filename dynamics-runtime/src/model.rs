@@ -3,6 +3,7 @@
 //! The traits are implemented by the code that `#[dynamics]` emits; a hand-written implementation is as good as
 //! a generated one, and the tests use such to check the runtime by itself.
 
+mod angle_set;
 mod kinks;
 mod modes;
 mod vector;
@@ -13,6 +14,7 @@ use core::ops::Index;
 
 use nalgebra::SVector;
 
+pub use angle_set::AngleSet;
 pub use kinks::{Branches, Kink, MOST_KINKS};
 pub use modes::Modes;
 pub use vector::{Square, Vector};
@@ -113,6 +115,9 @@ pub trait Dynamics: Model {
 
     /// Operations of one evaluation of q̈ by the generated code, as the model's report counts them; `None` where there is no straight-line code.
     const OPERATIONS: Option<usize> = None;
+
+    /// Coordinates that turn something as a set of three angles, one of which may lock the others.
+    const ANGLE_SETS: &'static [AngleSet] = &[];
 
     /// The value of the scalar parameter of this index in [`Dynamics::PARAMETERS`]; `None` where there is none, and for models that do
     /// not tell. Starts and runs ask it, so that a parameter that is not a finite number is named.

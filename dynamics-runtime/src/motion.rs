@@ -22,6 +22,7 @@ mod halves;
 mod kept;
 mod kinks;
 mod leave;
+mod locking;
 mod missed;
 mod pace;
 mod plant;
@@ -52,6 +53,7 @@ pub use error::{Jumping, Met, MotionError, OptionError, Over, SimulationError, S
 pub use estimate::{GlobalError, Largest, Shift};
 pub use formulation::Formulation;
 pub use guard::Contact;
+pub use locking::Locking;
 pub use pace::Turned;
 pub(crate) use plant::{InputLaw, with_inputs};
 pub use query::{Motion, Sampler};

@@ -20,7 +20,7 @@ pub use equations::{
     Solution, Variations, Withheld,
 };
 pub use model::{
-    Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,
-    Output, Parameter,
+    AngleSet, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input,
+    Model, Output, Parameter,
 };
 pub use solution::Manifold;

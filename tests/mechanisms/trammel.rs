@@ -1,7 +1,11 @@
 //! An elliptic trammel that spins: a rod whose ends slide on two axes, by its middle and its angle. The middle turns round twice in every turn, within few
 //! steps: coordinates that lead for longer than a moment lead badly.
 
+#[path = "../models/turning_trammel.rs"]
+mod turning_trammel;
+
 use dynamics::prelude::*;
+use turning_trammel::Turning;
 
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, phi: rad)]
@@ -26,29 +30,6 @@ impl Trammel {
     #[holonomic]
     fn sliders(&self, q: &Coordinates<Self>) -> Vec2 {
         vec2(q.x, q.y) - self.half * vec2(q.phi.cos(), -q.phi.sin())
-    }
-}
-
-/// The same by its angle alone.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(phi: rad)]
-#[units(half: m, mass: kg, inertia: kg * m^2, g: m / s^2)]
-struct Turning {
-    half: f64,
-    mass: f64,
-    inertia: f64,
-    g: f64,
-}
-
-#[dynamics]
-impl Turning {
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * (self.inertia + self.mass * self.half.powi(2)) * q.phi.dt().powi(2)
-    }
-    #[potential]
-    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-        -self.mass * self.g * self.half * q.phi.sin()
     }
 }
 

@@ -63,11 +63,21 @@ const NAMED: usize = 6;
 
 /// Rows that cannot hold together.
 fn missed(rows: &[(String, f64)]) -> String {
-    let named = rows.iter().take(NAMED).map(|(name, distance)| format!("`{name}` is missed by {distance:.2}"));
+    let named = rows.iter().take(NAMED).map(|(name, by)| format!("`{name}` is missed by {}", two_digits(*by)));
     let named = named.collect::<Vec<_>>().join(", ");
     match rows.len().saturating_sub(NAMED) {
         0 => named,
         more => format!("{named}, and {more} more"),
+    }
+}
+
+/// A distance to two digits, whatever its size.
+fn two_digits(distance: f64) -> String {
+    if (1e-3..1e4).contains(&distance) {
+        let decimals = (1.0 - distance.log10().floor()).max(0.0) as usize;
+        format!("{distance:.decimals$}")
+    } else {
+        format!("{distance:.1e}")
     }
 }
 
@@ -81,4 +91,25 @@ fn combination(of: &Combination) -> String {
 
 fn quoted(names: &[String]) -> String {
     names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::two_digits;
+
+    #[test]
+    fn distances_have_two_digits_whatever_their_size() {
+        for (distance, wanted) in [
+            (0.2449, "0.24"),
+            (0.0031, "0.0031"),
+            (4.7e-6, "4.7e-6"),
+            (3.14, "3.1"),
+            (47.2, "47"),
+            (1234.0, "1234"),
+            (1.3e7, "1.3e7"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(two_digits(distance), wanted);
+        }
+    }
 }

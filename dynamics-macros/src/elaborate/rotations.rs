@@ -7,7 +7,8 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use dynamics_symbolic::graph::{NodeId, Number, Unary};
+use dynamics_symbolic::graph::{Node, NodeId, Number, Symbol, Unary};
+use dynamics_symbolic::mechanics::AngleSet;
 use proc_macro2::Span;
 use syn::Ident;
 
@@ -39,6 +40,14 @@ enum By {
     Parameters([Scalar; 4]),
     /// Nothing is known but the matrix.
     Matrix,
+}
+
+/// A turn about a coordinate axis, from 1 to 3, by a coordinate or back by it.
+#[derive(Clone, Copy)]
+struct CoordinateTurn {
+    axis: u8,
+    coordinate: u32,
+    back: bool,
 }
 
 /// In whose components an angular velocity is asked for.
@@ -78,6 +87,48 @@ impl Elaborator<'_> {
         turns.extend(all(right, b));
         self.steps += turns.len();
         self.rotations.entry(key(rows)).or_insert_with(|| Rc::new(turns));
+    }
+
+    /// Notes the rotations that three coordinates make, one after the other about axes of the body: what they cannot tell apart the runtime names.
+    pub(super) fn note_angle_sets(&mut self) {
+        let mut found: Vec<(bool, AngleSet)> = Vec::new();
+        for turns in self.rotations.values() {
+            for three in turns.windows(3) {
+                let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(|k| self.coordinate_turn(&three[k])) else { continue };
+                if a.axis != b.axis && b.axis != c.axis && a.coordinate != b.coordinate && b.coordinate != c.coordinate
+                {
+                    let angles = [a, b, c].map(|turn| turn.coordinate);
+                    let back = a.back || b.back || c.back;
+                    found.push((back, AngleSet { angles, axes: [a, b, c].map(|turn| turn.axis) }));
+                }
+            }
+        }
+        found.sort_unstable();
+        for (back, set) in found {
+            let [a, b, c] = set.angles;
+            let known = self.model.angle_sets.iter().any(|s| s.angles == [a, b, c] || (back && s.angles == [c, b, a]));
+            if !known {
+                self.model.angle_sets.push(set);
+            }
+        }
+    }
+
+    /// A turn about a coordinate axis by a coordinate.
+    fn coordinate_turn(&self, turn: &Turn) -> Option<CoordinateTurn> {
+        let By::Angle { axis, angle } = &turn.by else { return None };
+        let graph = &self.model.graph;
+        let number = |x: &Scalar| graph.as_number(x.node).map(Number::value);
+        let [x, y, z] = axis.each_ref().map(number);
+        let axis = [x?, y?, z?].map(f64::abs);
+        let axis = 1 + (0..3u8).find(|k| (0..3u8).all(|i| axis[usize::from(i)] == f64::from(u8::from(i == *k))))?;
+        let (node, back) = match graph.node(angle.node) {
+            Node::Neg(angle) => (graph.node(angle), true),
+            angle => (angle, false),
+        };
+        match node {
+            Node::Symbol(Symbol::Coordinate(coordinate)) => Some(CoordinateTurn { axis, coordinate, back }),
+            _ => None,
+        }
     }
 
     /// The transpose, which turns back.

@@ -155,8 +155,8 @@ impl Linearization {
     /// # Errors
     /// Where the motion is neither an equilibrium nor steady; a mass matrix that is not positive definite; an iteration that does not settle.
     pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, LinearizeError> {
-        if let Some(reason) = self.unsteady {
-            return Err(reason);
+        if let Some(reason) = &self.unsteady {
+            return Err(reason.clone());
         }
         spectrum::eigenvalues(self)
     }
@@ -172,7 +172,8 @@ impl Linearization {
     /// mass⁻¹ `right`.
     fn solve(&self, right: &DMatrix<f64>) -> Result<DMatrix<f64>, LinearizeError> {
         let factors = self.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
-        Ok(factors.solve(right))
+        let found = factors.solve(right);
+        if found.iter().all(|x| x.is_finite()) { Ok(found) } else { Err(LinearizeError::NotFinite) }
     }
 }
 
@@ -206,7 +207,8 @@ impl Read {
         let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
         let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
         model.terms(state, &mut terms);
-        if !values.iter().chain(&mass).chain(&jacobian).all(|x| x.is_finite()) {
+        let accelerations = solved.accelerations.as_slice();
+        if !values.iter().chain(&mass).chain(&jacobian).chain(accelerations).all(|x| x.is_finite()) {
             return Err(LinearizeError::NotFinite);
         }
         let mut rest = values.as_slice();
@@ -226,7 +228,7 @@ impl Read {
             gamma_by: [of_rows(&by_q), of_rows(&by_u)],
             velocity_by: velocity_by.select_rows(&active),
             holonomic: active.iter().filter(|row| **row < M::Residual::LEN).count(),
-            accelerations: DVector::from_column_slice(solved.accelerations.as_slice()),
+            accelerations: DVector::from_column_slice(accelerations),
         })
     }
 

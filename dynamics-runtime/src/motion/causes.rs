@@ -4,6 +4,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use super::error::{Jumping, Over, SimulationErrorKind as Kind};
+use super::locking;
 use super::run::{Halt, Plan};
 use super::simulate::Simulate;
 use super::singular;
@@ -86,6 +87,10 @@ pub(super) fn explain<M: Constraints>(
     if let Some(Corner { row, what, jump, .. }) = corner(model, state, reach) {
         return Kind::ConstraintJumps { row: M::ROWS[row].name, what, jump, cause: Box::new(kind) };
     }
+    let kind = locking::explain(model, state, kind);
+    if matches!(kind, Kind::GimbalLock { .. }) {
+        return kind;
+    }
     // A mass matrix that was found singular has named its coordinate.
     let says_so = matches!(kind, Kind::SingularMassMatrix(_));
     if !(creeps || says_so)
@@ -98,9 +103,11 @@ pub(super) fn explain<M: Constraints>(
 
 /// A singular mass matrix with all coordinates that have no inertia at all, and the parameters that may be why; as it is where that says no more.
 pub(super) fn idle<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> Kind {
-    let (Kind::SingularMassMatrix(error) | Kind::Solve(SolveError::SingularMassMatrix(error))) = &kind else {
-        return kind;
-    };
+    match &kind {
+        Kind::SingularMassMatrix(error) | Kind::Solve(SolveError::SingularMassMatrix(error)) if !error.negative => {}
+        _ => return kind,
+    }
+    let kind = locking::explain(model, state, kind);
     let n = M::Vector::LEN;
     let rows = with_workspace::<M, _>(|workspace| {
         let mass = mass(model, state, workspace);
@@ -116,7 +123,7 @@ pub(super) fn idle<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> K
     let coordinates = Involved::ranked(M::COORDINATES, rows.iter().copied().enumerate());
     let parameters = Involved::ranked(M::PARAMETERS, M::PARAMETERS.iter().enumerate().map(zero));
     let says_more = coordinates.count() > 1 || !(coordinates.is_empty() || parameters.is_empty());
-    if error.negative || !says_more {
+    if !says_more || matches!(kind, Kind::GimbalLock { .. }) {
         return kind;
     }
     Kind::NoInertia { coordinates, parameters, cause: Box::new(kind) }

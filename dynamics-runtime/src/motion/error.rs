@@ -11,6 +11,7 @@ use alloc::string::String;
 use core::fmt;
 
 use super::change::ChangeError;
+use super::locking::Locking;
 use super::record::Trajectory;
 use crate::constrain::Involved;
 use crate::error::{SingularMassMatrix, SolveError, StateError, parameter_not_finite};
@@ -152,6 +153,13 @@ pub enum SimulationErrorKind {
         coordinates: Involved,
         /// The least inertia at the last state, over the least at the start; negative beyond the place.
         share: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// Three angles lock: what they turn has orientations beside this one that they cannot tell apart, and rates and accelerations without bounds.
+    GimbalLock {
+        /// The angles, and how near they are to locking.
+        at: Box<Locking>,
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },

@@ -12,6 +12,7 @@ use super::doubts::Doubts;
 use super::drift::ConstraintDrift;
 use super::estimate::GlobalError;
 use super::formulation::Formulation;
+use super::locking::Locking;
 use super::pace::Turned;
 use super::query::Motion;
 use super::simulate::{DEFAULT_TOLERANCE, Simulate};
@@ -83,6 +84,8 @@ pub struct Summary {
     pub stuck_in_impact: Option<(&'static str, f64)>,
     /// Worst conditioning of the mass matrix over the accepted states.
     pub conditioning: Conditioning,
+    /// Where angles came nearest to gimbal lock, if that is felt.
+    pub locking: Option<Locking>,
     /// Names of the events and how often each happened.
     pub events: Vec<(String, usize)>,
     /// Events whose functions constraints held at zero while they were engaged: crossings there are rounding, and were not counted.
@@ -144,6 +147,7 @@ impl<M: Simulate> Motion<'_, M> {
             energy_lost: self.events().iter().fold(0.0, |lost, event| lost + event.energy_lost()),
             stuck_in_impact: self.stuck_in_impact(),
             conditioning: self.conditioning(),
+            locking: self.locking(),
             events,
             kept: self.trajectory.kept.clone(),
             stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
@@ -239,6 +243,9 @@ impl fmt::Display for Summary {
         if largest != 1.0 {
             write!(f, "\n  conditioning mass matrix {largest:.1e} at most, at t = {}", Rounded(time))?;
         }
+        if let Some(locking) = &self.locking {
+            write!(f, "\n               {}, at t = {}", locking.describe(), Rounded(locking.time))?;
+        }
         self.write_events(f)
     }
 }
@@ -303,6 +310,16 @@ impl Summary {
                 "\n  warning      drift of the constraints turned the motion by up to {:.2} % at t = {}; use Formulation::Projected",
                 100.0 * part,
                 Rounded(time)
+            )?;
+        }
+        if let Some(locking) = self.locking.as_ref().filter(|locking| locking.doubtful) {
+            write!(
+                f,
+                "\n  warning      gimbal lock at t = {}: rounding takes {:.1e} of the accelerations there; use Euler parameters, or a set whose middle angle stays away \
+                 from its singular values, such as {}",
+                Rounded(locking.time),
+                (f64::EPSILON * locking.conditioning).min(1.0),
+                locking.other_set()
             )?;
         }
         if let Some((by, time)) = self.nearest.as_ref().and_then(|nearest| nearest.missed) {

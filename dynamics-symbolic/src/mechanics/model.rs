@@ -32,6 +32,8 @@ pub struct Model {
     pub events: Vec<Event>,
     /// Nominal values of parameters, by index: what numeric checks may use. Not part of the derivation.
     pub nominal: Vec<(u32, f64)>,
+    /// Rotations by three coordinates as angles. Not part of the derivation.
+    pub angle_sets: Vec<AngleSet>,
     /// Declared names of parameters and functions that something outside of the derivation reads, such as a drawing: they are used.
     pub read_elsewhere: Vec<String>,
 }
@@ -59,6 +61,18 @@ named! {
     Parameter,
     /// A smooth function among the parameters.
     Function
+}
+
+/// Three coordinates by which something turns, each about the axes that the turns before it left: a 3-1-3 set.
+///
+/// Where the first and the last axis fall on one line the three tell no orientations apart (gimbal lock): at middle angles of 0, ±π, .. where both have one number, else
+/// at ±π/2, ..
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct AngleSet {
+    /// Indices of the coordinates, in the order of the turns.
+    pub angles: [u32; 3],
+    /// The axes, 1 to 3.
+    pub axes: [u8; 3],
 }
 
 /// What an energy function means.

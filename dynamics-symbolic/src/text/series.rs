@@ -29,15 +29,16 @@ pub fn series_entry(model: &Model, series: &Result<Series, Unexpandable>) -> Str
     let text = match series {
         Err(reason) => format!("none: {}", unexpandable(model, *reason)),
         Ok(series) => {
-            let (start, each) = (series.start.cost.total(), series.operations());
+            let (start, each) = (series.begin.as_ref().unwrap_or(&series.start).cost.total(), series.operations());
             let ahead = match series.constrained.as_ref().map_or(0, |c| c.lanes) {
                 0 => String::new(),
                 lanes => format!(", {lanes} of them two orders ahead, for the constraints"),
             };
             let chooses = if series.chooses { "; of the branch at the start of a step" } else { "" };
             let lanes = series.all_lanes();
+            let along = if series.begin.is_some() { ", with the accelerations" } else { "" };
             format!(
-                "of any order: {start} operations to begin with, {each} for each order, besides {lanes} Cauchy sums{ahead}{chooses}"
+                "of any order: {start} operations to begin with{along}, {each} for each order, besides {lanes} Cauchy sums{ahead}{chooses}"
             )
         }
     };
@@ -59,7 +60,10 @@ pub fn series_section(model: &Model, series: &Result<Series, Unexpandable>) -> S
     };
     let mut out = format!("\nseries: {sums}\n");
     let mut line = |what: &str, cost: &Cost| out.push_str(&format!("  {what}: {}\n", count(cost)));
-    line("to begin with", &series.start.cost);
+    match &series.begin {
+        Some(begin) => line("to begin with, with the accelerations", &begin.cost),
+        None => line("to begin with", &series.start.cost),
+    }
     if let Some(c) = &series.constrained {
         line("constraints, two orders ahead", &c.ahead.cost);
         line("what they lack", &c.residue.cost);

@@ -68,7 +68,7 @@ impl Emission<'_> {
         let (f7, conserved) = self.writing(&programs.conserved, "conserved");
         let (f8, rates) = self.momentum_rates();
         let (parameter, derivatives, series) = (self.parameter(), self.derivatives(), self.series(&staged));
-        let operations = self.operations();
+        let (operations, angle_sets) = (self.operations(), self.angle_sets());
         let (f9, kinks) = self.kinks();
         let velocities = self.compiled.equations.has_velocity_forces(self.access.graph);
         quote! {
@@ -79,6 +79,7 @@ impl Emission<'_> {
                 #quantities
                 const CONSERVED: &'static [#private::Quantity] = #names;
                 #operations
+                #angle_sets
                 const VELOCITY_FORCES: #private::bool = #velocities;
                 #parameter #constants #accelerations #derivatives #mass #force #momenta #rates #energy #conserved #kinks #series
             }
@@ -93,6 +94,20 @@ impl Emission<'_> {
         }
         let count = program.cost.total();
         quote!(const OPERATIONS: #private::Option<#private::usize> = #private::Option::Some(#count);)
+    }
+
+    /// `const ANGLE_SETS`, where coordinates turn something.
+    fn angle_sets(&self) -> TokenStream {
+        let private = &self.private;
+        let sets = self.compiled.model.angle_sets.iter().map(|set| {
+            let (angles, axes) = (set.angles.map(|i| i as usize), set.axes);
+            quote!(#private::AngleSet { angles: [#(#angles),*], axes: [#(#axes),*] })
+        });
+        let sets: Vec<_> = sets.collect();
+        if sets.is_empty() {
+            return TokenStream::new();
+        }
+        quote!(const ANGLE_SETS: &'static [#private::AngleSet] = &[#(#sets),*];)
     }
 
     /// `fn momentum_rates`, where methods in canonical variables have a use for it.

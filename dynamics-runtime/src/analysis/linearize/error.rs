@@ -1,11 +1,12 @@
 //! Why there are no linear equations, or no eigenvalues.
 
+use alloc::string::String;
 use core::fmt;
 
 use crate::error::{SolveError, StateError};
 
 /// Why small motions cannot be told.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LinearizeError {
     /// The state is not one of the model.
@@ -22,20 +23,22 @@ pub enum LinearizeError {
     Friction,
     /// A name is not that of a coordinate.
     UnknownCoordinate {
-        /// A coordinate whose name begins alike; empty where there is none.
-        nearest: &'static str,
+        /// What was asked for.
+        name: String,
+        /// A coordinate of a similar name, if there is one.
+        nearest: Option<String>,
     },
     /// A coordinate that was asked for follows from others that were, or from the constraints alone.
     Dependent {
         /// Its name.
         name: &'static str,
     },
-    /// The position is singular: beside it more rows are independent, so that the constraints have no tangent here.
+    /// The position is singular: beside it more rows are independent, or there is no other position, so that the constraints have no tangent here.
     SingularPosition {
         /// Independent rows here.
         rank: usize,
-        /// Independent rows beside it.
-        beside: usize,
+        /// Independent rows beside it; `None` where nothing can be assembled there.
+        beside: Option<usize>,
     },
     /// The mass matrix is not positive definite on what the constraints leave.
     Inertia,
@@ -51,6 +54,9 @@ pub enum LinearizeError {
         /// By how much over a short part of it, relative to the largest.
         change: f64,
     },
+    /// A little later the motion that these velocities lead has no linear equations in the same coordinates, so that nobody knows whether the coefficients
+    /// stay: an end of the assembly or of where the model is defined, or rows that change their rank.
+    Ends,
     /// The iteration for eigenvalues did not settle.
     NoConvergence {
         /// Size of the matrix.
@@ -75,17 +81,22 @@ impl fmt::Display for LinearizeError {
             Self::Friction => f.write_str(
                 "forces that depend on reactions are not smooth where slip turns round; leave the friction out, or linearise the model with it as a damper",
             ),
-            Self::UnknownCoordinate { nearest: "" } => {
-                f.write_str("a name that was asked for is not that of a coordinate; array elements are written `theta[0]`")
+            Self::UnknownCoordinate { name, nearest: None } => {
+                write!(f, "no coordinate is called `{name}`; array elements are written `theta[0]`")
             }
-            Self::UnknownCoordinate { nearest } => {
-                write!(f, "a name that was asked for is not that of a coordinate; did you mean `{nearest}`?")
+            Self::UnknownCoordinate { name, nearest: Some(nearest) } => {
+                write!(f, "no coordinate is called `{name}`; did you mean `{nearest}`?")
             }
             Self::Dependent { name } => write!(
                 f,
                 "`{name}` is not independent of the other coordinates that were asked for; leave it out, or ask for it alone"
             ),
-            Self::SingularPosition { rank, beside } => write!(
+            Self::SingularPosition { rank, beside: None } => write!(
+                f,
+                "the position is singular: {rank} rows of the constraints are independent here, which leaves a direction, in which nothing can be assembled; \
+                 leave a row out that only repeats others, or change a dimension"
+            ),
+            Self::SingularPosition { rank, beside: Some(beside) } => write!(
                 f,
                 "the position is singular: {rank} rows of the constraints are independent here, {beside} beside it, so that small motions have no tangent \
                  space; linearise beside it"
@@ -102,6 +113,10 @@ impl fmt::Display for LinearizeError {
                 f,
                 "the coefficients of small motions change along the motion (by {change:.1e} of the largest over a hundredth of its time scale), so that \
                  eigenvalues say nothing; choose coordinates that turn along, or use the equations with coefficients that vary"
+            ),
+            Self::Ends => f.write_str(
+                "a little later the motion has no linear equations in these coordinates, so that nobody knows whether the coefficients stay, and \
+                 eigenvalues say nothing; choose other coordinates, or a state farther from where the constraints or the model end",
             ),
             Self::NoConvergence { size } => {
                 write!(f, "the eigenvalues of a {size} x {size} matrix were not found; scale the parameters to similar sizes")

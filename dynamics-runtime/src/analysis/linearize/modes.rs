@@ -15,7 +15,8 @@ pub struct Mode {
     pub eigenvalue: Complex<f64>,
     /// What each coordinate does, dependent ones included; the largest is 1.
     pub shape: DVector<Complex<f64>>,
-    /// How much more the eigenvalue moves than the matrix is changed: 1 at best, without bound toward a defective matrix.
+    /// How much more the eigenvalue moves than the matrix is changed: 1 at best, without bound toward a defective matrix; infinite for what is free to
+    /// move without damping, whose eigenvalue 0 is double with one shape, x = c and x = c t, and moves by the root of a change.
     pub conditioning: f64,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
@@ -64,8 +65,8 @@ impl fmt::Display for Mode {
 }
 
 pub(super) fn modes(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError> {
-    if let Some(reason) = linear.unsteady {
-        return Err(reason);
+    if let Some(reason) = &linear.unsteady {
+        return Err(reason.clone());
     }
     let mut found = match spectrum::symmetric(linear)? {
         Some((squares, vectors)) => undamped(linear, &squares, &vectors),
@@ -79,7 +80,8 @@ fn undamped(linear: &Linearization, squares: &DVector<f64>, vectors: &DMatrix<f6
     let mut modes = Vec::new();
     for (square, vector) in squares.iter().zip(vectors.column_iter()) {
         let shape = scaled(linear, vector.map(|x| Complex::new(x, 0.0)));
-        let mode = |eigenvalue| Mode { eigenvalue, shape: shape.clone(), conditioning: 1.0, coordinates: linear.all };
+        let conditioning = if *square == 0.0 { f64::INFINITY } else { 1.0 };
+        let mode = |eigenvalue| Mode { eigenvalue, shape: shape.clone(), conditioning, coordinates: linear.all };
         let root = square.abs().sqrt();
         if *square < 0.0 {
             modes.extend([-root, root].map(|re| mode(Complex::new(re, 0.0))));

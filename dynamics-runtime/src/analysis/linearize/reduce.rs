@@ -9,15 +9,15 @@ use crate::constrain::held::active_rows;
 use crate::constrain::system::RANK_TOLERANCE;
 use crate::constrain::{project_positions, with_workspace};
 use crate::model::{Constraints, ModelState, Vector};
+use crate::motion::suggest;
 
 /// Coordinates by name.
 pub(super) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, LinearizeError> {
     let index = |name: &&str| {
         let found = M::COORDINATES.iter().position(|q| q.name == *name);
-        found.ok_or_else(|| {
-            let start = name.get(..1).unwrap_or("");
-            let alike = M::COORDINATES.iter().find(|q| !start.is_empty() && q.name.starts_with(start));
-            LinearizeError::UnknownCoordinate { nearest: alike.map_or("", |q| q.name) }
+        found.ok_or_else(|| LinearizeError::UnknownCoordinate {
+            name: (*name).into(),
+            nearest: suggest(name, M::COORDINATES.iter().map(|q| q.name)),
         })
     };
     let mut found: Vec<usize> = Vec::with_capacity(names.len());
@@ -192,6 +192,7 @@ pub(super) fn refuse_singular<M: Constraints>(
         return Ok(());
     }
     let constants = model.constants().map_err(crate::error::SolveError::from)?;
+    let mut any = tangent.coordinates.is_empty();
     for (way, sign) in (0..tangent.coordinates.len().min(4)).flat_map(|way| [(way, 1.0), (way, -1.0)]) {
         let mut beside = *state;
         // A step that no symmetry of the model hides: mostly one independent coordinate, a little of the others.
@@ -201,16 +202,19 @@ pub(super) fn refuse_singular<M: Constraints>(
         for (q, d) in beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()) {
             *q += d;
         }
-        // Where there is no position nearby on this side, the other side, or the other coordinates, tell.
-        if with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory)).is_err() {
+        // Where there is no position nearby on this side, or none but this one, the other side, or the other coordinates, tell.
+        let found = with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
+        let moved = |i: &usize| (beside.q().as_slice()[*i] - state.q().as_slice()[*i]).abs();
+        if found.is_err() || tangent.coordinates.iter().map(moved).fold(0.0, f64::max) < 1e-4 {
             continue;
         }
+        any = true;
         let found = rank(model, &beside);
         if found > tangent.rank {
-            return Err(LinearizeError::SingularPosition { rank: tangent.rank, beside: found });
+            return Err(LinearizeError::SingularPosition { rank: tangent.rank, beside: Some(found) });
         }
     }
-    Ok(())
+    if any { Ok(()) } else { Err(LinearizeError::SingularPosition { rank: tangent.rank, beside: None }) }
 }
 
 /// Independent rows at a state.

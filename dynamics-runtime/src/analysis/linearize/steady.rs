@@ -23,6 +23,7 @@ pub(super) fn judge<M: Constraints>(
     linear: &Linearization,
     tangent: &Tangent,
 ) -> Option<LinearizeError> {
+    // What has no state matrix has no eigenvalues either.
     let mut a = linear.state_matrix().ok()?;
     drop_rounding(&mut a);
     if let Some(error) = accelerates(state, linear, tangent, &a) {
@@ -34,12 +35,12 @@ pub(super) fn judge<M: Constraints>(
     // No period divides both.
     for part in [1e-2, 2.645_751_311_064_590_7e-2] {
         let Some((read, tangent)) = later(model, state, tangent, part / rate) else {
-            return Some(LinearizeError::Varies { change: f64::INFINITY });
+            return Some(LinearizeError::Ends);
         };
         let then = assemble::<M>(&read, &tangent);
-        let Ok(b) = then.state_matrix() else { return Some(LinearizeError::Varies { change: f64::INFINITY }) };
+        let Ok(b) = then.state_matrix() else { return Some(LinearizeError::Ends) };
         if then.coordinates != linear.coordinates || then.velocities != linear.velocities {
-            return Some(LinearizeError::Varies { change: f64::INFINITY });
+            return Some(LinearizeError::Ends);
         }
         let of = |m: &DMatrix<f64>| m.select_rows(&essential).select_columns(&essential);
         let (now, then) = (of(&a), of(&b));

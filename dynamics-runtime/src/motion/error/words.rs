@@ -121,6 +121,16 @@ impl fmt::Display for SimulationErrorKind {
                 "the mass matrix becomes singular on the motions that are left: nothing that moves with {coordinates} has inertia here ({share:.1e} of \
                  the least at the start), and velocities grow without bounds; give it a positive mass, or end the motion before"
             ),
+            Self::GimbalLock { at, cause } => {
+                let [first, _, last] = at.names;
+                write!(
+                    f,
+                    "gimbal lock: {}, where `{first}` and `{last}` turn about one axis; use Euler parameters, or a set whose middle angle stays away from its \
+                     singular values, such as {}. The method met: {cause}",
+                    at.describe(),
+                    at.other_set()
+                )
+            }
             Self::NoInertia { coordinates, parameters, .. } => {
                 let have = if coordinates.count() == 1 { "has" } else { "have" };
                 write!(

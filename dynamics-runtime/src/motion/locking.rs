@@ -1,0 +1,119 @@
+//! Gimbal lock: where angles stop telling orientations apart, and what that takes of a motion's digits.
+
+use alloc::boxed::Box;
+use alloc::format;
+use alloc::string::String;
+
+use super::conditioning::{condition_number, golden};
+use super::query::Motion;
+use super::simulate::Simulate;
+use crate::model::{AngleSet, Constraints, ModelState, Vector};
+use crate::motion::SimulationErrorKind as Kind;
+
+/// Angles farther from locking than this are not told of.
+const NEAR: f64 = 0.05;
+/// Angles nearer to locking than this are what a failure beside comes from.
+const LOCKED: f64 = 1e-3;
+/// Part of the accelerations that may be rounding where no tolerance was given.
+const FIXED: f64 = 1e-6;
+/// Of 1/distance², what the conditioning of a free body's mass matrix is beside gimbal lock, so much at least shows that it is there for that reason: rings and rotors
+/// with inertia of their own have a regular mass matrix there.
+const OF_SQUARE: f64 = 1e-3;
+
+/// Where three angles of a motion came nearest to locking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Locking {
+    /// The angles.
+    pub set: AngleSet,
+    /// Their names, in the order of the turns.
+    pub names: [&'static str; 3],
+    /// Distance of the middle angle from the value at which they lock, in rad.
+    pub distance: f64,
+    /// The middle angle there, in rad.
+    pub middle: f64,
+    /// When.
+    pub time: f64,
+    /// Conditioning of the mass matrix there, as of [`Conditioning`](super::Conditioning): the angles' accelerations lose that much of their digits.
+    pub conditioning: f64,
+    /// Rounding takes more of the accelerations there than the errors that were permitted.
+    pub doubtful: bool,
+}
+
+impl<M: Simulate> Motion<'_, M> {
+    /// The nearest approach of any set of angles to gimbal lock, where the mass matrix suffers from it.
+    pub(super) fn locking(&self) -> Option<Locking> {
+        let nearest = M::ANGLE_SETS.iter().filter_map(|set| self.locking_of(*set));
+        nearest.reduce(|a, b| if b.distance < a.distance { b } else { a })
+    }
+
+    fn locking_of(&self, set: AngleSet) -> Option<Locking> {
+        let at = |state: &M::State| set.distance(state.q().as_slice());
+        let (mut times, mut best) = ([self.start_time(); 3], None::<(f64, f64)>);
+        let mut around = [f64::INFINITY; 3];
+        let mut sampler = self.is_repeatable().then(|| self.sampler());
+        let end = self.end_time();
+        let mut look = |times: [f64; 3], around: [f64; 3]| {
+            if around[1] > NEAR || around[0] < around[1] || around[2] < around[1] {
+                return;
+            }
+            let found = match &mut sampler {
+                Some(sampler) if times[0] < times[2] => {
+                    let (time, least) = golden(times[0], times[2], &mut |t| -at(&sampler.at(t)));
+                    if -least < around[1] { (time, -least) } else { (times[1], around[1]) }
+                }
+                _ => (times[1], around[1]),
+            };
+            if best.is_none_or(|best| found.1 < best.1) {
+                best = Some(found);
+            }
+        };
+        for state in self.steps() {
+            (times, around) = ([times[1], times[2], state.t()], [around[1], around[2], at(&state)]);
+            look(times, around);
+        }
+        look([times[1], times[2], end], [around[1], around[2], f64::INFINITY]);
+        let (time, _) = best?;
+        let found = locking(self.model(), &self.sampler().at(time), set);
+        let permitted = if self.trajectory.fixed { FIXED } else { self.trajectory.tolerances.relative };
+        let doubtful = f64::EPSILON * found.conditioning > permitted;
+        Some(Locking { doubtful, ..found }).filter(Locking::is_felt)
+    }
+}
+
+impl Locking {
+    /// Whether the mass matrix is worse for it.
+    fn is_felt(&self) -> bool {
+        let worse = self.conditioning * self.distance * self.distance;
+        // Infinity times zero is as bad as can be.
+        self.distance <= NEAR && (worse >= OF_SQUARE || worse.is_nan())
+    }
+
+    /// A set that locks elsewhere.
+    pub(super) fn other_set(&self) -> &'static str {
+        if self.set.axes[0] == self.set.axes[2] { "1-2-3" } else { "3-1-3" }
+    }
+
+    /// `theta` within 7e-7 of 0, the singular value of its 3-1-3 set.
+    pub(super) fn describe(&self) -> String {
+        let Self { set, names: [_, name, _], distance, middle, .. } = self;
+        format!("`{name}` within {distance:.1e} of {}, the singular value of its {set} set", set.locks_at(*middle))
+    }
+}
+
+fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Locking {
+    let q = state.q().as_slice();
+    let (distance, middle) = (set.distance(q), q[set.angles[1]]);
+    let conditioning = condition_number(model, state);
+    let names = set.angles.map(|i| M::COORDINATES[i].name);
+    Locking { set, names, distance, middle, time: state.t(), conditioning, doubtful: false }
+}
+
+/// A failure where angles lock, with their names.
+pub(super) fn explain<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> Kind {
+    let locked = M::ANGLE_SETS.iter().map(|set| locking(model, state, *set));
+    let locked = locked.filter(|at| at.distance < LOCKED && at.is_felt());
+    match locked.reduce(|a, b| if b.distance < a.distance { b } else { a }) {
+        Some(locking) => Kind::GimbalLock { at: Box::new(locking), cause: Box::new(kind) },
+        None => kind,
+    }
+}
