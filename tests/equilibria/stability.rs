@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use dynamics::prelude::*;
 
-use super::{hoop, pendulum, truss};
+use super::{hoop, pendulum, plane, truss};
 
 fn verdict<M: Constraints + Powers>(model: &M, state: &M::State) -> StabilityVerdict {
     model.stability(state).unwrap().verdict
@@ -451,4 +451,123 @@ fn a_loop_with_a_spring_as_in_one_coordinate() {
         assert!(pushed.abs() < 1e-12 * k, "{other}");
     }
     assert_eq!(stable, 2, "{found}");
+}
+
+/// Two masses with weak forces of all kinds beside strong ones.
+mod weak {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m, y: m)]
+    #[units(m: kg, k: N / m, around: N / m, drag: N * s / m, fourth: N / m^3, load: N, turning: N * s / m, shaken: N, speed: rad / s)]
+    pub(super) struct Weak {
+        pub(super) m: f64,
+        pub(super) k: [f64; 2],
+        /// A force across the displacement.
+        pub(super) around: f64,
+        pub(super) drag: [f64; 2],
+        pub(super) fourth: f64,
+        pub(super) load: f64,
+        /// A force across the velocity.
+        pub(super) turning: f64,
+        pub(super) shaken: f64,
+        pub(super) speed: f64,
+    }
+    #[dynamics]
+    impl Weak {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * vec2(q.x, q.y).dt().norm_squared()
+        }
+        #[potential]
+        fn springs(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * (self.k[0] * q.x.powi(2) + self.k[1] * q.y.powi(2)) + 0.25 * self.fourth * q.x.powi(4)
+        }
+        #[force]
+        fn forces(&self, q: &Coordinates<Self>) -> Force {
+            let across = self.around * vec2(-q.y, q.x) + self.turning * vec2(-q.y.dt(), q.x.dt());
+            let drag = vec2(self.drag[0] * q.x.dt(), self.drag[1] * q.y.dt());
+            let load = self.load + self.shaken * (self.speed * q.t).sin();
+            Force::at(vec2(q.x, q.y), across - drag + vec2(0.0, load))
+        }
+    }
+    pub(super) const WEAK: Weak = Weak {
+        m: 1.0,
+        k: [1.0, 4.0],
+        around: 0.0,
+        drag: [0.0; 2],
+        fourth: 0.0,
+        load: 0.0,
+        turning: 0.0,
+        shaken: 0.0,
+        speed: 1.0,
+    };
+}
+
+#[test]
+fn what_is_weak_decides_beside_what_is_strong() {
+    use weak::{WEAK, Weak};
+    let of = |model: &Weak| {
+        let rest = model.equilibrium(&model.state().build().unwrap()).unwrap();
+        model.stability(&rest.state).unwrap()
+    };
+    assert_eq!(of(&WEAK).verdict, StabilityVerdict::Stable);
+    assert_eq!(of(&Weak { load: 1e6, ..WEAK }).verdict, StabilityVerdict::Stable);
+    // Where stiffness vanishes higher terms decide, of which nothing is known.
+    let nothing = StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: "x" });
+    for fourth in [-1.0, 1.0] {
+        let judged = of(&Weak { k: [0.0, 4.0], fourth, ..WEAK });
+        assert_eq!(judged.verdict, nothing, "{judged}");
+    }
+    // A force across the displacement of equal springs takes them apart, beside a dead load or a stiff spring, too.
+    for (around, load) in [(0.1, 0.0), (1e-6, 1e3), (1e-9, 0.0)] {
+        let judged = of(&Weak { k: [1.0, 1.0], around, load, ..WEAK });
+        let StabilityVerdict::Flutter { growth, .. } = judged.verdict else { panic!("{around}: {judged}") };
+        assert!((growth / (0.5 * around) - 1.0).abs() < around + 1e-6, "{around}: {judged}");
+    }
+    let uneven = of(&Weak { k: [1e12, 1.0], around: 1e-3, ..WEAK });
+    assert!(!uneven.is_stable() && !uneven.is_unstable(), "{uneven}");
+    // Damping of one of two that are not coupled leaves the other; a little of both is enough; a drive takes over.
+    let judged = of(&Weak { drag: [0.3, 0.0], ..WEAK });
+    let swings =
+        |verdict| matches!(verdict, StabilityVerdict::Marginal(Undecided::Swings { frequency }) if frequency == 2.0);
+    assert!(swings(judged.verdict), "{judged}");
+    for (load, drag) in [(0.0, [0.3, 1e-9]), (1e9, [0.3, 1e-9]), (0.0, [1e-9, 1e-9])] {
+        let judged = of(&Weak { drag, load, ..WEAK });
+        assert_eq!(judged.verdict, StabilityVerdict::AsymptoticallyStable, "{judged}");
+    }
+    for (load, drag) in [(0.0, [0.3, -1e-9]), (1e9, [0.3, -1e-9])] {
+        let judged = of(&Weak { drag, load, ..WEAK });
+        let flutters = matches!(judged.verdict, StabilityVerdict::Flutter { coordinate: "y", .. });
+        assert!(flutters && (judged.abscissa / 5e-10 - 1.0).abs() < 1e-5, "{judged}");
+    }
+    // Forces across the velocity hold two masses on a hill, which the least drag undoes; energy is kept, but no declaration says so.
+    let hill = Weak { k: [-1.0, -1.5], turning: 5.0, ..WEAK };
+    assert!(!of(&hill).is_stable() && !of(&hill).is_unstable(), "{}", of(&hill));
+    let judged = of(&Weak { drag: [1e-6; 2], ..hill });
+    assert!(matches!(judged.verdict, StabilityVerdict::Flutter { .. }), "{judged}");
+}
+
+#[test]
+fn what_does_not_stay_is_not_judged() {
+    use weak::{WEAK, Weak};
+    // Shaken by a load the coefficients are constant, but the place is not.
+    let shaken = Weak { shaken: 3.0, ..WEAK };
+    let found = shaken.equilibria(shaken.state().build().unwrap()).at(0.5).run().unwrap();
+    let error = shaken.stability(&found.equilibria[0].state).unwrap_err();
+    assert!(matches!(error, EquilibriumError::DependsOnTime { coordinate: "y", .. }), "{error}");
+    let error = WEAK.stability(&WEAK.state().x(0.1).build().unwrap()).unwrap_err();
+    assert!(matches!(error, EquilibriumError::Derivatives(LinearizeError::Accelerates { name: "x", .. })), "{error}");
+    // On the edge of a stop each side has a stiffness of its own.
+    let edge = plane::Plane { pull: 4.0, stop: 50.0, edge: 1.0, ..plane::PLANE };
+    let error = edge.stability(&edge.state().x(1.0).build().unwrap()).unwrap_err();
+    assert_eq!(error, EquilibriumError::Derivatives(LinearizeError::Corner), "{error}");
+    // What nothing holds is left out; where that is all, nothing is stable.
+    let loose = Weak { k: [0.0, 4.0], ..WEAK };
+    let judged = loose.stability(&loose.state().x(3.0).build().unwrap()).unwrap();
+    assert!(judged.verdict == StabilityVerdict::Stable && judged.ignorable[0].name == "x", "{judged}");
+    let free = Weak { k: [0.0, 0.0], ..WEAK };
+    let judged = free.stability(&free.state().x(3.0).build().unwrap()).unwrap();
+    assert!(matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })), "{judged}");
+    assert!(judged.to_string().starts_with("not decided by linear theory: nothing resists along `x`"), "{judged}");
 }

@@ -134,16 +134,12 @@ fn find<M: Constraints>(model: &M, start: &M::State, asked: Asked) -> Result<Equ
     let constants = model.constants().map_err(SolveError::from)?;
     with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut start, memory))?;
     let Settled { state, statics, iterations, uncertainty } = settle(model, start)?;
-    let noise = statics.noise(model, &state)?;
-    let allowed = 1e3 * noise.amax() + 1e-9 * statics.stiffness.amax();
+    let allowed = allowed(model, &state, &statics)?;
     if let Some((i, force)) = statics.at_corners(model, &state)?.filter(|(_, force)| force.abs() > allowed) {
         return Err(EquilibriumError::Corner { coordinate: M::COORDINATES[i].name, force });
     }
     check_rest(model, &state)?;
-    check_later(model, &state, asked, |later| {
-        let (i, force) = Statics::of(model, later, &statics.tangent.coordinates)?.worst();
-        Ok((force.abs() > allowed).then_some((M::COORDINATES[i].name, force)))
-    })?;
+    check_later(model, &state, asked, &statics, allowed)?;
     Ok(Equilibrium {
         reactions: if M::ROWS.is_empty() { Vec::new() } else { model.reactions(&state)? },
         residual: statics.worst().1.abs(),
@@ -153,6 +149,19 @@ fn find<M: Constraints>(model: &M, start: &M::State, asked: Asked) -> Result<Equ
         coordinates: M::COORDINATES,
         state,
     })
+}
+
+/// The force up to which what was in balance still is: rounding, and what a part of 10⁻⁹ of the coordinates makes.
+fn allowed<M: Constraints>(model: &M, state: &M::State, statics: &Statics<M::Rows>) -> Result<f64, EquilibriumError> {
+    Ok(1e3 * statics.noise(model, state)?.amax() + 1e-9 * statics.stiffness.amax())
+}
+
+/// That a state stays where it is, or goes on as it does, of models in which nothing else would say so.
+fn check_stays<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
+    let statics = Statics::of(model, state, &[])?;
+    let allowed = allowed(model, state, &statics)? + statics.worst().1.abs();
+    check_rest(model, state)?;
+    check_later(model, state, Asked { moving: true, frozen: false }, &statics, allowed)
 }
 
 fn vector<V: Vector>(values: &[f64]) -> V {
@@ -178,12 +187,13 @@ fn check_rest<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equilib
     }
 }
 
-/// That what balances does so later, too, where the motion has gone by then; `unbalanced` names the force that is left.
+/// That what balances does so later, too, where the motion has gone by then: that no more than the allowed force is left there.
 fn check_later<M: Constraints>(
     model: &M,
     state: &M::State,
     asked: Asked,
-    unbalanced: impl Fn(&M::State) -> Result<Option<(&'static str, f64)>, EquilibriumError>,
+    statics: &Statics<M::Rows>,
+    allowed: f64,
 ) -> Result<(), EquilibriumError> {
     let rate = state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
     let moving = rate > 0.0;
@@ -201,7 +211,9 @@ fn check_later<M: Constraints>(
         if asked.frozen {
             continue;
         }
-        if let Some((name, force)) = unbalanced(&later)? {
+        let (i, force) = Statics::of(model, &later, &statics.tangent.coordinates)?.worst();
+        if force.abs() > allowed {
+            let name = M::COORDINATES[i].name;
             return Err(match moving {
                 true => EquilibriumError::NotSteady { name, left: force },
                 false => EquilibriumError::DependsOnTime { coordinate: name, force },

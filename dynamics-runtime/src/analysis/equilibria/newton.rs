@@ -28,7 +28,7 @@ const LEAST_PART: f64 = 1.0 / 32.0;
 /// A fall of ‖F‖², relative, below which it is the least.
 const LEVEL: f64 = 1e-13;
 /// Coordinates beyond this many times of what they were measured by have run away.
-const AWAY: f64 = 1e8;
+const AWAY: f64 = 1e12;
 /// Singular values of the balanced K below this, against the largest, are zero.
 pub(super) const VANISHED: f64 = 1e-13;
 /// Forces up to this many times their measured rounding count as balance.

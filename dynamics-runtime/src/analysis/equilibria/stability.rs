@@ -21,9 +21,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 use conserved::energy_is_kept;
 pub use verdict::{Stability, StabilityVerdict, Undecided};
 
-use super::EquilibriumError;
 use super::newton::distance;
 use super::statics::{Statics, scales};
+use super::{EquilibriumError, check_stays};
 use crate::analysis::linearize::{Linearization, LinearizeError, SmallMotions, eigenvector, general};
 use crate::constrain::{project_positions, with_workspace};
 use crate::error::SolveError;
@@ -44,6 +44,7 @@ pub(super) fn judge<M: Constraints + Powers>(model: &M, state: &M::State) -> Res
     if let Some(reason) = linear.unsteady {
         return Err(reason.into());
     }
+    check_stays(model, state)?;
     let ignorable = ignorable(model, state, &linear);
     let mut found = match routh(model, state, &linear, &ignorable)? {
         Some(reduced) => {
@@ -52,6 +53,10 @@ pub(super) fn judge<M: Constraints + Powers>(model: &M, state: &M::State) -> Res
         None => of_first_order(&linear, &ignorable)?,
     };
     found.ignorable = ignorable.iter().map(|j| linear.coordinates[*j]).collect();
+    if let (true, Some(free)) = (found.eigenvalues.is_empty(), found.ignorable.first()) {
+        // Nothing is left that could be stable.
+        found.verdict = StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: free.name });
+    }
     Ok(found)
 }
 
