@@ -1,5 +1,6 @@
 //! Equilibria of derived models: all of them, once each, against closed forms and other coordinates; where there is none, the error says so.
 
+mod hard;
 mod stability;
 
 use std::f64::consts::PI;
@@ -230,8 +231,9 @@ mod hoop {
 
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(theta: rad)]
-    #[units(m: kg, g: m / s^2, radius: m, speed: rad / s)]
+    #[units(m: kg, g: m / s^2, radius: m, speed: rad / s, drag: N * m * s)]
     pub(super) struct Driven {
+        pub(super) drag: f64,
         pub(super) m: f64,
         pub(super) g: f64,
         pub(super) radius: f64,
@@ -251,6 +253,10 @@ mod hoop {
         #[potential]
         fn weight(&self, q: &Coordinates<Self>) -> Expr {
             self.m * self.g * self.bead(q).z
+        }
+        #[dissipation]
+        fn rub(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.drag * q.theta.dt().powi(2)
         }
     }
 
@@ -285,7 +291,7 @@ fn a_bead_on_both_sides_of_the_pitchfork() {
     let (m, g, radius) = (0.1, 9.81, 0.5);
     let critical = (g / radius).sqrt();
     for (speed, count) in [(0.999 * critical, 2), (critical, 2), (1.001 * critical, 4), (6.0, 4)] {
-        let model = hoop::Driven { m, g, radius, speed };
+        let model = hoop::Driven { m, g, radius, speed, drag: 0.0 };
         let found = model.equilibria(model.state().build().unwrap()).random(60).run().unwrap();
         assert_eq!(found.equilibria.len(), count, "{speed}: {found}");
         let aside = found.equilibria.iter().filter(|one| one.state.theta().sin().abs() > 1e-3);

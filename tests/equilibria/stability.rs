@@ -53,11 +53,22 @@ fn a_double_pendulum_and_a_truss() {
 fn a_bead_on_a_hoop() {
     let (m, g, radius) = (0.1, 9.81, 0.5_f64);
     let critical = (g / radius).sqrt();
-    let driven = |speed: f64, theta: f64| {
-        let model = hoop::Driven { m, g, radius, speed };
+    let with = |drag: f64, speed: f64, theta: f64| {
+        let model = hoop::Driven { m, g, radius, speed, drag };
         model.stability(&model.equilibrium(&model.state().theta(theta).build().unwrap()).unwrap().state).unwrap()
     };
+    let driven = |speed: f64, theta: f64| with(0.0, speed, theta);
     let nothing = StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: "theta" });
+    // Rubbing does not make a stiffness of rounding.
+    for drag in [1e-6, 0.01, 1.0] {
+        for ulp in -3..=3 {
+            let judged = with(drag, critical * (1.0 + f64::from(ulp) * f64::EPSILON), 0.0);
+            assert_eq!(judged.verdict, nothing, "{drag}, {ulp}: {judged}");
+        }
+        let [below, above] = [1.0 - 1e-12, 1.0 + 1e-12].map(|part| with(drag, part * critical, 0.0));
+        assert_eq!(below.verdict, StabilityVerdict::AsymptoticallyStable, "{drag}: {below}");
+        assert!(matches!(above.verdict, StabilityVerdict::Divergence { .. }), "{drag}: {above}");
+    }
     for (part, wanted) in [(0.5, 1), (1.0 - 1e-13, 1), (1.0, 0), (1.0 + 1e-13, -1), (2.0, -1)] {
         let judged = driven(part * critical, 0.0);
         assert_eq!(i32::from(judged.is_stable()) - i32::from(judged.is_unstable()), wanted, "{part}: {judged}");

@@ -15,6 +15,7 @@ mod show;
 mod verdict;
 
 use alloc::vec::Vec;
+use core::ops::AddAssign;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -184,7 +185,10 @@ fn of_second_order(linear: &Linear, conservative: bool) -> Result<Stability, Equ
     a.view_mut((0, n), (n, n)).fill_with_identity();
     a.view_mut((n, 0), (n, n)).copy_from(&-factors.solve(&linear.stiffness));
     a.view_mut((n, n), (n, n)).copy_from(&-factors.solve(&linear.damping));
-    let spectrum = if conservative && is_rest { undamped(&squares) } else { spectrum(&a)? };
+    let mut off = rounding(&a);
+    let inverse = factors.solve(&DMatrix::identity(n, n)).abs();
+    off.view_mut((n, 0), (n, n)).add_assign(inverse * &linear.unsure);
+    let spectrum = if conservative && is_rest { undamped(&squares) } else { spectrum(&a, &off)? };
     let along = |shape: &DVector<f64>| {
         let weigh = |i: usize| shape[i].abs() * linear.mass[(i, i)].sqrt();
         let most = (0..n).fold(0, |best, i| if weigh(i) > weigh(best) { i } else { best });
@@ -213,7 +217,9 @@ fn of_first_order(linear: &Linearization, ignorable: &[usize]) -> Result<Stabili
     let c = linear.coordinates.len();
     let kept: Vec<usize> = (0..c + linear.velocities.len()).filter(|j| !ignorable.contains(j)).collect();
     let a = linear.state_matrix()?.select_rows(&kept).select_columns(&kept);
-    let spectrum = spectrum(&a)?;
+    // Elements that should cancel leave rounding of what the others are made of.
+    let off = rounding(&a).add_scalar(16.0 * f64::EPSILON * a.amax());
+    let spectrum = spectrum(&a, &off)?;
     let name = |k: usize| match kept[k].checked_sub(c) {
         None => linear.coordinates[kept[k]].name,
         Some(v) => linear.velocities[v].name,
@@ -307,19 +313,23 @@ fn undamped(squares: &[Found<f64>]) -> Vec<Eigenvalue> {
     squares.iter().flat_map(pair).collect()
 }
 
-fn spectrum(a: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, EquilibriumError> {
+/// What rounding makes of each element of a matrix whose elements are known to rounding, and of the iteration.
+fn rounding(a: &DMatrix<f64>) -> DMatrix<f64> {
+    a.abs() * (8.0 * a.nrows() as f64 * f64::EPSILON)
+}
+
+/// Eigenvalues of a matrix whose elements may be `off`.
+fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, EquilibriumError> {
     let n = a.nrows();
-    let sizes = a.abs();
     let mut found = Vec::with_capacity(n);
     for (k, value) in general(a.clone())?.into_iter().enumerate() {
         let right = eigenvector(a, value, k)?;
         let left = eigenvector(&a.transpose(), value.conj(), k)?;
         let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);
         let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
-        let bound = of(&left).dot(&(&sizes * of(&right))) / product;
-        // Two that meet are off by the root of rounding; beyond it the vectors say nothing.
-        let size = a.norm();
-        let unsure = (8.0 * n as f64 * f64::EPSILON * bound).min(size * (8.0 * n as f64 * f64::EPSILON).sqrt());
+        let bound = of(&left).dot(&(off * of(&right))) / product;
+        // Two that meet are off by the root of that; beyond it the vectors say nothing.
+        let unsure = bound.min((a.norm() * off.norm()).sqrt());
         let largest = right.iter().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
         let shape = right.map(|x| (x / largest).norm());
         found.push(Found { value, unsure, conditioning: 1.0 / product, shape });
