@@ -2,7 +2,7 @@
 
 use dynamics::prelude::*;
 
-use super::held;
+use super::{held, hoop, pendulum};
 
 /// A parallelogram with a torsional spring on its first crank, whose change point lies at zero.
 mod parallelogram {
@@ -140,4 +140,62 @@ fn a_skate_has_rests_side_by_side() {
     let one = model.equilibrium(&model.state().x(0.2).y(0.6).phi(1.0).build().unwrap()).unwrap();
     let judged = model.stability(&one.state).unwrap();
     assert!(matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })), "{judged}");
+    // Gliding straight on, its heading and its speed are as good as others.
+    let gliding = held::Skate { k: 0.0, twist: 0.0, ..model };
+    let judged = gliding.stability(&gliding.state().x_rate(1.3).build().unwrap()).unwrap();
+    assert!(matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })), "{judged}");
+    assert_eq!(judged.ignorable.iter().map(|q| q.name).collect::<Vec<_>>(), ["x", "y"], "{judged}");
+}
+
+#[test]
+fn options_that_make_no_sense_are_named() {
+    let model = pendulum::Plane { m: 1.0, l: 1.0, g: 9.81 };
+    let around = model.state().y([-1.0, -2.0]).build().unwrap();
+    let search = || model.equilibria(around).random(3);
+    let error = search().within("z", [0.0, 1.0]).run().unwrap_err();
+    assert_eq!(error, EquilibriumError::UnknownCoordinate { name: "z".into() });
+    for range in [[1.0, 1.0], [2.0, 1.0], [0.0, f64::INFINITY], [f64::NAN, 1.0]] {
+        let error = search().within("x", range).run().unwrap_err();
+        assert!(matches!(error, EquilibriumError::Range { ref name, .. } if name == "x"), "{error}");
+    }
+    assert!(matches!(search().spread(0.0).run(), Err(EquilibriumError::Range { .. })));
+    // An array whole, and one of its elements by itself.
+    let found = search().within("x", [-1.0, 1.0]).within("y", [-2.0, 0.0]).within("y[1]", [-2.0, -1.0]).run().unwrap();
+    assert!(!found.equilibria.is_empty(), "{found}");
+    // Starts that cannot be put together are counted, and where none leads anywhere, the first says why.
+    let short = model.equilibria(around).random(20).within("x", [-9.0, 9.0]).within("y", [-9.0, 9.0]).run().unwrap();
+    assert_eq!(short.hits.iter().sum::<usize>() + short.failures.len(), 21, "{short}");
+}
+
+/// The other way to know: let it go.
+#[test]
+fn verdicts_against_motions() {
+    let (m, g, radius) = (0.1, 9.81, 0.5_f64);
+    for part in [0.7, 1.4, 2.5] {
+        let model = hoop::Driven { m, g, radius, speed: part * (g / radius).sqrt(), drag: 0.0 };
+        let found = model.equilibria(model.state().build().unwrap()).random(40).run().unwrap();
+        for rest in &found.equilibria {
+            let judged = model.stability(&rest.state).unwrap();
+            let off = 1e-7;
+            let start = model.state().theta(rest.state.theta() + off).build().unwrap();
+            let motion = model.simulate(start).until(2.0).tolerance(1e-13).run().unwrap();
+            let theta = |t: f64| motion.at(t).theta() - rest.state.theta();
+            match judged.verdict {
+                // Beside a rest it goes as cosh(σ t), by its own rate.
+                StabilityVerdict::Divergence { growth, .. } => {
+                    for t in [0.5, 1.0] {
+                        let wanted = off * (growth * t).cosh();
+                        assert!((theta(t) / wanted - 1.0).abs() < 1e-4, "{part}, {t}: {rest}");
+                    }
+                }
+                StabilityVerdict::Stable => {
+                    let rate = judged.least_square.unwrap().sqrt();
+                    for t in [0.5, 1.0, 2.0] {
+                        assert!((theta(t) - off * (rate * t).cos()).abs() < 1e-5 * off, "{part}, {t}: {rest}");
+                    }
+                }
+                other => panic!("{other}"),
+            }
+        }
+    }
 }
