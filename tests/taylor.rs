@@ -64,6 +64,33 @@ impl Driven {
     }
 }
 
+/// The same, pushed by what is written into it.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(s)]
+struct Written {
+    mass: f64,
+    stiffness: f64,
+    omega: f64,
+    push: f64,
+    pace: f64,
+}
+
+#[dynamics]
+impl Written {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.s.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiffness * (q.s - (self.omega * q.t).sin()).powi(2)
+    }
+    #[force]
+    fn pushed(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.s, self.push * (self.pace * q.t).sin())
+    }
+}
+
 /// A bead on a wire of which only a spline is known.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(s)]
@@ -249,7 +276,36 @@ fn time_and_held_inputs_are_expanded_laws_are_refused() {
     assert!(error < 1e-10, "{error:e}");
     assert!(motion.work().closure_error.abs() < 1e-9, "{}", motion.work());
     let refused = run(1e-9).inputs(|t, _| [t.sin()]).method(TAYLOR).run().unwrap_err();
-    assert!(refused.to_string().contains("its inputs follow a closure"), "{refused}");
+    let words = refused.to_string();
+    assert!(words.contains("its inputs follow a closure") && words.contains("change them at events"), "{words}");
+    assert!(words.contains("into the model by `q.t`"), "{words}");
+}
+
+/// What the error says to do with an inputs law: the same push as an expression of time, or in steps that events make, each beside the closure.
+#[test]
+fn what_a_refused_law_is_told_works() {
+    let law = |t: f64| 0.7 * (0.9 * t).sin();
+    let model = Driven { mass: 1.0, stiffness: 4.0, omega: 1.3 };
+    let truth = model.simulate(model.state().s(0.2).build().unwrap()).until(20.0).tolerance(1e-13);
+    let truth = truth.inputs(move |t, _| [law(t)]).run().unwrap();
+    let written = Written { mass: 1.0, stiffness: 4.0, omega: 1.3, push: 0.7, pace: 0.9 };
+    let motion = written.simulate(written.state().s(0.2).build().unwrap()).until(20.0).tolerance(1e-12);
+    let motion = motion.method(TAYLOR).run().unwrap();
+    let error = (motion.end().s() - truth.end().s()).abs();
+    assert!(error < 1e-10, "{error:e}");
+
+    let steps = |t: f64| if t < 1.0 { 0.7 } else { -0.4 };
+    let stepwise = model.simulate(model.state().s(0.2).push(0.7).build().unwrap()).until(3.0).tolerance(1e-12);
+    let switch = move |state: &mut State<Driven>| state.inputs_mut()[0] = steps(1.5);
+    let stepwise = stepwise.event("late", |state| state.t() - 1.0).on_event("late", Direction::Rising, switch);
+    let stepwise = stepwise.method(TAYLOR).run().unwrap();
+    let held = |start, from: f64, to: f64| {
+        let motion = model.simulate(start).until(to).tolerance(1e-13).inputs(move |_, _| [steps(from)]).run().unwrap();
+        motion.end()
+    };
+    let truth = held(held(model.state().s(0.2).push(0.7).build().unwrap(), 0.5, 1.0), 1.5, 3.0);
+    let error = (stepwise.end().s() - truth.s()).abs();
+    assert!(error < 1e-10, "{error:e}");
 }
 
 #[test]

@@ -296,11 +296,14 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             return Ok(());
         }
         let state = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
+        if plant.upkeep.is_far(plant.model, &state, step.h) {
+            return Ok(());
+        }
         match plant.upkeep.drifted(plant.model, &state) {
             Some(Drifted { what, row, residual, distance, limit }) => {
                 Err(Kind::Drift { what, row, residual, distance, limit })
             }
-            None if !plant.upkeep.drift_decides(plant.model, &state)? => Ok(()),
+            None if !plant.upkeep.drift_decides(plant.model, &state, step.h)? => Ok(()),
             None => match weakness(plant.model, &state) {
                 // Plain drift of constraints that are far from losing rank has a limit of its own.
                 Weakness { condition, .. } if condition < WEAK => Ok(()),

@@ -30,34 +30,25 @@ const PROBE: f64 = 1e-4;
 /// Up to here the size of a coordinate counts: angles count revolutions.
 const TURNS: f64 = 10.0;
 
-/// The part of the motion that drift decides at a state: from [`DECIDED`] on it is nearer to a singular position than its drift permits.
+/// What drift decides at a state.
+pub(super) struct Decided<R> {
+    /// The part of the motion: from [`DECIDED`] on it is nearer to a singular position than its drift permits.
+    pub(super) part: f64,
+    /// Lengths of the rows' gradients there; of those that nearly vanish, what they are beside it.
+    pub(super) usual: R,
+}
+
+/// The part of the motion that drift decides at a state.
 pub(super) fn part_of_drift<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,
     workspace: &mut [f64],
-) -> Result<f64, SolveError> {
+) -> Result<Decided<M::Rows>, SolveError> {
     let mut probe = Probe::new(model, constants, state, workspace);
-    let residual = probe.drift();
-    let delta = probe.back(&residual, -1.0)?;
-    let (length, speed) = (probe.length(&delta), probe.length(state.u()));
-    if length == 0.0 {
-        return Ok(0.0);
-    }
-    // Φ_qq δ² by a displacement along δ; Φ_qq δ q̇ by two along the sum and the difference of both at the same length.
-    let scale = PROBE * probe.size() / length;
-    let straight = scaled(&delta, scale);
-    let curved = combined(&probe.second(&straight), 1.0, &model.residual(state), -2.0);
-    let newton = probe.back(&curved, 0.5 / (scale * scale))?;
-    let contracts = probe.length(&newton) / length;
-    if contracts > DECIDED || speed == 0.0 {
-        return Ok(contracts);
-    }
-    let pace = scale * length / speed;
-    let [plus, minus] = [1.0, -1.0].map(|sign| probe.second(&combined(&straight, 1.0, state.u(), sign * pace)));
-    let mixed = combined(&plus, 1.0, &minus, -1.0);
-    let turning = probe.back(&mixed, 0.25 / (scale * pace))?;
-    Ok(math::max(contracts, probe.length(&turning) / speed))
+    let usual = probe.usual();
+    let part = probe.part(&usual)?;
+    Ok(Decided { part, usual })
 }
 
 /// Conditioning from which on constraints are taken for singular, whatever it was elsewhere.
@@ -189,18 +180,49 @@ impl<'p, M: Constraints> Probe<'p, M> {
         Self { model, constants, state, workspace, weights }
     }
 
-    /// Φ, with what rounding leaves open of it: no drift is known to be less. Of rows whose gradient nearly vanishes, too.
-    fn drift(&mut self) -> M::Residual {
-        let mut here = M::Residual::zeros();
+    /// See [`part_of_drift`].
+    fn part(&mut self, usual: &M::Rows) -> Result<f64, SolveError> {
+        let (state, residual) = (self.state, self.drift(usual));
+        let delta = self.back(&residual, -1.0)?;
+        let (length, speed) = (self.length(&delta), self.length(state.u()));
+        if length == 0.0 {
+            return Ok(0.0);
+        }
+        // Φ_qq δ² by a displacement along δ; Φ_qq δ q̇ by two along the sum and the difference of both at the same length.
+        let scale = PROBE * self.size() / length;
+        let straight = scaled(&delta, scale);
+        let curved = combined(&self.second(&straight), 1.0, &self.model.residual(state), -2.0);
+        let newton = self.back(&curved, 0.5 / (scale * scale))?;
+        let contracts = self.length(&newton) / length;
+        if contracts > DECIDED || speed == 0.0 {
+            return Ok(contracts);
+        }
+        let pace = scale * length / speed;
+        let [plus, minus] = [1.0, -1.0].map(|sign| self.second(&combined(&straight, 1.0, state.u(), sign * pace)));
+        let mixed = combined(&plus, 1.0, &minus, -1.0);
+        let turning = self.back(&mixed, 0.25 / (scale * pace))?;
+        Ok(math::max(contracts, self.length(&turning) / speed))
+    }
+
+    /// Lengths of the rows' gradients; of those that nearly vanish, by how much they grow beside the state.
+    fn usual(&mut self) -> M::Rows {
+        let mut usual = M::Rows::zeros();
         let gradients = Gradients::alone(self.model, self.state, self.workspace);
-        (0..M::Residual::LEN).for_each(|row| here[row] = norm(gradients.row(row)));
+        (0..M::Rows::LEN).for_each(|row| usual[row] = norm(gradients.row(row)));
         let nearby = beside::<M>(self.state);
         let gradients = Gradients::alone(self.model, &nearby, self.workspace);
+        for row in 0..M::Rows::LEN {
+            usual[row] = math::max(usual[row], (norm(gradients.row(row)) - usual[row]).abs() / NEARBY);
+        }
+        usual
+    }
+
+    /// Φ, with what rounding leaves open of it: no drift is known to be less. Of rows whose gradient nearly vanishes, too.
+    fn drift(&self, usual: &M::Rows) -> M::Residual {
         let rounding = f64::EPSILON * (1.0 + max_abs(self.state.q().as_slice()).min(TURNS));
         let mut drift = self.model.residual(self.state);
         for row in 0..M::Residual::LEN {
-            let usual = math::max(here[row], (norm(gradients.row(row)) - here[row]).abs() / NEARBY);
-            drift[row] += (rounding * usual).copysign(drift[row]);
+            drift[row] += (rounding * usual[row]).copysign(drift[row]);
         }
         drift
     }

@@ -4,8 +4,10 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 mod contacts;
+mod drifting;
 
 pub(crate) use contacts::Closing;
+pub(crate) use drifting::Drifted;
 
 use super::conditioning::Conditioning;
 use super::error::SimulationErrorKind;
@@ -44,7 +46,8 @@ pub struct Upkept {
     pub fastest_rest: f64,
     /// Worst conditioning of the constraints that was met by the general solver.
     pub conditioning: Option<Conditioning>,
-    /// Where drift turned the motion most: where constraints drift, at accepted steps.
+    /// Where drift turned the motion most: where constraints drift, at the ends of those steps that may be near a singular position, and of every
+    /// fourth of the others.
     pub turned: Option<Turned>,
 }
 
@@ -80,6 +83,8 @@ pub(crate) struct Upkeep<M: Constraints> {
     push: M::Vector,
     pace: Pace,
     drift_limit: f64,
+    /// The last close look at what has drifted.
+    look: Option<drifting::Look<M::Rows>>,
     /// The contacts of the run, which take part in every impact where they touch.
     pub(super) contacts: Vec<Closing>,
     /// Mean of the sensitivities of the projections that ended steps so far, on a logarithmic scale. It is the same in all of a step, in every attempt to
@@ -120,6 +125,7 @@ impl<M: Constraints> Upkeep<M> {
             push: M::Vector::zeros(),
             pace: Pace::default(),
             drift_limit,
+            look: None,
             contacts: Vec::new(),
             usual: None,
             latest: None,
@@ -495,39 +501,6 @@ impl<M: Constraints> Upkeep<M> {
         Ok(())
     }
 
-    /// The row that has drifted further than permitted, in its positions or its velocities.
-    pub(crate) fn drifted(&mut self, model: &M, state: &M::State) -> Option<Drifted> {
-        if M::Rows::LEN == 0 || !self.drift_limit.is_finite() {
-            return None;
-        }
-        let (position, velocity) = (model.residual(state), model.velocity_residual(state));
-        let distances = Distances::of(model, state, &mut self.workspace);
-        let of_positions = self.drift_limit * distances.size;
-        let of_velocities = self.drift_limit * (1.0 + max_abs(state.u().as_slice()));
-        let drifted = |what, row: usize, residual, limit| {
-            let distance = distances.along(row, residual);
-            let row = M::ROWS[row].name;
-            // What is not a number, on either side, has drifted.
-            let kept = distance <= limit;
-            (!kept).then_some(Drifted { what, row, residual, distance, limit })
-        };
-        active_rows::<M>(state.modes(), false).find_map(|row| {
-            let position = (row < M::Residual::LEN).then(|| position[row]);
-            position
-                .and_then(|position| drifted("positions", row, position, of_positions))
-                .or_else(|| drifted("velocities", row, velocity[row], of_velocities))
-        })
-    }
-
-    /// Whether what the constraints have drifted decides where the motion goes on: see [`super::singular`].
-    pub(crate) fn drift_decides(&mut self, model: &M, state: &M::State) -> Result<bool, SolveError> {
-        let part = super::singular::part_of_drift(model, &self.constants, state, &mut self.workspace)?;
-        if self.upkept.turned.is_none_or(|turned| part > turned.part) {
-            self.upkept.turned = Some(Turned { part, time: state.t() });
-        }
-        Ok(part > super::singular::DECIDED)
-    }
-
     /// Accelerations at a start where constraints depend on each other: see [`super::singular`].
     pub(crate) fn singular_start(
         &mut self,
@@ -582,15 +555,6 @@ fn noise_beside<S: ModelState>(state: &S, sensitivity: f64, usual: f64) -> f64 {
     let amplified = (sensitivity / usual).max(1.0);
     let (q, u) = (max_abs(state.q().as_slice()), max_abs(state.u().as_slice()));
     f64::EPSILON * (1.0 + q) * amplified * (1.0 + amplified * u)
-}
-
-/// A constraint that has drifted too far.
-pub(crate) struct Drifted {
-    pub(crate) what: &'static str,
-    pub(crate) row: &'static str,
-    pub(crate) residual: f64,
-    pub(crate) distance: f64,
-    pub(crate) limit: f64,
 }
 
 /// Why a state has no place on the constraints.

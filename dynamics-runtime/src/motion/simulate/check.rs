@@ -134,7 +134,10 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         }
         let reason = match M::SERIES {
             Expansion::None { reason } => reason,
-            Expansion::Generated { .. } if self.law.is_some() => "its inputs follow a closure",
+            Expansion::Generated { .. } if self.law.is_some() => {
+                "its inputs follow a closure, of which no derivatives are known (hold them and change them at events, or write what they follow into \
+                 the model by `q.t`)"
+            }
             Expansion::Generated { .. } => return Ok(()),
         };
         Err(OptionError::NoSeries { method: method.method(), reason })
