@@ -1,7 +1,7 @@
 //! Esdirk4: a diagonally implicit Runge–Kutta method of order 4(3), for stiff motions at moderate accuracy.
 //!
-//! * **Problem**: stiff springs, dampers and controllers, at tolerances of about 10⁻³ to 10⁻⁵; models of many coordinates, where one real matrix of N rows is a fifth of
-//!   what Radau IIA factors.
+//! * **Problem**: stiff springs, dampers and controllers in models of tens of coordinates, where one real matrix of N rows is a fifth of what Radau IIA factors, at tolerances of about 10⁻³
+//!   to 10⁻⁵.
 //! * **Formula**: ESDIRK4(3)6L\[2\]SA: six stages one after the other, the first of them the start, the last one the end. Of each only its velocities are unknown,
 //!   U = u* + hγ a(q* + hγ U, U), γ = ¼, with u* and q* from the stages before: simplified Newton iterations with
 //!   1 − hγ ∂a/∂u − (hγ)² ∂a/∂q, one real matrix of N rows for all stages. The fifth stage lies 4 % of the step beyond its end: accelerations have to exist there.
@@ -16,6 +16,9 @@
 //!   stiff forces make of positions.
 //! * **Stability**: L-stable, and what is embedded damps what is stiff, too. Oscillations are damped as well: as with Radau IIA, step control sees
 //!   them and pays for them.
+//! * **Beside Radau IIA**, chains of bobs on stiff damped springs (k = 1e8) that swing for 2 s, same error at the end, one run: with 40 coordinates 0.4 of its time to 8e-5
+//!   and as much to 7e-6; with 16 coordinates 1.4 times its time to 3e-5 and 3 times to 4e-6, with 4 coordinates 2.5 times to 1e-4 and 6 times to 2e-6. It is for many coordinates and few
+//!   digits, and for nothing else.
 //! * **Cost**: 1 evaluation of q̈ per iteration, 5 stages of 1 to 3 iterations; a Jacobian and one factorisation of N³/3 where they are renewed.
 //! * **Source**: Kennedy & Carpenter, NASA/TM–2016–219173, §7.3; filter: Hairer & Wanner, *Solving ODE II*, §IV.8.
 
