@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use dynamics_runtime::integrate::{
-    Dop853, Esdirk4, GeneralizedAlpha, Kept, Knot, Phase, Radau5, Scheme, Step, StepError, StepOptions, Stepper,
+    Dense, Dop853, Esdirk4, GeneralizedAlpha, Kept, Knot, Phase, Radau5, Scheme, Step, StepError, StepOptions, Stepper,
     System, Tolerances,
 };
 use nalgebra::SVector;
@@ -231,4 +231,34 @@ fn steps_without_a_solution_have_no_end() {
     check::<Radau5<V1>>();
     check::<Esdirk4<V1>>();
     check::<GeneralizedAlpha<V1>>();
+}
+
+/// A step made again for its interpolant begins at what is known of it, also where the stiff direction turns so fast that each stage needs a Jacobian of its own: it had begun at
+/// nothing there, and ended elsewhere or nowhere.
+#[test]
+fn steps_made_again_begin_where_they_ended() {
+    let evaluations = std::cell::Cell::new(0u64);
+    let mut spring = |_: f64, q: &V2, u: &V2| {
+        evaluations.set(evaluations.get() + 1);
+        let (r, along) = (q.norm(), q / q.norm());
+        let pull = 1e8 * (r - 1.0) + 2e4 * along.dot(u);
+        Ok::<V2, Infallible>(V2::new(0.0, -9.81) - along * pull)
+    };
+    let tolerances = Tolerances::both(1e-6);
+    let start = Phase { q: V2::new(1.0, 0.0), u: V2::zeros() };
+    let mut stepper = Stepper::<V2, Radau5<V2>>::new(&mut spring, 0.0, start, 2.0, adaptive(1e-6)).unwrap();
+    let mut steps = Vec::new();
+    while stepper.now().t < 2.0 {
+        steps.push(stepper.step(&mut spring, 2.0).unwrap());
+    }
+    let made = evaluations.replace(0);
+    for step in &steps {
+        let dense = Stepper::again(&mut Radau5::new(), &mut spring, step, &tolerances).unwrap().unwrap();
+        let end = dense.at(1.0);
+        assert!((end.q - step.end.y.q).norm() < 1e-9, "{}", step.end.t);
+    }
+    let again = evaluations.get();
+    println!("{made} evaluations in {} steps, {again} to make them again", steps.len());
+    // Each with a Jacobian of its own, here by differences.
+    assert!(again < made + made / 5, "{made} {again}");
 }

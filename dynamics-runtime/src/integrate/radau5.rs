@@ -474,8 +474,10 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
             self.differentiate(system, start)?;
             fresh = true;
         }
+        // Also where one Jacobian does not do and those of the stages are tried.
+        let known = self.known.take();
         loop {
-            self.z = match (self.known.take(), &self.last) {
+            self.z = match (known, &self.last) {
                 (Some(known), _) => known,
                 (None, Some(last)) => C.map(|c| last.velocities.beyond(c * h / last.h)),
                 (None, None) => [V::zeros(); 3],

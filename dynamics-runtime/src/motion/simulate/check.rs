@@ -22,7 +22,7 @@ const LOOSE: f64 = 1e-4;
 /// it gains little, and where motions are stiff its error estimate, which grows steeply, bounds the steps before stability does and hides that. With
 /// constraints it takes 0.8 (Andrews) to 1 (car axis), but near singular positions, where these amplify errors, its one error estimate sees less than
 /// the two of DOP853. Taylor series take less where a model has them: to the same error, one run, 0.66, 0.47 and 0.33 of the time of Verner 9(8) at 1e-6, 1e-9 and 1e-12 (double
-/// pendulum), 1.2, 1.0 and 0.6 at 1e-6, 1e-9 and 1e-11 (Kepler, e = 0.9), 0.55 at 1e-6 and 1e-9 (Andrews). They are not chosen by themselves: every program would hold their code, beside that of a
+/// pendulum), 1.2, 1.0 and 0.6 at 1e-6, 1e-9 and 1e-11 (Kepler, e = 0.9), 0.6 at 1e-6 and 1e-9 (Andrews). They are not chosen by themselves: every program would hold their code, beside that of a
 /// method for models and inputs that have no series, and take a sixth (double pendulum) to a third longer (Andrews) to compile.
 const MANY_DIGITS: f64 = 1e-6;
 /// Below this tolerance Radau IIA needs so many steps that an explicit method at the border of its stability is no slower, so runs go on.
