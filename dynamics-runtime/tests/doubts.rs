@@ -107,7 +107,7 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
             let shown = summary.doubts.halved.unwrap();
             println!("{method} {tolerance:e} to {until}: {shown:.1} shown, {measured:.1} measured");
             let warned = summary.to_string().contains("errors of steps add up: half steps go");
-            assert_eq!(warned, shown > 100.0, "{summary}");
+            assert_eq!(warned, shown > 60.0, "{summary}");
             match until {
                 // In its jumps, of a millionth of the time, what is off by a small time is off by any value: that does not last.
                 2.0 => assert!(shown < 50.0 && measured > 1e3, "{shown} {measured}"),
@@ -144,7 +144,7 @@ fn half_steps_show_what_lasts_of_relaxation_oscillations() {
                 "{method} {tolerance:e}: {shown:.1} shown, {lasts:.1} true"
             );
             let says = summary.to_string().contains("errors of steps add up: half steps go");
-            assert_eq!(says, shown > 100.0, "{summary}");
+            assert_eq!(says, shown > 60.0, "{summary}");
             let long = lasting(&motion, &reference, tolerance, 0.1);
             assert!(
                 says || long < 100.0,
@@ -153,7 +153,7 @@ fn half_steps_show_what_lasts_of_relaxation_oscillations() {
             warned[usize::from(says)] += 1;
         }
     }
-    assert_eq!(warned, [6, 2]);
+    assert_eq!(warned, [5, 3]);
 }
 
 /// What a motion is off by at the ends of its steps, in permitted errors, for more than a part of its time.

@@ -18,8 +18,8 @@ use crate::model::{ModelState, Vector};
 const MUCH: f64 = 1e3;
 /// Foreseen ones, that is: the error of a step is a third of what is permitted at most, and often a hundredth.
 const MUCH_FORESEEN: f64 = 3e3;
-/// What half steps show is measured, and not foreseen.
-const MUCH_SHOWN: f64 = 100.0;
+/// What half steps show is measured, and not foreseen, and what they show lasts.
+const MUCH_SHOWN: f64 = 60.0;
 /// More than so many mean that the neighbour got lost, as beside a singularity of the coordinates, and are no measure.
 const FORESEEN: f64 = 1e8;
 /// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
@@ -263,8 +263,23 @@ struct Times(f64);
 impl fmt::Display for Times {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
+            ..1e3 => Grouped((self.0 / 10.0) as u64 * 10).fmt(f),
             ..1e5 => Grouped((self.0 / 100.0) as u64 * 100).fmt(f),
             _ => write!(f, "{:.0e}", self.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Times;
+    use alloc::string::ToString;
+
+    #[test]
+    fn times_have_two_digits() {
+        let cases = [(75.1, "70"), (134.9, "130"), (3456.0, "3,400"), (2.4e6, "2e6")];
+        for (times, text) in cases {
+            assert_eq!(Times(times).to_string(), text);
         }
     }
 }
