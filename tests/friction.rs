@@ -505,3 +505,71 @@ fn a_contact_goes_on_bearing_what_comes_to_stick() {
         }
     }
 }
+
+/// A board on three feet in a line: their reactions are not unique, their sum is.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, a: rad)]
+#[units(mass: kg, inertia: kg * m^2, g: m / s^2, half: m)]
+#[nominal(half = 0.5)]
+struct Board {
+    mass: f64,
+    inertia: f64,
+    g: f64,
+    half: f64,
+    mu: [f64; 3],
+    of_sizes: f64,
+}
+
+#[dynamics]
+impl Board {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared() + 0.5 * self.inertia * q.a.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * q.y
+    }
+    #[holonomic]
+    fn ends(&self, q: &Coordinates<Self>) -> [Expr; 2] {
+        [q.y - self.half * q.a.sin(), q.y + self.half * q.a.sin()]
+    }
+    #[holonomic]
+    #[redundant]
+    fn middle(&self, q: &Coordinates<Self>) -> Expr {
+        q.y
+    }
+    #[force]
+    fn rub(&self, q: &Coordinates<Self>) -> Force {
+        let (ends, middle) = (q.reaction(Self::ends), q.reaction(Self::middle));
+        let linear = self.mu[0] * ends[0] + self.mu[1] * ends[1] + self.mu[2] * middle;
+        Force::along(q.x, -linear - self.of_sizes * (ends[0].abs() + ends[1].abs() + middle.abs()))
+    }
+}
+
+/// Friction that goes by the sum of reactions that are not unique, is; by one of them, or by their sizes, it is not.
+#[test]
+fn friction_by_a_sum_of_reactions_is_decided() {
+    let board = |mu: [f64; 3], of_sizes: f64| Board { mass: 1.5, inertia: 0.2, g: 10.0, half: 0.5, mu, of_sizes };
+    let even = board([0.3; 3], 0.0);
+    let start = even.state().x_rate(3.0).build().unwrap();
+    for formulation in FORMULATIONS {
+        for tolerance in [1e-6, 1e-10] {
+            let run = even.simulate(start).until(0.3).tolerance(tolerance).formulation(formulation);
+            let end = run.run().unwrap_or_else(|e| panic!("{formulation}: {e}")).end();
+            assert!((end.x_rate() - 2.1).abs() < 30.0 * tolerance, "{formulation}: {end:?}");
+        }
+    }
+    // (1, 1, −2) is what the reactions may differ by.
+    for (mu, of_sizes) in
+        [([0.3, 0.3, 0.4], 0.0), ([0.1, 0.5, 0.1], 0.0), ([0.0; 3], 0.3), ([0.3, 0.3, 0.300_001], 0.0)]
+    {
+        let uneven = board(mu, of_sizes);
+        let error = uneven.simulate(start).until(0.3).run().unwrap_err();
+        assert!(error.to_string().contains("which is not decided"), "{error}");
+    }
+    // As much more at one end as less at the other: sum and moment of the reactions, of which both are unique.
+    let tilted = board([0.2, 0.4, 0.3], 0.0);
+    let end = tilted.simulate(start).until(0.3).run().unwrap().end();
+    assert!((end.x_rate() - 2.1).abs() < 1e-8, "{end:?}");
+}

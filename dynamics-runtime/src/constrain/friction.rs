@@ -24,6 +24,10 @@ const EXHAUSTIVE: usize = 6;
 const MOST: usize = 25;
 /// Solutions closer than this, against their size, are one.
 const SAME: f64 = 1e-7;
+/// What the derivative of a force by reactions may have of what constraints that repeat each other leave open.
+const DECIDED: f64 = 1e-9;
+/// Signs of all reactions, and of every second one.
+const SIGNS: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
 /// Rounding errors of a reaction, in parts of what it is the sum of: where it changes its sign it is much smaller than that.
 const NOISE: f64 = 16.0 * f64::EPSILON;
 
@@ -137,12 +141,8 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
     /// Rows that Q reads: those with ∂Q/∂λ ≠ 0 at the frictionless reactions, at their size, or at any, with either sign.
     fn find_rows_read(&mut self) {
         let frictionless = self.frictionless();
-        for (sign, alternating) in [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)] {
-            let mut lambda = frictionless;
-            for (i, x) in lambda.as_mut_slice().iter_mut().enumerate() {
-                *x = sign * (1.0 + x.abs()) * if i % 2 == 0 { 1.0 } else { alternating };
-            }
-            self.model.friction(self.state, &lambda, self.force, self.by_multipliers);
+        for signs in SIGNS {
+            self.model.friction(self.state, &signed(&frictionless, signs), self.force, self.by_multipliers);
             self.read_more();
         }
         self.model.friction(self.state, &frictionless, self.force, self.by_multipliers);
@@ -173,7 +173,10 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
     /// The one solution that there should be.
     fn solution(&mut self, system: &mut System<'_>, work: &mut [f64]) -> Result<M::Rows, SolveError> {
         let k = self.k;
-        if let Some(row) = (0..k).map(|i| self.read.get(i)).find(|row| !system.is_unique(*row)) {
+        let open = (0..k).map(|i| self.read.get(i)).find(|row| !system.is_unique(*row));
+        if let Some(row) = open
+            && !self.is_the_same_for_all(system)
+        {
             return Err(SolveError::ReactionNotUnique { row: names::<M>().row(row) });
         }
         let frictionless = self.frictionless();
@@ -199,6 +202,22 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
             Some((lambda, false)) if solutions == 1 => Ok(lambda),
             _ => Err(SolveError::Friction { row: names::<M>().row(self.decisive(&frictionless)), solutions }),
         }
+    }
+
+    /// Whether Q is the same for all reactions that hold the motion alike, though these are not unique: Q(λ + z) = Q(λ) wherever Φ_qᵀz = 0, as where feet
+    /// that repeat each other rub with one coefficient. The derivatives ∂Qⱼ/∂λ are of the form Φ_q a then, whatever the signs of the reactions.
+    #[cold]
+    fn is_the_same_for_all(&mut self, system: &mut System<'_>) -> bool {
+        let (n, r, frictionless) = (M::Vector::LEN, M::Rows::LEN, self.frictionless());
+        let (none, mut a, mut lambda) = (M::Vector::zeros(), M::Vector::zeros(), M::Rows::zeros());
+        SIGNS.iter().all(|signs| {
+            self.model.friction(self.state, &signed(&frictionless, *signs), self.force, self.by_multipliers);
+            (0..n).all(|j| {
+                let along = &self.by_multipliers[j * r..(j + 1) * r];
+                let miss = system.solve(none.as_slice(), along, a.as_mut_slice(), lambda.as_mut_slice());
+                miss.size <= DECIDED * miss.scale
+            })
+        })
     }
 
     /// λ₀ + S Q(0).
@@ -284,6 +303,15 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
         let size = rows.map(|row| (row, frictionless[row].abs()));
         size.fold((self.read.get(0), -1.0), |most, next| if next.1 > most.1 { next } else { most }).0
     }
+}
+
+/// Reactions of a size at least, of these signs.
+fn signed<V: Vector>(sizes: &V, (sign, alternating): (f64, f64)) -> V {
+    let mut lambda = *sizes;
+    for (i, x) in lambda.as_mut_slice().iter_mut().enumerate() {
+        *x = sign * (1.0 + x.abs()) * if i % 2 == 0 { 1.0 } else { alternating };
+    }
+    lambda
 }
 
 /// Number of patterns that are tried for k signs.
