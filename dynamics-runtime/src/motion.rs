@@ -13,6 +13,7 @@ mod creep;
 mod doubts;
 mod drift;
 mod driver;
+mod edges;
 mod error;
 mod estimate;
 mod formulation;

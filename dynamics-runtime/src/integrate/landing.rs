@@ -15,12 +15,26 @@ const PAUSE: u32 = 32;
 pub(super) struct Landing {
     attempts: u32,
     pause: u32,
+    /// The next step, and this one, end there although their size is fixed.
+    next: bool,
+    now: bool,
 }
 
 impl Landing {
+    /// The next step is to end there, although its size is fixed.
+    pub(super) fn ask(&mut self) {
+        self.next = true;
+    }
+
     /// A new step begins.
     pub(super) fn begin(&mut self) {
         self.attempts = 0;
+        self.now = core::mem::take(&mut self.next);
+    }
+
+    /// Whether this step ends there although its size is fixed.
+    pub(super) fn is_asked(&self) -> bool {
+        self.now
     }
 
     /// Whether branches are to be held.

@@ -262,10 +262,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     /// Makes one step towards `limit`, which is met exactly and never passed.
     #[inline]
     pub fn step<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<Step<V>, StepError<Y::Error>> {
+        self.landing.begin();
         self.begin(system, limit).map_err(StepError::Evaluation)?;
         let start = self.now;
         let (mut detours, mut failures, mut landing) = (0, 0, None);
-        self.landing.begin();
         self.passing.begin();
         loop {
             let (mut end_t, mut h) = landing.take().unwrap_or_else(|| self.next_time(limit));
@@ -353,6 +353,15 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.now = step.start;
         self.origin = (step.start.t, 0);
         self.accepted -= 1;
+    }
+
+    /// Has the next step, of fixed size, end where a branch of the accelerations changes: instead of the one just made, if there is one.
+    pub fn end_at_branch(&mut self, made: Option<&Step<V>>) {
+        if let Some(step) = made {
+            self.undo(step);
+            self.scheme.forget();
+        }
+        self.landing.ask();
     }
 
     /// Goes on from another state, after a discontinuity. The step size is kept, the controller's memory is not.

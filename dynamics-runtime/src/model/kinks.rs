@@ -15,25 +15,35 @@ pub struct Kink {
     pub smooth: [f64; 2],
     /// Whether its sign decides a branch, which a state can hold.
     pub decides: bool,
+    /// Whether it is where an angle, by `atan2`, jumps by a turn: what is made of the angle jumps there, and what moves does not.
+    pub is_cut: bool,
 }
 
 impl Kink {
     /// None: nothing leaves this interval.
-    pub const NONE: Self = Self { value: 0.0, smooth: [f64::NEG_INFINITY, f64::INFINITY], decides: false };
+    pub const NONE: Self =
+        Self { value: 0.0, smooth: [f64::NEG_INFINITY, f64::INFINITY], decides: false, is_cut: false };
 
     /// Of a branch that changes where the value changes its sign.
     #[inline]
     #[must_use]
     pub fn at_zero(value: f64) -> Self {
         let smooth = if value < 0.0 { [f64::NEG_INFINITY, 0.0] } else { [0.0, f64::INFINITY] };
-        Self { value, smooth, decides: true }
+        Self { value, smooth, decides: true, is_cut: false }
+    }
+
+    /// Where an angle jumps by a turn.
+    #[inline]
+    #[must_use]
+    pub fn of_a_cut(self) -> Self {
+        Self { is_cut: true, ..self }
     }
 
     /// Of a function at x.
     #[inline]
     #[must_use]
     pub fn of(function: &impl SmoothFunction, x: f64) -> Self {
-        Self { value: x, smooth: function.piece(x), decides: false }
+        Self { value: x, smooth: function.piece(x), decides: false, is_cut: false }
     }
 }
 
@@ -52,6 +62,24 @@ impl Branches {
     pub fn hold(&mut self, kink: usize, below: bool) {
         self.held |= 1 << kink;
         self.below = self.below & !(1 << kink) | u64::from(below) << kink;
+    }
+
+    /// Whether no branch that both hold is another one.
+    #[must_use]
+    pub fn agrees(self, other: Self) -> bool {
+        (self.below ^ other.below) & self.held & other.held == 0
+    }
+
+    /// The branch of one kink alone.
+    #[must_use]
+    pub fn alone(self, kink: usize) -> Self {
+        Self { held: self.held & 1 << kink, below: self.below & 1 << kink }
+    }
+
+    /// Whether every branch that it holds is held there, too, as whichever.
+    #[must_use]
+    pub fn is_part_of(self, other: Self) -> bool {
+        self.held & !other.held == 0
     }
 
     /// Whether the branch is held.

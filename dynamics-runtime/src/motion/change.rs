@@ -4,6 +4,7 @@ use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 
+use super::edges;
 use super::error::suggest;
 use super::simulate::Simulate;
 use super::upkeep::{PlaceError, Upkeep};
@@ -81,6 +82,18 @@ pub enum ChangeError {
         /// Φ̇ there.
         rate: f64,
     },
+    /// The gap of a contact jumps past zero: the body has met a step from the side, and the function of the contact does not say how.
+    ContactJumps {
+        /// Its row.
+        row: &'static str,
+        /// Φ beside the jump.
+        residual: f64,
+    },
+    /// A contact is hit in a corner of its ground, and the motion does not say on which face.
+    ContactEdge {
+        /// Its row.
+        row: &'static str,
+    },
     /// The side to which a constraint is released cannot be told from its reaction: there is none, or one for each of several rows.
     NoSide {
         /// Its name.
@@ -136,6 +149,16 @@ impl core::fmt::Display for ChangeError {
                 f,
                 "`{row}` is to be hit while it grows, by {rate:e} per unit of time: a released constraint pushes only, to where it is positive; hit it where it falls, write it \
                  with the opposite sign, or stop it with `engage`"
+            ),
+            Self::ContactJumps { row, residual } => write!(
+                f,
+                "the gap of contact `{row}` jumps past zero, it is {residual:.3e} beside the jump: the body meets a step from the side, and how that is hit the gap does not \
+                 say; declare the face of the step as a `(switched)` constraint with a `.contact(..)` of its own"
+            ),
+            Self::ContactEdge { row } => write!(
+                f,
+                "contact `{row}` has a corner here, and is hit in it: what each of its faces gives its gap does not say; declare each as a `(switched)` constraint with a \
+                 `.contact(..)` of its own"
             ),
             Self::NoSide { constraint } => write!(
                 f,
@@ -243,6 +266,21 @@ impl<'c, M: Simulate> Change<'c, M> {
             }
             change.strike(constraint, Blow::Rebound(restitution))
         });
+    }
+
+    /// A contact is met where its gap falls to zero, and closes; neither where that jumps nor in an edge.
+    pub(super) fn meet(&mut self, constraint: &'static Constraint) {
+        self.attempt(|change| {
+            if let Some((row, residual)) = change.far(constraint) {
+                return Err(ChangeError::ContactJumps { row, residual });
+            }
+            let later = change.beside(BESIDE);
+            if M::KINKS > 0 && edges::is_hit(change.model, change.upkeep, [change.state, &later], constraint) {
+                return Err(ChangeError::ContactEdge { row: M::ROWS[constraint.first].name });
+            }
+            Ok(())
+        });
+        self.close(constraint);
     }
 
     /// A contact that closes rebounds or holds by its own law, together with those that touch at the same instant. One that is back although it

@@ -183,6 +183,13 @@ pub enum SimulationErrorKind {
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
+    /// The gap of a contact jumps to below zero: the body has met a step from the side, and the function of the contact does not say how.
+    ContactJumps {
+        /// Its row.
+        row: &'static str,
+        /// Φ just behind.
+        gap: f64,
+    },
     /// The start is a singular position, and what is given does not determine how the motion goes on.
     SingularStart {
         /// The rows that depend on each other there.

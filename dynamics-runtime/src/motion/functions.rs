@@ -157,6 +157,12 @@ impl<'m, M: Simulate> Functions<'m, M> {
         }
     }
 
+    /// Whether the constraint of a contact is missed by more than rounding.
+    pub(super) fn is_apart(&self, index: usize, state: &M::State) -> bool {
+        let guard = &self.guards[index - self.first_guard()];
+        apart(self.model, state, guard.constraint, &mut self.workspace.borrow_mut()).is_some()
+    }
+
     /// The speed with which a contact is hit: 0 of what is none.
     pub(super) fn approach(&self, index: usize, state: &M::State) -> f64 {
         let guard =

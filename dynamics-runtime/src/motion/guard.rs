@@ -136,7 +136,22 @@ impl Guard {
 
     /// Whether its constraint holds.
     pub(crate) fn holds<S: ModelState>(&self, state: &S) -> bool {
-        state.modes().holds(self.switch)
+        self.holds_in(state.modes())
+    }
+
+    /// Whether its constraint is one of those that hold.
+    pub(crate) fn holds_in(&self, modes: Modes) -> bool {
+        modes.holds(self.switch)
+    }
+
+    /// The side to which its constraint was released.
+    pub(super) fn side_of<S: ModelState>(&self, state: &S) -> f64 {
+        state.modes().side(self.switch)
+    }
+
+    /// Lets its constraint go to a side, where it has a corner.
+    pub(super) fn let_go<S: ModelState>(&self, state: &mut S, side: f64) {
+        state.modes_mut().release(self.switch, side);
     }
 
     /// Whether it is a contact, which has to be open where it is released.
@@ -226,7 +241,7 @@ impl Guard {
                 self.grazes = None;
                 let rate = change.model().velocity_residual(change.state())[self.constraint.first];
                 if rate < 0.0 || !jumped {
-                    change.close(self.constraint);
+                    change.meet(self.constraint);
                 }
             }
         }

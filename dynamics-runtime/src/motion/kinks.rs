@@ -3,7 +3,7 @@
 use super::plant::{EvaluationError, Plant};
 use crate::constrain::memory::max_abs;
 use crate::integrate::{Hold, Knot, Phase, Scan, ScanError, System, place};
-use crate::model::{Branches, Constraints, Kink, MOST_KINKS, Vector};
+use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Vector};
 
 /// Where the branches of a step are looked up, as a part of it: its start may stand a rounding error before the place at which the last one was
 /// made to end.
@@ -21,6 +21,9 @@ const UNRESOLVED: f64 = 0.1;
 
 /// How often branches are asked for, each time with the accelerations of those before: one changes after the other where several meet.
 const MOST_TRIALS: usize = 4;
+
+/// How far from a place at which a step ended just behind, or before, others are looked for, in parts of 1 + |t|.
+const FARTHEST: f64 = 1e-6;
 
 type Kinks = [Kink; MOST_KINKS];
 
@@ -63,15 +66,50 @@ impl<M: Constraints> Plant<'_, '_, M> {
     }
 
     /// The branches just after the start of a step.
-    fn branches_after(&self, start: &Knot<M::Vector>, h: f64) -> Branches {
+    pub(crate) fn branches_after(&self, start: &Knot<M::Vector>, h: f64) -> Branches {
         let by = h * begin(start.t, h);
         let (mut q, mut u) = (start.y.q, start.y.u);
         for i in 0..M::Vector::LEN {
             q[i] += by * start.y.u[i];
             u[i] += by * start.a[i];
         }
+        self.branches_at(&self.state(start.t + by, &q, &u))
+    }
+
+    /// The state straight ahead, or back, from where on other branches hold, by as little as rounding permits; and by what time.
+    pub(crate) fn shifted_onto(&self, state: &M::State, to: Branches, direction: f64) -> Option<(M::State, f64)> {
+        let size = 1.0 + state.t().abs();
+        let mut by = f64::EPSILON * state.t().abs().max(f64::EPSILON);
+        while by <= FARTHEST * size {
+            let mut q = *state.q();
+            (0..M::Vector::LEN).for_each(|i| q[i] += direction * by * state.u()[i]);
+            let shifted = self.state(state.t() + direction * by, &q, state.u());
+            if self.is_on(&shifted, to) {
+                return Some((shifted, by));
+            }
+            by *= 2.0;
+        }
+        None
+    }
+
+    /// Whether the values at a state decide for these branches.
+    pub(crate) fn is_on(&self, state: &M::State, branches: Branches) -> bool {
+        let here = self.branches_at(state);
+        here.agrees(branches) && branches.is_part_of(here)
+    }
+
+    /// Whether an angle is cut between branches.
+    pub(crate) fn is_cut_between(&self, state: &M::State, before: Branches, after: Branches) -> bool {
         let mut kinks = [Kink::NONE; MOST_KINKS];
-        self.model.kinks(&self.state(start.t + by, &q, &u), &mut kinks);
+        self.model.kinks(state, &mut kinks);
+        let changes = |i: usize| before.holds(i) && after.holds(i) && before.below(i, false) != after.below(i, false);
+        kinks.iter().enumerate().any(|(i, kink)| kink.is_cut && changes(i))
+    }
+
+    /// The branches that the values at a state decide.
+    fn branches_at(&self, state: &M::State) -> Branches {
+        let mut kinks = [Kink::NONE; MOST_KINKS];
+        self.model.kinks(state, &mut kinks);
         let mut branches = Branches::FREE;
         // A value that is zero, or not a number, decides when it is something else.
         let decided = kinks.iter().enumerate().filter(|(_, kink)| kink.decides && kink.value.abs() > 0.0);

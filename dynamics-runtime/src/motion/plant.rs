@@ -68,7 +68,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
 
     #[cold]
     fn restored(&mut self, mut state: M::State) -> Result<M::State, EvaluationError> {
-        self.upkeep.restore(self.model, &mut state).map_err(EvaluationError::Solve)?;
+        self.held(&mut state, |upkeep, model, state| upkeep.restore(model, state)).map_err(EvaluationError::Solve)?;
         // The law sees the state that there is.
         Ok(with_inputs::<M>(self.law, state))
     }
@@ -90,7 +90,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         let y = dense.at(theta);
         let mut state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
         if step.kept.between && !M::ROWS.is_empty() {
-            self.upkeep.settle_between(self.model, &mut state, tolerances);
+            let _ = self.held(&mut state, |upkeep, model, state| Ok(upkeep.settle_between(model, state, tolerances)));
             state = with_inputs::<M>(self.law, state);
         }
         state
@@ -117,7 +117,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
     ) -> f64 {
         PROBES.iter().fold(0.0, |most: f64, &theta| {
             let y = dense.at(theta);
-            let state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
+            let state = self.on_branches(&self.state(step.start.t + theta * step.h, &y.q, &y.u));
             most.max(self.upkeep.violation(self.model, &state, tolerances))
         })
     }
@@ -150,6 +150,27 @@ impl<M: Constraints> Plant<'_, '_, M> {
             state.hold(self.branches);
         }
         state
+    }
+
+    /// Moves a state as it is moved on the branches that are held: constraints, too, are what they are before the place at which a step is to end.
+    #[inline(always)]
+    fn held<R>(
+        &mut self,
+        state: &mut M::State,
+        moved: impl Fn(&mut Upkeep<M>, &M, &mut M::State) -> Result<R, SolveError>,
+    ) -> Result<R, SolveError> {
+        if M::KINKS > 0 && self.branches != Branches::FREE {
+            let mut held = self.on_branches(state);
+            if let Ok(found) = moved(&mut self.upkeep, self.model, &mut held)
+                && is_finite(held.q())
+                && is_finite(held.u())
+            {
+                held.hold(Branches::FREE);
+                *state = held;
+                return Ok(found);
+            }
+        }
+        moved(&mut self.upkeep, self.model, state)
     }
 
     #[inline(always)]
@@ -272,7 +293,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         if M::ROWS.is_empty() || !self.upkeep.is_tied() {
             return Ok(());
         }
-        let state = self.state(start.t, &start.y.q, &start.y.u);
+        let state = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
         self.upkeep.push_back(self.model, &state, h).map_err(EvaluationError::Solve)?;
         // What the step before took back is none of this one's.
         start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
@@ -310,7 +331,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         if M::ROWS.is_empty() || !self.upkeep.settles() {
             return Ok(None);
         }
-        let state = self.state(t, &y.q, &y.u);
+        let state = self.on_branches(&self.state(t, &y.q, &y.u));
         self.upkeep.along(self.model, &state, error).map(Some).map_err(EvaluationError::Solve)
     }
 
@@ -326,7 +347,8 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         }
         let before = self.state(t, &y.q, &y.u);
         let mut state = before;
-        let noise = self.upkeep.settle(self.model, &mut state).map_err(EvaluationError::Solve)?;
+        let settle = |upkeep: &mut Upkeep<M>, model: &M, state: &mut M::State| upkeep.settle(model, state);
+        let noise = self.held(&mut state, settle).map_err(EvaluationError::Solve)?;
         let settled = Phase { q: *state.q(), u: *state.u() };
         let moved = zip(&settled, y, |to, from| to - from);
         let by = tolerances.norm(&moved, y, &settled);
@@ -334,6 +356,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         let mut violation = by;
         if by > FAR {
             // Near a singular position a small violation takes a large move, along the direction that the constraints lose.
+            let before = self.on_branches(&before);
             violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
         }
         *y = settled;
@@ -351,9 +374,10 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         if M::ROWS.is_empty() {
             return Ok(());
         }
-        let from = self.state(start.t, &start.y.q, &start.y.u);
+        let from = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
         let mut end = self.state(start.t + h, q, &start.y.u);
-        self.upkeep.move_along(self.model, &from, &mut end).map_err(EvaluationError::Solve)?;
+        self.held(&mut end, |upkeep, model, end| upkeep.move_along(model, &from, end))
+            .map_err(EvaluationError::Solve)?;
         *q = *end.q();
         Ok(())
     }
@@ -373,7 +397,8 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         if M::ROWS.is_empty() {
             return Ok(M::Vector::zeros());
         }
-        let (state, rows) = (self.state(t, &y.q, &y.u), if holonomic { M::Residual::LEN } else { M::Rows::LEN });
+        let state = self.on_branches(&self.state(t, &y.q, &y.u));
+        let rows = if holonomic { M::Residual::LEN } else { M::Rows::LEN };
         self.upkeep.across(self.model, &state, v, rows).map_err(EvaluationError::Solve)
     }
 
@@ -381,7 +406,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         if M::ROWS.is_empty() {
             return Ok(M::Vector::zeros());
         }
-        let state = self.state(t, &y.q, &y.u);
+        let state = self.on_branches(&self.state(t, &y.q, &y.u));
         self.upkeep.onto(self.model, &state, rate).map_err(EvaluationError::Solve)
     }
 

@@ -1,13 +1,14 @@
 //! The loop of a run: step, look for events, record.
 
 use alloc::boxed::Box;
-use alloc::string::String;
 use alloc::vec::Vec;
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+mod act;
+mod corners;
+
 use super::causes::{self, Corner, explained};
-use super::change::Change;
 use super::creep::Creep;
 use super::error::SimulationErrorKind as Kind;
 use super::pace;
@@ -21,7 +22,7 @@ use super::watch::{Flow, Watch};
 use crate::constrain::Involved;
 use crate::constrain::weakness::{Weakness, weakness};
 use crate::integrate::{
-    Crossing, Dense, Direction, Hermite, Knot, Phase, Scheme, Step, StepError, StepOptions, Stepper, Tolerances,
+    Crossing, Dense, Hermite, Knot, Phase, Scheme, Step, StepError, StepOptions, Stepper, Tolerances,
 };
 use crate::math;
 use crate::model::{Dynamics, Model, ModelState, Vector};
@@ -163,7 +164,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         }
         while self.stepper.now().t != self.plan.end {
             self.check().map_err(|kind| Halt { kind, h: self.stepper.proposed_step() })?;
-            let step = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)?;
+            let mut step = self.advance()?;
+            let corner = self.end_before_corner(&mut step)?;
             if let Err(kind) = self.check_drift(&step) {
                 match self.drifted_off(sink, &step, kind)? {
                     Flow::Continue => continue,
@@ -175,6 +177,13 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
                 self.hand_over(sink, &step).map_err(at)?
             } else {
                 self.watched(sink, step)?
+            };
+            let flow = match corner {
+                // No event before it has acted.
+                Some(after) if flow == Flow::Continue && self.stepper.now().t == step.end.t => {
+                    self.turn_corner(sink, after, step.h)?
+                }
+                _ => flow,
             };
             self.plan.progress.at(step.end.t);
             if flow == Flow::Stop {
@@ -476,102 +485,6 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         }
         Ok(true)
     }
-
-    /// Calls the actions at the state reached and goes on from what they leave.
-    fn act(&mut self, sink: &mut dyn Sink<M>, acting: usize, h: f64) -> Result<Flow, Halt> {
-        let at = |kind| Halt { kind, h };
-        let before = self.now();
-        let mut after = before;
-        let mut flow = Flow::Continue;
-        let crossings: Vec<Crossing> = self.plan.watch.found[acting..].to_vec();
-        let mut events = Vec::with_capacity(crossings.len());
-        for crossing in &crossings {
-            events.push(self.change(crossing, &before, &mut after).map_err(at)?);
-        }
-        self.switch_back(&mut after, &mut events).map_err(at)?;
-        if events.iter().any(|event| event.stopped) {
-            flow = Flow::Stop;
-        }
-        if before != after {
-            self.go_on_from(sink, &before, &after)?;
-        }
-        // With an inputs law the state after carries what the law says of it.
-        let resumed = self.now();
-        if let Some(last) = events.last_mut() {
-            last.after = resumed;
-        }
-        events.into_iter().for_each(|event| sink.event(event));
-        if flow == Flow::Continue {
-            self.plan.watch.resume(acting, &before, &resumed, h).map_err(at)?;
-        }
-        Ok(flow)
-    }
-
-    /// Calls the actions of a crossing.
-    fn change(
-        &mut self,
-        crossing: &Crossing,
-        before: &M::State,
-        after: &mut M::State,
-    ) -> Result<EventRecord<M::State>, Kind> {
-        let Plan { plant, watch, .. } = &mut *self.plan;
-        let name: String = watch.name(crossing.index).into();
-        let from = *after;
-        let mut change = Change::new(plant.model, plant.constants, *before, after, &mut plant.upkeep);
-        let stopped = watch.act(crossing, &mut change);
-        let impacts = change.finish().map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error) })?;
-        check_reset::<M>(&name, before, after)?;
-        for (_, guard) in watch.guards() {
-            guard.turn(from.modes(), plant.model, after, &mut plant.upkeep);
-        }
-        if from != *after {
-            for slipping in sides::unfollowed::<M>(after.modes(), watch.guards().map(|(_, guard)| guard)) {
-                sides::turn(plant.model, &mut plant.upkeep, slipping, from.modes(), after);
-            }
-        }
-        if from != *after && !M::ROWS.is_empty() {
-            let placed = plant.upkeep.place(plant.model, &from, after);
-            placed.map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error.into()) })?;
-        }
-        let Crossing { index, direction, .. } = *crossing;
-        Ok(EventRecord { name, index, direction, before: from, after: *after, impacts, stopped })
-    }
-
-    /// Guards that cannot stay as the actions left them act at once: a contact that would pull lifts off, what sticks and would break away slips.
-    fn switch_back(&mut self, after: &mut M::State, events: &mut Vec<EventRecord<M::State>>) -> Result<(), Kind> {
-        let most = 2 * self.plan.watch.guards().count();
-        for _ in 0..=most {
-            let Some(index) = self.plan.watch.untenable(after)? else {
-                return Ok(());
-            };
-            let crossing = Crossing { index, theta: 1.0, direction: Direction::Falling };
-            let now = *after;
-            events.push(self.change(&crossing, &now, after)?);
-        }
-        let event = events.last().map_or_else(String::new, |event| event.name.clone());
-        Err(Kind::EventRepeats { event })
-    }
-
-    /// Goes on from a state that actions left.
-    fn go_on_from(&mut self, sink: &mut dyn Sink<M>, before: &M::State, after: &M::State) -> Result<(), Halt> {
-        let plant = &mut self.plan.plant;
-        let stand = Record::new(self.stepper.now(), plant.held, plant.modes);
-        hold(&mut plant.held, before.inputs(), after.inputs());
-        plant.modes = after.modes();
-        let y = Phase { q: *after.q(), u: *after.u() };
-        self.stepper.restart(plant, before.t(), y).map_err(halt::<M>)?;
-        sink.stand(stand);
-        Ok(())
-    }
-}
-
-/// Holds the inputs that a reset changed; an inputs law, whose values the others may be, sees them in its state.
-fn hold<V: Vector>(held: &mut V, before: &V, after: &V) {
-    for i in 0..V::LEN {
-        if after[i] != before[i] {
-            held[i] = after[i];
-        }
-    }
 }
 
 fn passed<S: ModelState>(name: &str, crossing: &Crossing, state: S) -> EventRecord<S> {
@@ -584,21 +497,6 @@ fn passed<S: ModelState>(name: &str, crossing: &Crossing, state: S) -> EventReco
         after: state,
         impacts: Vec::new(),
         stopped: false,
-    }
-}
-
-fn check_reset<M: Simulate>(event: &str, before: &M::State, after: &M::State) -> Result<(), Kind> {
-    let bad = |name| Err(Kind::BadReset { event: event.into(), name });
-    if after.t() != before.t() {
-        return bad("t");
-    }
-    let not_finite = |v: &[f64]| v.iter().position(|x| !x.is_finite());
-    if let Some(i) = not_finite(after.q().as_slice()).or(not_finite(after.u().as_slice())) {
-        return bad(M::COORDINATES[i].name);
-    }
-    match not_finite(after.inputs().as_slice()) {
-        Some(i) => bad(M::INPUTS[i].name),
-        None => Ok(()),
     }
 }
 

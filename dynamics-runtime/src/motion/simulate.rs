@@ -242,7 +242,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     /// Makes a switched holonomic constraint of one row a unilateral contact: free where Φ > 0, and where it is closed it pushes (λ > 0) and never
-    /// pulls. It rebounds or closes where Φ falls to zero and lifts off where λ does. Its events are listed as `floor contact`.
+    /// pulls. It rebounds or closes where Φ falls to zero and lifts off where λ does. Where it is closed and Φ̇ jumps by a branch of its function, as where a floor
+    /// starts to move or bends, it is struck, or opens. Its events are listed as `floor contact`.
     pub fn contact(mut self, name: &str, contact: impl Into<Contact>) -> Self {
         self.contacts.push((name.into(), contact.into()));
         self
@@ -250,7 +251,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Makes a switched nonholonomic constraint of one row stick and slip: it is released where the event `breakaway` falls to zero (a
     /// limit of friction less |λ|), to the side against λ, and holds again where the slip A q̇ + b returns to zero, unless it would break away there at
-    /// once. A start or an action that leaves it slipping leaves it slipping to the side of its velocity. Its events are listed as `belt slip`.
+    /// once. Where A q̇ + b jumps by a branch of its function, as where a belt changes its speed, it slips from there: friction has no impulse. A start or an action
+    /// that leaves it slipping leaves it slipping to the side of its velocity. Its events are listed as `belt slip`.
     pub fn stick_slip(mut self, name: &str, breakaway: &str) -> Self {
         self.sticking.push((name.into(), breakaway.into()));
         self

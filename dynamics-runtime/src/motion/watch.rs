@@ -438,13 +438,26 @@ impl<'m, M: Simulate> Watch<'m, M> {
         stop
     }
 
-    /// Signs after actions at the crossings found from `acting` on.
-    pub(crate) fn resume(&mut self, acting: usize, before: &M::State, after: &M::State, h: f64) -> Result<(), Fault> {
+    /// Signs after actions at the crossings found from `acting` on. `place`: where they happened, if the state after lies beyond it: what crosses zero in between
+    /// has not crossed yet.
+    pub(crate) fn resume(
+        &mut self,
+        acting: usize,
+        before: &M::State,
+        after: &M::State,
+        place: Option<&M::State>,
+        h: f64,
+    ) -> Result<(), Fault> {
         let switched = before.modes() != after.modes();
         let moved = switched || before.q() != after.q() || before.u() != after.u();
         self.evaluate(before)?;
         self.start_values.copy_from_slice(&self.values);
+        if let Some(place) = place {
+            self.evaluate(place)?;
+        }
+        let at_place = place.map(|_| self.values[..self.functions.first_guard()].to_vec());
         self.evaluate(after)?;
+        at_place.iter().for_each(|values| self.values[..values.len()].copy_from_slice(values));
         for index in 0..self.standing.len() {
             let value = self.values[index];
             let fired = self.found[acting..].iter().rev().find(|c| c.index == index && acts(&self.rules, c)).copied();
@@ -490,8 +503,11 @@ impl<'m, M: Simulate> Watch<'m, M> {
             self.functions.check_open(index, after)?;
         }
         let guard = &self.functions.guards[index - self.functions.first_guard()];
-        // What slips to the other side since a jump is not about zero.
-        let leapt = !guard.is_contact() && value > CONSISTENT * self.sizes[index];
+        // What slips to the other side since a jump, or stands over the ground that was left, is not about zero.
+        let leapt = match guard.is_contact() {
+            true => value > 0.0 && !holds && self.functions.is_apart(index, after),
+            false => value > CONSISTENT * self.sizes[index],
+        };
         let at_zero = !holds && (fired && !leapt || value <= 0.0 || value.abs() <= 1e-13 * self.sizes[index]);
         // About zero, whatever rounding makes of it.
         Ok(if holds && guard.grazes_at(after.t()) {

@@ -51,8 +51,10 @@ impl Hazards {
         let g = &model.graph;
         let mut needed = vec![false; g.len()];
         let mass = equations.mass_matrix.iter().flatten();
-        let held =
-            equations.constraints.iter().flat_map(|c| c.jacobian.iter().flatten().chain(&c.gamma).chain(&c.residual));
+        let held = equations.constraints.iter().flat_map(|c| {
+            // Of rows on velocities the offset is no part of γ where it jumps.
+            c.jacobian.iter().flatten().chain(&c.gamma).chain(&c.residual).chain(&c.velocity_offset)
+        });
         mass.chain(&equations.generalized_force).chain(held).for_each(|r| needed[r.index()] = true);
         let mut found = Self::default();
         for id in g.ids().rev() {

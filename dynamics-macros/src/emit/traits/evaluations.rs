@@ -1,7 +1,7 @@
 //! Evaluations without a solve: M, Q, energies, momenta, conserved quantities, powers.
 
 use dynamics_symbolic::compile::Kinks;
-use dynamics_symbolic::graph::{Dependence, FunctionId};
+use dynamics_symbolic::graph::{Binary, Dependence, FunctionId, Node};
 use dynamics_symbolic::mechanics::Named;
 use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
@@ -53,7 +53,8 @@ impl Emission<'_> {
         }
         let Printed { functions: parts, statements, results } = self.print(program);
         let (private, at_state, prologue, values) = (&self.private, self.at_state(), self.prologue(), local("kinks"));
-        let kinks = self.each_kink(&results, functions);
+        let cut = |(i, kink): (usize, TokenStream)| if self.is_cut(i) { quote!(#kink.of_a_cut()) } else { kink };
+        let kinks: Vec<_> = self.each_kink(&results, functions).into_iter().enumerate().map(cut).collect();
         let (count, usize) = (kinks.len(), quote!(#private::usize));
         let method = quote! {
             const KINKS: #usize = #count;
@@ -63,6 +64,13 @@ impl Emission<'_> {
             }
         };
         (parts, method)
+    }
+
+    /// Whether a kink decides an angle, by `atan2`.
+    fn is_cut(&self, kink: usize) -> bool {
+        let branches = &self.compiled.programs.kinks.branches;
+        let angle = |id| matches!(self.access.graph.node(id), Node::Binary(Binary::Atan2, ..));
+        branches.iter().any(|(id, branch)| branch.kink == kink && angle(*id))
     }
 
     /// A `Kink` for every value.

@@ -21,7 +21,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let h = end.t - start.t;
         // The first stage may be the step's own: see `System::attempting`.
         let begin = Knot { a: self.scheme.stages()[0].u, ..*start };
-        let (step, fails) = ((start.t, h), *error > 1.0);
+        let (step, fails) = ((start.t, h), *error > 1.0 && !self.is_fixed());
         let part = if system.finds_kinks_by_ends() {
             let path = Hermite::between(&begin, end, h);
             system.kink(step, fails, |theta| path.at(theta))
@@ -40,7 +40,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     pub(super) fn begin<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<(), Y::Error> {
         let direction = if limit < self.now.t { -1.0 } else { 1.0 };
         let h = self.next_time(limit).1;
-        if h != 0.0 && self.hold_branches(system, h)? == Hold::Changed && !S::PROPOSES {
+        if h != 0.0 && self.hold_branches(system, h)? == Hold::Changed && !S::PROPOSES && !self.is_fixed() {
             // What lies behind tells nothing of how fast it goes on from here.
             let (most, tolerances) = (self.h.min(self.options.most), self.options.tolerances);
             self.h = first_step(system, &self.now, S::ORDER, direction, most, &tolerances);
@@ -53,7 +53,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     /// Holds the branches of a step from here on; the accelerations here become theirs.
     #[inline(always)]
     pub(super) fn hold_branches<Y: System<V>>(&mut self, system: &mut Y, h: f64) -> Result<Hold, Y::Error> {
-        let on = !self.is_fixed() && self.landing.is_on();
+        let on = (!self.is_fixed() || self.landing.is_asked()) && self.landing.is_on();
         let held = system.hold_branches(&mut self.now, h, on)?;
         if held != Hold::Slides {
             return Ok(held);

@@ -147,11 +147,22 @@ impl fmt::Display for SimulationErrorKind {
             Self::ConstraintJumps { row, what: Jumping::Velocities, jump, .. } => write!(
                 f,
                 "constraint `{row}` has a corner here: what it asks of the velocities jumps by {jump:.3e}, which takes an impact and no force; smooth it, \
-                 or let each side be a `(switched)` constraint, the one released and the other engaged by `.on_event_with(..)` at the corner"
+                 or let each side be a `(switched)` constraint, the one released and the other engaged by `.on_event_with(..)` at the corner, or, on the ground, each \
+                 with a `.contact(..)` of its own; what friction holds slips there by `.stick_slip(..)`"
+            ),
+            Self::ConstraintJumps { row, what: Jumping::Positions, jump, .. } if is_turn(*jump) => write!(
+                f,
+                "constraint `{row}` has a gap here: its residual jumps by {jump:.3e}, a turn, as an angle by `atan2` does; write it without the angle: \
+                 `y.atan2(x) - a` is zero where `y * a.cos() - x * a.sin()` is"
             ),
             Self::ConstraintJumps { row, what: Jumping::Positions, jump, .. } => write!(
                 f,
                 "constraint `{row}` has a gap here: its residual jumps by {jump:.3e}, and no motion leads across; make it continuous"
+            ),
+            Self::ContactJumps { row, gap } => write!(
+                f,
+                "the gap of contact `{row}` jumps to {gap:.3e} here, below zero: the body meets a step from the side, and how that is hit the gap does not say; \
+                 declare the face of the step as a `(switched)` constraint with a `.contact(..)` of its own"
             ),
             Self::SingularStart { rows, coordinates } => write!(
                 f,
@@ -228,4 +239,11 @@ fn guard_way_out(event: &str) -> Option<String> {
         }
         _ => None,
     }
+}
+
+/// Whether a jump is one of an angle, by whole turns.
+fn is_turn(jump: f64) -> bool {
+    let turns = jump.abs() / core::f64::consts::TAU;
+    let part = turns % 1.0;
+    (0.5..100.0).contains(&turns) && part.min(1.0 - part) < 1e-6
 }
