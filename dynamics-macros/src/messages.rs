@@ -215,6 +215,6 @@ catalogue! {
     constraint_integrable(which, names) "{which} integrable: {names}; declare the integral as `#[holonomic]`, or say `#[nonholonomic(integrable)]` if that is meant";
     constraint_without_freedom(names) "{names} leave no velocity free, so that time alone decides how the model moves; mark their constraints `#[nonholonomic(integrable)]` if that is meant, or remove what should not hold";
     constraint_integrable_in_vain(name) "`{name}` cannot be integrated; remove `integrable`";
-    constraint_gradient_vanishes(name) "the gradient of `{name}` vanishes or turns round wherever it holds, so that no reaction can hold it; write the root of a square, the inside of an absolute value, and each term of a sum of squares by itself";
+    constraint_gradient_vanishes(name) "the gradient of `{name}` vanishes, turns round or is infinite wherever it holds, so that no reaction can hold it; write the root of a square, the inside of an absolute value or of a root, and each term of a sum of squares by itself";
     constraint_leaves_without_inertia(direction) "the constraints leave `{direction}` free, and no kinetic energy moves it; give it inertia or restrict it";
 }

@@ -127,7 +127,7 @@ pub enum ConstraintFinding {
         /// Its declaration.
         origin: Origin,
     },
-    /// A row whose gradient vanishes wherever it holds, as that of Φ² does: no force can hold it.
+    /// A row whose gradient vanishes wherever it holds, as that of Φ² does, or is infinite, as that of a root: no force can hold it.
     GradientVanishes {
         /// Name of the row.
         name: String,
