@@ -16,6 +16,7 @@ mod starts;
 mod summaries;
 #[path = "../models/three_cranks.rs"]
 mod three_cranks;
+mod tight;
 mod way_over;
 
 /// A parallelogram of three bars by their angles, a : b : a over a ground of b.

@@ -87,14 +87,6 @@ pub enum StepError<E> {
 /// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one whose error is too
 /// large shrinks as the power law of the error says: neither takes half as many.
 const MOST_REJECTIONS: u32 = 60;
-/// A step whose end is settled by more than so many permitted errors is rejected: what holds it in place would then decide the
-/// motion, and not the method.
-const MOST_MOVE: f64 = 10.0;
-/// Attempts to make a step whose end and stages avoid a singular position of what holds it, each shorter than the one before by
-/// [`DETOUR`]: the position is then passed between stages. At the position itself rounding errors decide, and shorter steps come nearer to it.
-const MOST_DETOURS: u32 = 5;
-/// See [`MOST_DETOURS`].
-const DETOUR: f64 = 0.8;
 /// A step whose end moves by so many times what it was off, along what holds it, is near a singular position of that: made again with its stages
 /// settled, if it moves by more than [`FAR`] permitted errors.
 const AMPLIFIED: f64 = 2.0;
@@ -299,8 +291,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 }
             }
             let failure = match trial {
-                Ok(trial) if detours < MOST_DETOURS && !self.is_fixed() && trial.is_awkward(system.settles()) => {
-                    detours += 1;
+                Ok(trial) if !self.is_fixed() && self.passing.goes_on(&mut detours, &trial, system.settles()) => {
+                    self.rejected += 1;
+                    continue;
+                }
+                Ok(trial) if let Some(better) = self.passing.better(&trial) => {
+                    (landing, detours) = (Some((better, better - start.t)), 0);
                     self.rejected += 1;
                     continue;
                 }
@@ -532,10 +528,11 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 }
             }
             // Stages of the step lie where it ended before it was settled.
-            let end_is_awkward = moved.as_ref().is_some_and(|moved| moved.noise > 1.0);
+            let noise = moved.as_ref().map_or(0.0, |moved| moved.noise);
             let a = match moved {
                 Some(moved) => {
-                    error = error.max(moved.violation / MOST_MOVE);
+                    let decided = self.decided(system, &moved, (&unsettled, &y), end_t).map_err(Failure::Evaluation)?;
+                    error = error.max(decided);
                     apart = if moved.noise > UNCERTAIN { apart.max(moved.noise) } else { apart };
                     system.accelerations(end_t, &y.q, &y.u)
                 }
@@ -546,7 +543,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 Some(coordinate) => Err(Failure::NotFinite(coordinate)),
                 None => {
                     kept.branches = branches;
-                    Ok(Trial { start: begin, end: Knot { t: end_t, y, a }, error, apart, end_is_awkward, kept })
+                    Ok(Trial { start: begin, end: Knot { t: end_t, y, a }, error, apart, noise, kept })
                 }
             };
         }
@@ -658,16 +655,9 @@ struct Trial<V> {
     error: f64,
     /// What its stages disagree by, in the same measure.
     apart: f64,
-    /// Rounding errors decide at its end: it is near a singular position of what holds it.
-    end_is_awkward: bool,
+    /// What rounding errors leave open of its end, in the same measure.
+    noise: f64,
     kept: Kept,
-}
-
-impl<V> Trial<V> {
-    /// Whether it is worth trying a slightly shorter step; `settles`: whether something holds the ends of steps.
-    fn is_awkward(&self, settles: bool) -> bool {
-        self.end_is_awkward || settles && self.error > SURPRISE
-    }
 }
 
 /// Why an attempt was rejected.

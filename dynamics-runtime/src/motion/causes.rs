@@ -21,6 +21,8 @@ use crate::model::{Constraints, ModelState, Modes, Quantity, Vector};
 
 /// The tolerance at which DOP853 goes over change points in whatever way they are met.
 const PASSES: f64 = 1e-9;
+/// The tightest one at which it does wherever that was tried.
+const TIGHTEST: f64 = 1e-12;
 /// Part of the least inertia at the start below which a motion has run into a place where it has none.
 const VANISHED: f64 = 1e-5;
 /// Conditioning of constraints from which on it, and not the inertia of what they leave, is looked at.
@@ -45,8 +47,8 @@ impl Way {
     /// count against permits them. `None` where that is what was done.
     pub(super) fn over(self) -> Option<Over> {
         let explicit = matches!(self.method, Method::Dop853);
-        let tight = self.tightest < PASSES;
-        let tolerance = (tight || self.fixed).then_some(PASSES);
+        let least = if explicit || self.fixed { PASSES } else { TIGHTEST };
+        let tolerance = (self.tightest < least || self.fixed).then_some(least);
         let method = (!explicit).then_some(Method::Dop853);
         (tolerance.is_some() || method.is_some()).then_some(Over { method, tolerance, fixed: self.fixed })
     }

@@ -1,16 +1,30 @@
-//! How fixed steps go over positions at which what holds them nearly loses a direction.
+//! How steps go over positions at which what holds them nearly loses a direction.
 //!
 //! No tolerance judges a fixed step. Where one of its stages happens to lie beside a change point of a mechanism it has the accelerations of no motion: what a stage
 //! is off by, which is no matter elsewhere, is amplified by the square of the distance, and the end of the step is thrown along the constraints, by up to percents of its velocity. Φ and
 //! Φ̇ show nothing of it, and neither does the next step. The stages themselves do: they disagree by many times what is usual. Such a step is made in
 //! parts, so that stages lie elsewhere, and goes on to where it would have ended.
+//!
+//! Under step control, steps at a distance x of such a position have to get over it while rounding counts for less than the tolerance: in them it is ε/x³ of
+//! the accelerations of a stage and ε/x² of the velocities where they end. But all of it lies along M⁻¹Φ_qᵀ, in the direction that constraints nearly lose,
+//! and settling the end takes it back: what is left is only what turns out of that direction on the way from the stage to the end. That is
+//! measured, and judged, instead of all that was taken back ([`Stepper::decided`]), and of ends that are uncertain the longest is taken that is not much more so than others
+//! ([`Passing::better`]). Rounding then lets motions pass at tolerances of 1e-14.
 
 use super::super::tableau::zip;
-use super::super::{Knot, Method, Phase, Scheme, System};
-use super::{DETOUR, Failure, Stepper, Trial};
+use super::super::{Knot, Method, Phase, Scheme, Settled, System};
+use super::{Failure, SURPRISE, Stepper, Trial};
 use crate::math;
 use crate::model::Vector;
 
+/// A step whose end is settled by more than so many permitted errors is rejected, unless they are known to be none: what holds it in place would then
+/// decide the motion, and not the method.
+const MOST_MOVE: f64 = 10.0;
+/// Attempts to make a step whose end and stages avoid a singular position of what holds it, each shorter than the one before by
+/// [`DETOUR`]: the position is then passed between stages. At the position itself rounding errors decide, and shorter steps come nearer to it.
+const MOST_DETOURS: u32 = 5;
+/// See [`MOST_DETOURS`].
+const DETOUR: f64 = 0.8;
 /// Where the attempts end after the first: at a part of what is left to the end of the step, or behind that by a part of a step, as the end itself may be the place.
 const ENDS: [(f64, f64); 5] = [(1.0, 0.3), (0.8, 0.0), (1.0, 0.15), (0.6, 0.0), (0.4, 0.0)];
 /// How many times as much as usual stages disagree where a step is looked at.
@@ -23,6 +37,10 @@ const ROUNDING: f64 = 0.1;
 /// The part of the way of a fixed step, in positions or in velocities, by which settling may move its end. No tolerance judges it, and a stage that lies
 /// beside a singular position throws it anywhere.
 const MOST_PART: f64 = 0.02;
+/// How many times less uncertain the end of a shorter step has to be.
+const PREFERRED: f64 = 4.0;
+/// The square of a move, in permitted errors, from which on it is too large for that: directions turn along it.
+const BENT: f64 = 0.1;
 /// Part of a fixed step that it may miss its end by.
 const SLACK: f64 = 1e-6;
 
@@ -44,6 +62,8 @@ pub(super) struct Passing {
     parted: (u64, Option<f64>),
     /// The step that is being made has been in parts already.
     parting: bool,
+    /// Where the best of the steps under step control ended that rounding makes uncertain, and by how much.
+    aside: Option<(f64, f64)>,
 }
 
 /// What is to be done with an attempt.
@@ -60,7 +80,30 @@ pub(super) enum Verdict {
 impl Passing {
     /// A new step begins.
     pub(super) fn begin(&mut self) {
-        (self.best, self.last) = (None, false);
+        (self.best, self.last, self.aside) = (None, false, None);
+    }
+
+    /// Whether a step under step control is to be made shorter, to end and have its stages elsewhere: see [`MOST_DETOURS`]; `settles`: whether something holds the ends of steps.
+    pub(super) fn goes_on<V>(&mut self, detours: &mut u32, trial: &Trial<V>, settles: bool) -> bool {
+        let awkward = trial.noise > 1.0 || settles && trial.error > SURPRISE;
+        if !awkward || self.last {
+            return false;
+        }
+        // The longer one has come further, and may have passed the position.
+        if trial.error <= 1.0 && self.aside.is_none_or(|(_, least)| PREFERRED * trial.noise < least) {
+            self.aside = Some((trial.end.t, trial.noise));
+        }
+        let goes_on = *detours < MOST_DETOURS;
+        *detours += u32::from(goes_on);
+        goes_on
+    }
+
+    /// Where a step ended that was better than the last one.
+    pub(super) fn better<V>(&mut self, trial: &Trial<V>) -> Option<f64> {
+        let (end, least) = self.aside.take()?;
+        let is_better = end != trial.end.t && (trial.error > 1.0 || least <= PREFERRED * trial.noise);
+        self.last |= is_better;
+        is_better.then_some(end)
     }
 
     /// Judges an attempt by how much its stages disagree, infinite where it failed; `near` says whether it is near a position of that kind.
@@ -111,6 +154,40 @@ impl Passing {
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
+    /// By how much a move onto what holds the end of a step has decided the motion, 1: by as much as is permitted. See the header.
+    #[inline(always)]
+    pub(super) fn decided<Y: System<V>>(
+        &self,
+        system: &mut Y,
+        moved: &Settled,
+        ends: (&Phase<V>, &Phase<V>),
+        end_t: f64,
+    ) -> Result<f64, Y::Error> {
+        let violated = moved.violation / MOST_MOVE;
+        if violated <= 1.0 || self.is_fixed() { Ok(violated) } else { self.turned(system, moved, ends, end_t) }
+    }
+
+    /// The same where it moved far: what was taken back where the step ends, along the direction in which that would be done where it starts, was no error.
+    #[cold]
+    fn turned<Y: System<V>>(
+        &self,
+        system: &mut Y,
+        moved: &Settled,
+        (from, to): (&Phase<V>, &Phase<V>),
+        end_t: f64,
+    ) -> Result<f64, Y::Error> {
+        let (start, tolerances) = (&self.now, &self.options.tolerances);
+        let violated = moved.violation / MOST_MOVE;
+        let tolerance = math::max(tolerances.absolute, tolerances.relative);
+        let end = Knot { t: end_t, y: *to, a: start.a };
+        if moved.by * moved.by * tolerance > BENT || !system.is_weak(start, &end) {
+            return Ok(violated);
+        }
+        let moved = zip(from, to, |from, to| from - to);
+        let along = system.lasting(start.t, &start.y, &moved)?;
+        Ok(along.map_or(violated, |along| math::min(violated, tolerances.norm(&along, &start.y, to))))
+    }
+
     /// Looks at an attempt at a fixed step of what is held: see the header.
     #[inline(always)]
     pub(super) fn passes<Y: System<V>>(
@@ -252,6 +329,37 @@ mod tests {
         // The last one, which is as short as the motion leaves it.
         passing.count(3.0, false, true);
         assert_eq!(passing.parted(), (1, Some(2.0)));
+    }
+
+    #[test]
+    fn of_uncertain_ends_the_longest_is_taken_that_is_not_much_worse() {
+        let trial = |t: f64, error: f64, noise: f64| {
+            let zeros = nalgebra::SVector::<f64, 1>::zeros();
+            let at = |t| Knot { t, y: Phase::zeros(), a: zeros };
+            Trial { start: at(0.0), end: at(t), error, apart: error, noise, kept: Default::default() }
+        };
+        let taken = |tried: &[(f64, f64, f64)]| {
+            let (mut passing, mut detours) = (Passing::default(), 0);
+            passing.begin();
+            for (k, &(t, error, noise)) in tried.iter().enumerate() {
+                let on = passing.goes_on(&mut detours, &trial(t, error, noise), true);
+                assert_eq!(on, k + 1 < tried.len(), "{k}");
+            }
+            let (t, error, noise) = tried[tried.len() - 1];
+            let better = passing.better(&trial(t, error, noise));
+            // What is made again is taken.
+            assert!(better.is_none_or(|end| !passing.goes_on(&mut 0, &trial(end, 0.5, 9.0), true)));
+            better.unwrap_or(t)
+        };
+        assert_eq!(taken(&[(1.0, 0.5, 9.0), (0.8, 0.5, 5.0), (0.6, 0.5, 0.9)]), 0.6);
+        let uncertain = |last: f64| {
+            [(1.0, 90.0, 0.0), (0.9, 0.5, 20.0), (0.8, 0.5, 9.0), (0.7, 40.0, 2.0), (0.6, 0.5, 50.0), (0.5, 0.5, last)]
+        };
+        assert_eq!((taken(&uncertain(6.0)), taken(&uncertain(4.0))), (0.9, 0.5));
+        // One that is refused is none.
+        let mut refused = uncertain(0.1);
+        refused[5].1 = 2.0;
+        assert_eq!(taken(&refused), 0.9);
     }
 
     #[test]
