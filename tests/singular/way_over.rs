@@ -63,6 +63,25 @@ fn tolerances_that_rounding_does_not_keep_there_are_to_be_loosened() {
     assert!(refused(methods::Dop853, 1e-15) > 0, "nothing was tested");
 }
 
+/// What does not come past such a position is told after some thousand steps, not when all are used up: 100,000 took seconds, and a million minutes.
+#[test]
+fn steps_that_crawl_are_given_up_soon() {
+    let mut refused = 0;
+    for k in 0..8 {
+        let scene = scene_until(20.0, 0.0, 1.0, (0.6 + 0.03 * k as f64, 1.5 + 0.17 * k as f64));
+        let run = scene.model.simulate(scene.start).until(20.0).method(methods::Dop853).tolerance(1e-15);
+        match run.max_steps(12_000).run() {
+            Ok(motion) => assert!(off(&scene, &motion.end()) < 1e-10, "{k}"),
+            Err(error) => {
+                let SimulationErrorKind::SingularPosition { met, .. } = error.kind else { panic!("{k}: {error}") };
+                assert!(!matches!(met.kind, SimulationErrorKind::TooManySteps { .. }), "{k}: {:?}", met.kind);
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused > 2, "nothing was tested: {refused}");
+}
+
 #[test]
 fn other_methods_name_the_one_that_passes() {
     let refused = refused(methods::Radau5, 1e-9)

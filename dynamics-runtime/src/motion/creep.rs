@@ -12,23 +12,38 @@ const SHRINKS: f64 = 0.7;
 /// Doublings in a row with so little: at 65,536 steps at the earliest, of which the last half has won a sixth of a hundredth of the first.
 const IN_A_ROW: u32 = 5;
 
+/// Steps after which it is looked at how far they came where something nearly loses a direction.
+const CRAWLS: u64 = 512;
+
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Creep {
     next: u64,
     last: Option<f64>,
     won: f64,
     row: u32,
+    /// The number of steps at which the next look is taken, and when the last one was.
+    look: (u64, f64),
 }
 
 impl Creep {
     pub(super) fn new() -> Self {
-        Self { next: FIRST, last: None, won: 0.0, row: 0 }
+        Self { next: FIRST, last: None, won: 0.0, row: 0, look: (CRAWLS, f64::NEG_INFINITY) }
     }
 
     /// So many steps were made, up to t: the time that they approach, if they do not come to the end.
     #[inline]
     pub(super) fn note(&mut self, made: u64, t: f64, end: f64) -> Option<f64> {
         if made < self.next { None } else { self.doubled(made, t, end) }
+    }
+
+    /// The time that the last [`CRAWLS`] steps took, where so many were made.
+    #[inline]
+    pub(super) fn took(&mut self, made: u64, t: f64) -> Option<f64> {
+        if made < self.look.0 {
+            return None;
+        }
+        let (_, last) = core::mem::replace(&mut self.look, (made + CRAWLS, t));
+        Some((t - last).abs())
     }
 
     #[cold]
@@ -47,6 +62,8 @@ impl Creep {
 
 #[cfg(test)]
 mod tests {
+    use alloc::vec::Vec;
+
     use super::Creep;
 
     /// Steps of this size at these times: the number after which it is seen that they do not reach 10, and the time they approach.
@@ -57,6 +74,13 @@ mod tests {
             assert!(t < 10.0 || made > 1000);
             (t < 10.0).then(|| creep.note(made, t, 10.0)).flatten().map(|at| (made, at))
         })
+    }
+
+    #[test]
+    fn what_many_steps_took_is_told() {
+        let mut creep = Creep::new();
+        let took: Vec<f64> = (1..=2048).filter_map(|made| creep.took(made, 0.5 * made as f64)).collect();
+        assert_eq!(took, [f64::INFINITY, 256.0, 256.0, 256.0]);
     }
 
     #[test]

@@ -229,6 +229,14 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             return Err(self.vanish(at));
         }
         let (slides, now) = (self.stepper.slides(), self.stepper.now().t);
+        let StepOptions { fixed, most, .. } = self.plan.options;
+        if let Some(took) = self.creep.took(made, now)
+            && fixed.is_none()
+            && self.stepper.proposed_step() < most
+            && singular::crawls(self.plan.plant.model, &self.now(), took)
+        {
+            return Err(self.vanish(now));
+        }
         let slides = slides > 0 && self.slide.outlasts((made, limit), (now, self.plan.end), slides);
         if made >= limit || slides {
             let way = [self.plan.start.t(), now];

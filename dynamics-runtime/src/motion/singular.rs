@@ -80,14 +80,30 @@ pub(super) fn explain<M: Constraints>(
     }
     let Weakness { condition, rows, coordinates } = weakness(model, state);
     // What is left to such a position is 1/κ of the size of the mechanism: steps of a part of that are short because of it.
-    let step = h.abs() * max_abs(state.u().as_slice()) / (1.0 + max_abs(state.q().as_slice()).min(TURNS));
-    if creeps && condition < CREEPS && step * condition > SHORT {
+    if creeps && condition < CREEPS && way_in(state, h) * condition > SHORT {
         return kind;
     }
     let usual = weakness(model, start).condition.min(USUAL);
     match condition >= SINGULAR || condition >= WORSE * usual {
         true => Kind::SingularPosition { rows, coordinates, condition, met: Box::new(Met { kind, over: way.over() }) },
         false => kind,
+    }
+}
+
+/// The way of a motion in a time, in parts of its size.
+fn way_in<S: ModelState>(state: &S, time: f64) -> f64 {
+    time.abs() * max_abs(state.u().as_slice()) / (1.0 + max_abs(state.q().as_slice()).min(TURNS))
+}
+
+/// Part of what is left to a singular position that many steps come at least, where they come past it.
+const COMES: f64 = 0.05;
+
+/// Whether many steps that took this time do not come past the singular position that is near.
+pub(super) fn crawls<M: Constraints>(model: &M, state: &M::State, took: f64) -> bool {
+    let way = way_in(state, took);
+    !M::ROWS.is_empty() && way * CREEPS < COMES && {
+        let condition = weakness(model, state).condition;
+        condition >= CREEPS && way * condition < COMES
     }
 }
 
