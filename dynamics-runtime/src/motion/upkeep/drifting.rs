@@ -16,8 +16,9 @@ use crate::model::{Constraints, ModelState, Modes, Vector};
 
 /// Most steps without a close look: directions change.
 const MOST: u32 = 3;
-/// What is foretold below this part of the motion is not looked at, a three-hundredth of what summaries warn of. Of 200,000 steps of linkages through their change
-/// points that were passed over, with three times as much and twice as many between looks, one was beyond what is warned of, none by a thirtieth of what ends a motion.
+/// What is foretold below this part of the motion is not looked at, a three-hundredth of what summaries warn of. Of 324,000 steps of linkages through their change
+/// points 97 % were passed over, with three times as much and twice as many between looks: four of them were beyond what is warned of, 6.8e-4 at most, a thirtieth of what ends a
+/// motion.
 const FAR: f64 = 1e-6;
 
 /// A constraint that has drifted too far.
