@@ -115,6 +115,22 @@ fn motions_through_gimbal_lock_are_told() {
     }
 }
 
+/// However slender a body is: its own axis has little inertia everywhere, and less and less of it tells.
+#[test]
+fn slender_bodies_lock_as_well() {
+    let slender = Top { along: 1e-6, ..FREE };
+    let start = slender.state().theta(2.5).phi_rate(1e-3).build().unwrap();
+    match slender.simulate(start).until(2.0).tolerance(1e-9).run() {
+        Ok(motion) => {
+            let summary = motion.summary();
+            let locking = summary.locking.as_ref().unwrap_or_else(|| panic!("{summary}"));
+            assert!(locking.distance < 1e-3 && locking.conditioning > 1e3, "{summary}");
+            assert_eq!(locking.doubtful, f64::EPSILON * locking.conditioning > 1e-9, "{summary}");
+        }
+        Err(error) => assert!(matches!(error.kind, SimulationErrorKind::GimbalLock { .. }), "{error}"),
+    }
+}
+
 #[test]
 fn what_does_not_suffer_is_not_told_of() {
     // A ring with inertia of its own keeps the mass matrix regular, and the angles what they are.
@@ -123,6 +139,16 @@ fn what_does_not_suffer_is_not_told_of() {
     let motion = ringed.simulate(start).until(2.0).tolerance(1e-9).run().unwrap();
     let summary = motion.summary();
     assert!(summary.locking.is_none(), "{summary}");
+    // In no way at any distance; nor is a mass that is missing elsewhere put down to it.
+    for theta in [2e-3, 0.02, 0.04] {
+        let still = Top { g: 0.0, ring: 0.5, ..FREE };
+        let start = still.state().theta(theta).build().unwrap();
+        let summary = still.simulate(start).until(0.1).run().unwrap().summary();
+        assert!(summary.locking.is_none(), "{summary}");
+    }
+    let none = Top { across: 0.0, along: 0.0, l: 0.0, ..FREE };
+    let error = none.simulate(none.state().build().unwrap()).until(1.0).run().unwrap_err();
+    assert!(!matches!(error.kind, SimulationErrorKind::GimbalLock { .. }), "{error}");
     // And far from where it locks no set is told of.
     let start = FREE.state().theta(1.5).phi_rate(3.0).psi_rate(150.0).build().unwrap();
     let summary = FREE.simulate(start).until(1.0).run().unwrap().summary();

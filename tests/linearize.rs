@@ -578,6 +578,20 @@ fn a_disk_that_rolls() {
     assert_eq!(found.iter().filter(|x| x.norm() > 1e-6).count(), 2, "{found:?}");
 }
 
+/// Repeated rows are no singular position, however small the mechanism is.
+#[test]
+fn small_mechanisms_are_as_regular_as_large_ones() {
+    let frequency = |l: f64| {
+        let model = double_pendulum::Bobs { m: [1.5, 0.7], l: [0.8 * l, 1.1 * l], g: 9.81 };
+        let hanging = model.state().y([-0.8 * l, -1.9 * l]).build().unwrap();
+        model.linearize(&hanging).unwrap_or_else(|e| panic!("{l:e}: {e}")).modes().unwrap()[0].frequency()
+    };
+    for l in [1e-3, 1e-4, 2e-5] {
+        let (found, wanted) = (frequency(l), frequency(1.0) / l.sqrt());
+        assert!((found - wanted).abs() < 1e-12 * wanted, "{l:e}: {found} instead of {wanted}");
+    }
+}
+
 #[test]
 fn matrices_against_differences_where_rows_repeat_others() {
     let model = double_pendulum::Bobs { m: [1.5, 0.7], l: [0.8, 1.1], g: 9.81 };

@@ -199,3 +199,167 @@ fn verdicts_against_motions() {
         }
     }
 }
+
+/// Two masses on springs that are not coupled, the second shaken, braked dry, or held less and less.
+mod apart {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m, y: m)]
+    #[units(m: kg, k: N / m, load: N, shaken: N, dry: N, parametric: N / m^3, speed: rad / s)]
+    pub(super) struct Apart {
+        pub(super) m: f64,
+        pub(super) k: [f64; 2],
+        pub(super) load: f64,
+        pub(super) shaken: f64,
+        pub(super) dry: f64,
+        pub(super) parametric: f64,
+        pub(super) speed: f64,
+    }
+    #[dynamics]
+    impl Apart {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * vec2(q.x, q.y).dt().norm_squared()
+        }
+        #[potential]
+        fn springs(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k[0] * q.x.powi(2) + 0.5 * self.k[1] * q.y.powi(2)
+        }
+        #[force]
+        fn load(&self, q: &Coordinates<Self>) -> Force {
+            let beat = (self.speed * q.t).cos() * q.y.powi(3);
+            Force::along(
+                q.y,
+                self.load - self.dry * q.y.dt().signum() + self.shaken * (self.speed * q.t).sin()
+                    - self.parametric * beat,
+            )
+        }
+    }
+    pub(super) const STILL: Apart =
+        Apart { m: 1.0, k: [1.0, 4.0], load: 0.0, shaken: 0.0, dry: 0.0, parametric: 0.0, speed: 4.0 };
+}
+
+/// What is soft is judged by itself, not by what is stiff beside it, nor by a metre.
+#[test]
+fn stiff_springs_hide_nothing() {
+    use dynamics::analysis::EquilibriumError;
+    for stiff in [1.0, 1e10, 1e12] {
+        let model = apart::Apart { k: [stiff, 4.0], shaken: 3.0, ..apart::STILL };
+        let error = model.equilibrium(&model.state().build().unwrap()).unwrap_err();
+        assert!(matches!(error, EquilibriumError::DependsOnTime { coordinate: "y", .. }), "{stiff:e}: {error}");
+        let model = apart::Apart { k: [stiff, 4.0], dry: 0.5, ..apart::STILL };
+        let error = model.equilibrium(&model.state().build().unwrap()).unwrap_err();
+        assert!(matches!(error, EquilibriumError::Corner { coordinate: "y", .. }), "{stiff:e}: {error}");
+    }
+    let nano = apart::Apart { load: 4e-9, shaken: 3e-9, ..apart::STILL };
+    let error = nano.equilibrium(&nano.state().build().unwrap()).unwrap_err();
+    assert!(matches!(error, EquilibriumError::DependsOnTime { coordinate: "y", .. }), "{error}");
+}
+
+/// A force that beats with time conserves no energy, though at every instant it is a gradient: at four times the frequency it drives what it finds out of rest.
+#[test]
+fn forces_that_beat_conserve_no_energy() {
+    use dynamics::analysis::StabilityVerdict;
+    let model = apart::Apart { k: [1.0, 1.0], parametric: 4.0, ..apart::STILL };
+    let rest = model.state().build().unwrap();
+    let verdict = model.stability(&rest).unwrap().verdict;
+    assert!(!matches!(verdict, StabilityVerdict::Stable), "{verdict:?}");
+    let still = apart::Apart { parametric: 0.0, ..model };
+    assert!(matches!(still.stability(&rest).unwrap().verdict, StabilityVerdict::Stable));
+}
+
+/// A pin on two bars cannot move: its reactions are all there is to find.
+#[test]
+fn what_cannot_move_rests() {
+    use dynamics::analysis::StabilityVerdict;
+    let frame = frame::Frame { mass: 2.0, r: 5.0f64.sqrt(), base: 2.0, g: 10.0 };
+    let start = frame.state().x_guess(0.8).y_guess(1.9).assemble().unwrap();
+    let found = frame.equilibrium(&start).unwrap();
+    assert!((found.state.x() - 1.0).abs() < 1e-12 && (found.state.y() - 2.0).abs() < 1e-12, "{found}");
+    // Each bar bears half of the weight, by its slope: λ 2/√5 = −m g/2 in the sign of Φ = r − √5.
+    let forces: Vec<f64> = found.reactions.iter().map(|reaction| reaction.multipliers[0]).collect();
+    let wanted = 0.5 * 20.0 * 5.0f64.sqrt() / 2.0;
+    assert!(forces.iter().all(|x| (x.abs() - wanted).abs() < 1e-12 * wanted), "{forces:?}");
+    assert_eq!(frame.stability(&found.state).unwrap().verdict, StabilityVerdict::Stable);
+}
+
+mod frame {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m, y: m)]
+    #[units(mass: kg, r: m, base: m, g: m / s^2)]
+    pub(super) struct Frame {
+        pub(super) mass: f64,
+        pub(super) r: f64,
+        pub(super) base: f64,
+        pub(super) g: f64,
+    }
+    #[dynamics]
+    impl Frame {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+        }
+        #[potential]
+        fn weight(&self, q: &Coordinates<Self>) -> Expr {
+            self.mass * self.g * q.y
+        }
+        #[holonomic]
+        fn left(&self, q: &Coordinates<Self>) -> Expr {
+            vec2(q.x, q.y).norm() - self.r
+        }
+        #[holonomic]
+        fn right(&self, q: &Coordinates<Self>) -> Expr {
+            vec2(q.x - self.base, q.y).norm() - self.r
+        }
+    }
+}
+
+/// A mass on a spring in polar coordinates, with a load across: at r = 0 no force on the angle says anything.
+mod polar {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(r: m, phi: rad)]
+    #[units(m: kg, k: N / m, load: N)]
+    pub(super) struct Polar {
+        pub(super) m: f64,
+        pub(super) k: f64,
+        pub(super) load: f64,
+    }
+    #[dynamics]
+    impl Polar {
+        fn place(&self, q: &Coordinates<Self>) -> Vec2 {
+            q.r * vec2(q.phi.cos(), q.phi.sin())
+        }
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * self.place(q).dt().norm_squared()
+        }
+        #[potential]
+        fn potential(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * q.r.powi(2) + self.load * self.place(q).y
+        }
+    }
+}
+
+#[test]
+fn poles_of_coordinates_are_no_equilibria() {
+    use dynamics::analysis::EquilibriumError;
+    let model = polar::Polar { m: 1.0, k: 1.0, load: 0.3 };
+    let (mut poles, mut right) = (0, 0);
+    for (r, phi) in [(0.5, 0.3), (0.2, 1.0), (0.1, 3.0), (0.3, -1.2), (1.0, -1.5), (0.4, 2.0)] {
+        match model.equilibrium(&model.state().r(r).phi(phi).build().unwrap()) {
+            Ok(found) => {
+                let (r, phi) = (found.state.r(), found.state.phi());
+                assert!((r * phi.cos()).abs() < 1e-12 && (r * phi.sin() + 0.3).abs() < 1e-12, "{found}");
+                right += 1;
+            }
+            Err(EquilibriumError::Pole { .. }) => poles += 1,
+            Err(error) => panic!("{r}, {phi}: {error}"),
+        }
+    }
+    assert!(poles > 0 && right > 0, "{poles} {right}");
+}

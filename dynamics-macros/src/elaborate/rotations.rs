@@ -95,7 +95,11 @@ impl Elaborator<'_> {
         for turns in self.rotations.values() {
             for three in turns.windows(3) {
                 let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(|k| self.coordinate_turn(&three[k])) else { continue };
-                if a.axis != b.axis && b.axis != c.axis && a.coordinate != b.coordinate && b.coordinate != c.coordinate
+                if a.axis != b.axis
+                    && b.axis != c.axis
+                    && a.coordinate != b.coordinate
+                    && b.coordinate != c.coordinate
+                    && a.coordinate != c.coordinate
                 {
                     let angles = [a, b, c].map(|turn| turn.coordinate);
                     let back = a.back || b.back || c.back;

@@ -19,6 +19,8 @@ mod statics;
 use alloc::vec::Vec;
 use core::fmt;
 
+use nalgebra::DVector;
+
 pub use error::EquilibriumError;
 pub use search::{Found, Search};
 pub use stability::{Stability, StabilityVerdict, Undecided};
@@ -30,7 +32,7 @@ use crate::constrain::{Mechanism, Reaction, project_positions, with_workspace};
 use crate::error::{SolveError, StateError};
 use crate::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use newton::{Settled, settle};
-use statics::{Statics, scales};
+use statics::{Statics, excess, scales};
 
 /// Models whose equilibria can be asked for: all that say their powers, as derived ones do.
 pub trait Equilibria: Constraints + Powers {
@@ -133,13 +135,17 @@ fn find<M: Constraints>(model: &M, start: &M::State, asked: Asked) -> Result<Equ
     }
     let constants = model.constants().map_err(SolveError::from)?;
     with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut start, memory))?;
+    let first = Statics::of(model, &start, &[])?;
     let Settled { state, statics, iterations, uncertainty } = settle(model, start)?;
     let allowed = allowed(model, &state, &statics)?;
-    if let Some((i, force)) = statics.at_corners(model, &state)?.filter(|(_, force)| force.abs() > allowed) {
+    if let Some(along) = statics.pole(&first) {
+        check_pole(model, &state, &along, &allowed)?;
+    }
+    if let Some((i, force)) = statics.at_corners(model, &state, &allowed)? {
         return Err(EquilibriumError::Corner { coordinate: M::COORDINATES[i].name, force });
     }
     check_rest(model, &state)?;
-    check_later(model, &state, asked, &statics, allowed)?;
+    check_later(model, &state, asked, &statics, &allowed)?;
     Ok(Equilibrium {
         reactions: if M::ROWS.is_empty() { Vec::new() } else { model.reactions(&state)? },
         residual: statics.worst().1.abs(),
@@ -151,17 +157,43 @@ fn find<M: Constraints>(model: &M, start: &M::State, asked: Asked) -> Result<Equ
     })
 }
 
-/// The force up to which what was in balance still is: rounding, and what a part of 10⁻⁹ of the coordinates makes.
-fn allowed<M: Constraints>(model: &M, state: &M::State, statics: &Statics<M::Rows>) -> Result<f64, EquilibriumError> {
-    Ok(1e3 * statics.noise(model, state)?.amax() + 1e-9 * statics.stiffness.amax())
+/// The forces up to which what was in balance still is, each beside what it is made of: rounding, and what was left.
+fn allowed<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    statics: &Statics<M::Rows>,
+) -> Result<DVector<f64>, EquilibriumError> {
+    Ok(statics.noise(model, state)? * 1e3 + statics.force.abs() * 10.0)
 }
 
 /// That a state stays where it is, or goes on as it does, of models in which nothing else would say so.
 fn check_stays<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
     let statics = Statics::of(model, state, &[])?;
-    let allowed = allowed(model, state, &statics)? + statics.worst().1.abs();
+    let allowed = allowed(model, state, &statics)?;
     check_rest(model, state)?;
-    check_later(model, state, Asked { moving: true, frozen: false }, &statics, allowed)
+    check_later(model, state, Asked { moving: true, frozen: false }, &statics, &allowed)
+}
+
+/// That what balances in a pole of the coordinates does so in truth: they are of one place all along the direction without inertia, and at each of them no more than
+/// the allowed force may be left.
+fn check_pole<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    along: &DVector<f64>,
+    allowed: &DVector<f64>,
+) -> Result<(), EquilibriumError> {
+    let coordinate = M::COORDINATES[along.iamax()].name;
+    for part in [0.37, -1.71, 2.93] {
+        let mut moved = *state;
+        let step = along * (part / along.amax());
+        moved.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
+        let left = Statics::of(model, &moved, &[])?.force.amax();
+        // Beside all that may be left here: which coordinates are independent is a matter of the place.
+        if left > allowed.amax().max(f64::EPSILON * f64::EPSILON) {
+            return Err(EquilibriumError::Pole { coordinate });
+        }
+    }
+    Ok(())
 }
 
 fn vector<V: Vector>(values: &[f64]) -> V {
@@ -193,7 +225,7 @@ fn check_later<M: Constraints>(
     state: &M::State,
     asked: Asked,
     statics: &Statics<M::Rows>,
-    allowed: f64,
+    allowed: &DVector<f64>,
 ) -> Result<(), EquilibriumError> {
     let rate = state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
     let moving = rate > 0.0;
@@ -211,9 +243,13 @@ fn check_later<M: Constraints>(
         if asked.frozen {
             continue;
         }
-        let (i, force) = Statics::of(model, &later, &statics.tangent.coordinates)?.worst();
-        if force.abs() > allowed {
-            let name = M::COORDINATES[i].name;
+        let there = Statics::of(model, &later, &statics.tangent.coordinates)?;
+        let rates = &there.tangent.rates;
+        let known = |i: &usize| statics.tangent.rates.iter().position(|j| j == i);
+        let allowed = |i: &usize| known(i).map_or(allowed.amax(), |k| allowed[k]);
+        let allowed = DVector::from_iterator(rates.len(), rates.iter().map(allowed));
+        if let Some((i, force)) = excess(&there.force, &allowed) {
+            let name = M::COORDINATES[rates[i]].name;
             return Err(match moving {
                 true => EquilibriumError::NotSteady { name, left: force },
                 false => EquilibriumError::DependsOnTime { coordinate: name, force },

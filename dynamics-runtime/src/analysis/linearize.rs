@@ -36,7 +36,7 @@ use crate::constrain::held::active_rows;
 use crate::constrain::{check_start, solve_once};
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
 pub(super) use modes::eigenvector;
-pub(super) use reduce::Tangent;
+pub(super) use reduce::{Tangent, scales};
 pub(super) use spectrum::general;
 
 /// Models whose small motions can be asked for: all.

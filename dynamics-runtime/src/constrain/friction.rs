@@ -205,19 +205,21 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
     }
 
     /// Whether Q is the same for all reactions that hold the motion alike, though these are not unique: Q(λ + z) = Q(λ) wherever Φ_qᵀz = 0, as where feet
-    /// that repeat each other rub with one coefficient. The derivatives ∂Qⱼ/∂λ are of the form Φ_q a then, whatever the signs of the reactions.
+    /// that repeat each other rub with one coefficient. The derivatives ∂Qⱼ/∂λ are of the form Φ_q a then, for all signs of the
+    /// reactions on which they depend; of more than six of them that is not known.
     #[cold]
     fn is_the_same_for_all(&mut self, system: &mut System<'_>) -> bool {
         let (n, r, frictionless) = (M::Vector::LEN, M::Rows::LEN, self.frictionless());
         let (none, mut a, mut lambda) = (M::Vector::zeros(), M::Vector::zeros(), M::Rows::zeros());
-        SIGNS.iter().all(|signs| {
-            self.model.friction(self.state, &signed(&frictionless, *signs), self.force, self.by_multipliers);
-            (0..n).all(|j| {
-                let along = &self.by_multipliers[j * r..(j + 1) * r];
-                let miss = system.solve(none.as_slice(), along, a.as_mut_slice(), lambda.as_mut_slice());
-                miss.size <= DECIDED * miss.scale
+        self.k <= EXHAUSTIVE
+            && (0..patterns(self.k)).all(|pattern| {
+                self.model.friction(self.state, &self.start(&frictionless, pattern), self.force, self.by_multipliers);
+                (0..n).all(|j| {
+                    let along = &self.by_multipliers[j * r..(j + 1) * r];
+                    let miss = system.solve(none.as_slice(), along, a.as_mut_slice(), lambda.as_mut_slice());
+                    miss.size <= DECIDED * miss.scale
+                })
             })
-        })
     }
 
     /// λ₀ + S Q(0).

@@ -295,7 +295,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                     self.rejected += 1;
                     continue;
                 }
-                Ok(trial) if let Some(better) = self.passing.better(&trial) => {
+                Ok(trial) if let Some(better) = self.passing.better(&trial, detours) => {
                     (landing, detours) = (Some((better, better - start.t)), 0);
                     self.rejected += 1;
                     continue;

@@ -46,6 +46,11 @@ impl Creep {
         Some((t - last).abs())
     }
 
+    /// Whether steps that go on as the last [`CRAWLS`] did, which took this time, are used up before the end: what rests beside such a position comes to its end.
+    pub(super) fn runs_out(&self, took: f64, (made, limit): (u64, u64), (t, end): (f64, f64)) -> bool {
+        took * (limit.saturating_sub(made) as f64) < CRAWLS as f64 * (end - t).abs()
+    }
+
     #[cold]
     fn doubled(&mut self, made: u64, t: f64, end: f64) -> Option<f64> {
         self.next = made.max(self.next).saturating_mul(2);

@@ -14,7 +14,8 @@ use crate::integrate::{Kept, Knot, Phase, Scheme, Step, Stepper, System as _, zi
 use crate::model::{ModelState, Vector};
 
 /// What a motion goes through in a smaller part of its time may be off by a small shift of that time: jumps of relaxation oscillations, with what leads up to
-/// them. Of van der Pol's equation (ε = 1e-6) half a thousandth of the time is off by hundreds of permitted errors, all the rest by less than ten, its end by one.
+/// them. Van der Pol's equation (ε = 1e-6) by Radau IIA at 1e-5 is off by 514 permitted errors for half a thousandth of its time, by 84 for two and by 13 for ten; by ESDIRK4(3) by
+/// 2370, 407 and 63. What lasts no longer is not told: `.estimate_error()` measures it.
 const LASTING: f64 = 1e-2;
 /// Halves that cannot be made, or not with a permitted error, are halved again, where the second motion is still in what the first has gone through; so many steps of it at most for each of the first.
 const MOST_STEPS: usize = 8;

@@ -7,6 +7,7 @@ use alloc::string::String;
 use super::conditioning::{condition_number, golden};
 use super::query::Motion;
 use super::simulate::Simulate;
+use crate::integrate::Tolerances;
 use crate::model::{AngleSet, Constraints, ModelState, Vector};
 use crate::motion::SimulationErrorKind as Kind;
 
@@ -16,9 +17,9 @@ const NEAR: f64 = 0.05;
 const LOCKED: f64 = 1e-3;
 /// Part of the accelerations that may be rounding where no tolerance was given.
 const FIXED: f64 = 1e-6;
-/// Of 1/distance², what the conditioning of a free body's mass matrix is beside gimbal lock, so much at least shows that it is there for that reason: rings and rotors
-/// with inertia of their own have a regular mass matrix there.
-const OF_SQUARE: f64 = 1e-3;
+/// How much worse the mass matrix has to be than at twice the distance to be so for that reason. Of a free body it is four times as bad; rings and rotors with inertia of
+/// their own have a regular mass matrix there, and what is bad for another reason stays so.
+const WORSE: f64 = 2.0;
 
 /// Where three angles of a motion came nearest to locking.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +58,7 @@ impl<M: Simulate> Motion<'_, M> {
                 return;
             }
             let found = match &mut sampler {
-                Some(sampler) if times[0] < times[2] => {
+                Some(sampler) if times[0] != times[2] => {
                     let (time, least) = golden(times[0], times[2], &mut |t| -at(&sampler.at(t)));
                     if -least < around[1] { (time, -least) } else { (times[1], around[1]) }
                 }
@@ -73,21 +74,14 @@ impl<M: Simulate> Motion<'_, M> {
         }
         look([times[1], times[2], end], [around[1], around[2], f64::INFINITY]);
         let (time, _) = best?;
-        let found = locking(self.model(), &self.sampler().at(time), set);
-        let permitted = if self.trajectory.fixed { FIXED } else { self.trajectory.tolerances.relative };
-        let doubtful = f64::EPSILON * found.conditioning > permitted;
-        Some(Locking { doubtful, ..found }).filter(Locking::is_felt)
+        let found = locking(self.model(), &self.sampler().at(time), set)?;
+        let Tolerances { absolute, relative } = self.trajectory.tolerances;
+        let permitted = if self.trajectory.fixed { FIXED } else { absolute.max(relative) };
+        Some(Locking { doubtful: f64::EPSILON * found.conditioning > permitted, ..found })
     }
 }
 
 impl Locking {
-    /// Whether the mass matrix is worse for it.
-    fn is_felt(&self) -> bool {
-        let worse = self.conditioning * self.distance * self.distance;
-        // Infinity times zero is as bad as can be.
-        self.distance <= NEAR && (worse >= OF_SQUARE || worse.is_nan())
-    }
-
     /// A set that locks elsewhere.
     pub(super) fn other_set(&self) -> &'static str {
         if self.set.axes[0] == self.set.axes[2] { "1-2-3" } else { "3-1-3" }
@@ -100,18 +94,24 @@ impl Locking {
     }
 }
 
-fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Locking {
+/// A set at a state, where the mass matrix is the worse for it.
+fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Option<Locking> {
     let q = state.q().as_slice();
     let (distance, middle) = (set.distance(q), q[set.angles[1]]);
-    let conditioning = condition_number(model, state);
+    if distance > NEAR || distance.is_nan() {
+        return None;
+    }
+    let (lock, mut away) = (set.locks_at(middle).value(), *state);
+    away.q_mut().as_mut_slice()[set.angles[1]] = lock + (2.0 * distance).max(LOCKED).copysign(middle - lock);
+    let [conditioning, elsewhere] = [state, &away].map(|state| condition_number(model, state));
     let names = set.angles.map(|i| M::COORDINATES[i].name);
-    Locking { set, names, distance, middle, time: state.t(), conditioning, doubtful: false }
+    let found = Locking { set, names, distance, middle, time: state.t(), conditioning, doubtful: false };
+    (conditioning > WORSE * elsewhere).then_some(found)
 }
 
 /// A failure where angles lock, with their names.
 pub(super) fn explain<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> Kind {
-    let locked = M::ANGLE_SETS.iter().map(|set| locking(model, state, *set));
-    let locked = locked.filter(|at| at.distance < LOCKED && at.is_felt());
+    let locked = M::ANGLE_SETS.iter().filter_map(|set| locking(model, state, *set)).filter(|at| at.distance < LOCKED);
     match locked.reduce(|a, b| if b.distance < a.distance { b } else { a }) {
         Some(locking) => Kind::GimbalLock { at: Box::new(locking), cause: Box::new(kind) },
         None => kind,

@@ -233,6 +233,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         if let Some(took) = self.creep.took(made, now)
             && fixed.is_none()
             && self.stepper.proposed_step() < most
+            && self.creep.runs_out(took, (made, limit), (now, self.plan.end))
             && singular::crawls(self.plan.plant.model, &self.now(), took)
         {
             return Err(self.vanish(now));

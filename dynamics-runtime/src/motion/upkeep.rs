@@ -467,6 +467,8 @@ impl<M: Constraints> Upkeep<M> {
 
     /// The same for a state that an action made of another one. Where constraints may drift they have, and it must not have made that worse.
     pub(crate) fn place(&mut self, model: &M, before: &M::State, state: &mut M::State) -> Result<(), PlaceError> {
+        // What was seen before an action says nothing of what follows it.
+        self.look = None;
         if self.settles() {
             self.put(model, state, Against::Unity)
         } else {

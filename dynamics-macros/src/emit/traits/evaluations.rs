@@ -66,11 +66,12 @@ impl Emission<'_> {
         (parts, method)
     }
 
-    /// Whether a kink decides an angle, by `atan2`.
+    /// Whether a kink decides angles by `atan2`, and nothing else.
     fn is_cut(&self, kink: usize) -> bool {
         let branches = &self.compiled.programs.kinks.branches;
         let angle = |id| matches!(self.access.graph.node(id), Node::Binary(Binary::Atan2, ..));
-        branches.iter().any(|(id, branch)| branch.kink == kink && angle(*id))
+        let mut decided = branches.iter().filter(|(_, branch)| branch.kink == kink).peekable();
+        decided.peek().is_some() && decided.all(|(id, _)| angle(*id))
     }
 
     /// A `Kink` for every value.

@@ -48,6 +48,11 @@ pub enum EquilibriumError {
         /// The force that is left on the other side.
         force: f64,
     },
+    /// Where the search ended the mass matrix is singular: a pole of polar coordinates, or gimbal lock. Generalized forces vanish there whatever acts.
+    Pole {
+        /// The coordinate that has no inertia there.
+        coordinate: &'static str,
+    },
     /// No position near the start is in balance: the forces left do not get smaller than this.
     NoEquilibrium {
         /// The coordinate on which most of it acts.
@@ -107,6 +112,11 @@ impl fmt::Display for EquilibriumError {
             Self::State(error) => error.fmt(f),
             Self::Solve(error) => error.fmt(f),
             Self::Derivatives(error) => error.fmt(f),
+            Self::Pole { coordinate } => write!(
+                f,
+                "nothing that moves with `{coordinate}` has inertia where the search ended: coordinates have a pole there (gimbal lock, r = 0), and no force on it says \
+                 anything; start elsewhere, or use coordinates that are regular there"
+            ),
             Self::InputNotSet { input } => {
                 write!(f, "forces depend on inputs, and `{input}` has no value; set it in the start")
             }

@@ -112,6 +112,9 @@ pub(super) fn distance<M: Constraints>(
     statics: &Statics<M::Rows>,
 ) -> Result<DVector<f64>, EquilibriumError> {
     let size = statics.stiffness.nrows();
+    if size == 0 {
+        return Ok(DVector::zeros(statics.stiffness.ncols()));
+    }
     let factors = Factors::of(&statics.stiffness).ok_or(LinearizeError::NoConvergence { size })?;
     Ok(uncertainty(model, state, statics, &factors)?.1)
 }
@@ -124,6 +127,10 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
     let first = scales(M::COORDINATES, state.q().as_slice());
     let mut search = Search { model, constants, first, weights: alloc::vec![0.0; M::Vector::LEN], mu: 1e-3 };
     let mut last = f64::INFINITY;
+    if statics.force.is_empty() {
+        // What cannot move rests, whatever acts: its reactions hold it.
+        return Ok(Settled { state, statics, iterations: 0, uncertainty: alloc::vec![0.0; M::Vector::LEN] });
+    }
     for iteration in 0..MOST {
         search.weigh(&statics);
         let factors = Factors::of(&statics.stiffness).ok_or_else(|| search.unsettled(iteration, &statics))?;
@@ -197,8 +204,10 @@ impl<M: Constraints> Search<'_, M> {
         next.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
         let taken = with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, &mut next, memory));
         let taken = taken.ok()?;
+        let size = scales(M::COORDINATES, state.q().as_slice()).into_iter().fold(0.0, f64::max);
         // A way back that is as long as the step leads to another branch.
-        (taken.change <= 0.5 * step.amax() + 1e-6 && next.q().as_slice().iter().all(|q| q.is_finite())).then_some(next)
+        (taken.change <= 0.5 * step.amax() + 1e-6 * size && next.q().as_slice().iter().all(|q| q.is_finite()))
+            .then_some(next)
     }
 
     /// ‖F‖² after a change, in the same independent coordinates.

@@ -54,9 +54,12 @@ pub(super) fn judge<M: Constraints + Powers>(model: &M, state: &M::State) -> Res
         None => of_first_order(&linear, &ignorable)?,
     };
     found.ignorable = ignorable.iter().map(|j| linear.coordinates[*j]).collect();
-    if let (true, Some(free)) = (found.eigenvalues.is_empty(), found.ignorable.first()) {
-        // Nothing is left that could be stable.
-        found.verdict = StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: free.name });
+    if found.eigenvalues.is_empty() {
+        // Nothing is left that could be stable, or nothing moves at all.
+        found.verdict = match found.ignorable.first() {
+            Some(free) => StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: free.name }),
+            None => StabilityVerdict::Stable,
+        };
     }
     Ok(found)
 }
@@ -97,7 +100,8 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
     let free = |j: &usize| {
         let i = order[*j];
         let alone = linear.shape.column(*j).iter().enumerate().all(|(k, x)| (k == i) == (*x != 0.0));
-        alone && !depends(state, i) && !depends(&beside, i)
+        let resists = linear.stiffness.column(*j).iter().any(|x| *x != 0.0);
+        alone && !resists && !depends(state, i) && !depends(&beside, i)
     };
     (0..linear.coordinates.len()).filter(free).collect()
 }
@@ -175,7 +179,7 @@ fn unsure<M: Constraints>(
     Ok(sizes * (16.0 * f64::EPSILON) + drift)
 }
 
-/// StabilityVerdict on M v̇ + D v + K z = 0.
+/// The verdict on M v̇ + D v + K z = 0.
 fn of_second_order(linear: &Linear, conservative: bool) -> Result<Stability, EquilibriumError> {
     let n = linear.mass.nrows();
     let squares = squares(linear)?;
@@ -212,7 +216,7 @@ fn of_second_order(linear: &Linear, conservative: bool) -> Result<Stability, Equ
     Ok(Stability::new(verdict, least, &spectrum))
 }
 
-/// StabilityVerdict on what is left of ẋ = A x without coordinates on which nothing depends.
+/// The verdict on what is left of ẋ = A x without coordinates on which nothing depends.
 fn of_first_order(linear: &Linearization, ignorable: &[usize]) -> Result<Stability, EquilibriumError> {
     let c = linear.coordinates.len();
     let kept: Vec<usize> = (0..c + linear.velocities.len()).filter(|j| !ignorable.contains(j)).collect();
@@ -328,11 +332,15 @@ fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, Equ
         let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);
         let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
         let bound = of(&left).dot(&(off * of(&right))) / product;
-        // Two that meet are off by the root of that; beyond it the vectors say nothing.
-        let unsure = bound.min((a.norm() * off.norm()).sqrt());
+        // Eigenvalues that meet are off by a root of that; beyond it the vectors say nothing (Elsner, Linear Algebra Appl. 71 (1985) 77).
+        let part = 1.0 / n as f64;
+        let unsure = bound.min(a.norm().powf(1.0 - part) * off.norm().powf(part));
         let largest = right.iter().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
         let shape = right.map(|x| (x / largest).norm());
-        found.push(Found { value, unsure, conditioning: 1.0 / product, shape });
+        // Of relative changes of elements, so that it is the same in all units.
+        let size = of(&left).dot(&(a.abs() * of(&right)));
+        let conditioning = size / (product * value.norm().max(f64::MIN_POSITIVE));
+        found.push(Found { value, unsure, conditioning, shape });
     }
     Ok(found)
 }

@@ -5,9 +5,10 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
+pub(super) use crate::analysis::linearize::scales;
 use crate::analysis::linearize::{LinearizeError, Tangent};
 use crate::constrain::held::active_rows;
-use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
+use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Terms, Vector};
 
 /// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr of r = −Q − Φ_qᵀλ at q̈ = 0, and K = ∂F/∂z.
 ///
@@ -21,11 +22,16 @@ pub(super) struct Statics<R> {
     pub(super) stiffness: DMatrix<f64>,
     /// λ, 0 in rows that are released.
     pub(super) multipliers: R,
-    /// Inertias of the independent velocities: what forces of different units are weighed by.
+    /// EᵀM E of the independent velocities.
+    pub(super) mass: DMatrix<f64>,
+    /// Its diagonal: what forces of different units are weighed by.
     pub(super) inertia: DVector<f64>,
     /// What rounding of Eᵀ(Q + Φ_qᵀλ) leaves, from the sizes of what is added up.
     pub(super) rounding: DVector<f64>,
 }
+
+/// Inertia of less than this part has vanished.
+const POLE: f64 = 1e-12;
 
 /// M, Q and the rows of Φ_q that hold.
 struct Read {
@@ -90,10 +96,12 @@ impl<R: Vector> Statics<R> {
         }
         let (d, e) = (&tangent.positions, &tangent.velocities);
         let sizes = read.force.abs() + read.jacobian.abs().tr_mul(&of_rows.abs());
+        let mass = e.tr_mul(&(&read.mass * e));
         Ok(Self {
             force: -e.tr_mul(&read.force),
             stiffness: e.tr_mul(&(by_q * d)),
-            inertia: e.tr_mul(&(&read.mass * e)).diagonal(),
+            inertia: mass.diagonal(),
+            mass,
             rounding: e.abs().tr_mul(&sizes) * f64::EPSILON,
             multipliers,
             tangent,
@@ -133,28 +141,52 @@ impl<R: Vector> Statics<R> {
         Ok(most)
     }
 
-    /// The largest unbalanced force by which a branch that changes at this very state differs from balance: the index of a coordinate, and the force.
+    /// The force by which a branch that changes at this very state differs most from balance, against what is allowed: the index of a coordinate, and the force.
     pub(super) fn at_corners<M: Constraints<Rows = R>>(
         &self,
         model: &M,
         state: &M::State,
+        allowed: &DVector<f64>,
     ) -> Result<Option<(usize, f64)>, EquilibriumError> {
         let mut kinks = [Kink::NONE; MOST_KINKS];
         model.kinks(state, &mut kinks);
-        let mut worst: Option<(usize, f64)> = None;
         for (index, _) in kinks.iter().enumerate().filter(|(_, kink)| kink.decides && kink.value == 0.0) {
             for below in [true, false] {
                 let (mut held, mut branches) = (*state, Branches::FREE);
                 branches.hold(index, below);
                 held.hold(branches);
                 let force = self.force_beside(model, &held)?;
-                let found = largest(&force);
-                if worst.is_none_or(|(_, most)| found.1.abs() > most.abs()) {
-                    worst = Some(found);
+                if let Some((i, force)) = excess(&force, allowed) {
+                    return Ok(Some((self.tangent.rates[i], force)));
                 }
             }
         }
-        Ok(worst.map(|(i, force)| (self.tangent.rates[i], force)))
+        Ok(None)
+    }
+
+    /// The direction along which inertia vanishes here and did not where the search began, by all coordinates: forces do so there too, whatever acts.
+    pub(super) fn pole(&self, first: &Self) -> Option<DVector<f64>> {
+        let had = |k: &usize| {
+            let at = first.tangent.rates.iter().position(|i| *i == self.tangent.rates[*k]);
+            at.is_some_and(|at| first.inertia[at] > 0.0)
+        };
+        let usual = |k: usize| first.tangent.rates.iter().position(|i| *i == self.tangent.rates[k]);
+        let gone = |k: &usize| usual(*k).is_some_and(|at| self.inertia[*k] <= POLE * first.inertia[at]);
+        let heavy: Vec<usize> = (0..self.inertia.len()).filter(had).collect();
+        if let Some(k) = heavy.iter().copied().find(gone) {
+            return Some(self.tangent.velocities.column(k).into_owned());
+        }
+        let scale = |k: usize| 1.0 / self.inertia[heavy[k]].sqrt();
+        let scaled =
+            DMatrix::from_fn(heavy.len(), heavy.len(), |i, j| self.mass[(heavy[i], heavy[j])] * scale(i) * scale(j));
+        if scaled.is_empty() {
+            return None;
+        }
+        let eigen = scaled.symmetric_eigen();
+        let least = eigen.eigenvalues.imin();
+        let mut along = DVector::zeros(self.inertia.len());
+        heavy.iter().enumerate().for_each(|(i, k)| along[*k] = eigen.eigenvectors[(i, least)] * scale(i));
+        (eigen.eigenvalues[least] <= POLE).then(|| &self.tangent.velocities * along)
     }
 
     /// The largest |F| and the coordinate it acts on.
@@ -172,12 +204,9 @@ fn largest(force: &DVector<f64>) -> (usize, f64) {
     force.iter().enumerate().fold((0, 0.0), one)
 }
 
-/// What each coordinate is measured by: the largest value of its unit, of an angle at least 1 rad; 1 where all are 0.
-pub(super) fn scales(coordinates: &[Quantity], values: &[f64]) -> Vec<f64> {
-    let of = |unit: &str| {
-        let same = coordinates.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
-        let most = same.fold(0.0, |most: f64, (_, value)| most.max(value.abs()));
-        if unit == "rad" || most < 1e-12 { most.max(1.0) } else { most }
-    };
-    coordinates.iter().map(|coordinate| of(coordinate.unit)).collect()
+/// The force that exceeds by most what is allowed of it: its index, and the force.
+pub(super) fn excess(force: &DVector<f64>, allowed: &DVector<f64>) -> Option<(usize, f64)> {
+    let beyond = force.iter().zip(allowed.iter()).enumerate().filter(|(_, (force, allowed))| force.abs() > **allowed);
+    let most = beyond.max_by(|(_, (x, of_x)), (_, (y, of_y))| (x.abs() / **of_x).total_cmp(&(y.abs() / **of_y)));
+    most.map(|(i, (force, _))| (i, *force))
 }

@@ -15,7 +15,7 @@ pub struct Mode {
     pub eigenvalue: Complex<f64>,
     /// What each coordinate does, dependent ones included; the largest is 1.
     pub shape: DVector<Complex<f64>>,
-    /// How much more the eigenvalue moves than the matrix is changed: 1 at best, without bound toward a defective matrix; infinite for what is free to
+    /// How much more the eigenvalue moves than the elements of the state matrix are changed, both in parts of themselves: 1 at best, without bound toward a defective matrix; infinite for what is free to
     /// move without damping, whose eigenvalue 0 is double with one shape, x = c and x = c t, and moves by the root of a change.
     pub conditioning: f64,
     /// The coordinates.
@@ -108,8 +108,9 @@ fn general(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError> {
         let right = eigenvector(&a, eigenvalue, k)?;
         let left = eigenvector(&a.transpose(), eigenvalue.conj(), k)?;
         let shape = scaled(linear, right.rows(0, c).into_owned());
-        // Both are of length 1.
-        let conditioning = 1.0 / left.dotc(&right).norm();
+        let sizes = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
+        let by_elements = sizes(&left).dot(&(a.abs() * sizes(&right)));
+        let conditioning = by_elements / (left.dotc(&right).norm() * eigenvalue.norm());
         modes.push(Mode { eigenvalue, shape, conditioning, coordinates: linear.all });
     }
     Ok(modes)
@@ -129,7 +130,9 @@ pub(in crate::analysis) fn eigenvector(
 fn inverse_iteration(a: &DMatrix<f64>, at: Complex<f64>, by: f64, which: usize) -> Option<DVector<Complex<f64>>> {
     let n = a.nrows();
     let mut shifted = a.map(|x| Complex::new(x, 0.0));
-    let shift = at + Complex::new(1.0, 1.0) * (by * a.norm());
+    // Of nothing a little, too, has an inverse.
+    let size = if a.norm() > 0.0 { a.norm() } else { 1.0 };
+    let shift = at + Complex::new(1.0, 1.0) * (by * size);
     (0..n).for_each(|i| shifted[(i, i)] -= shift);
     let factors = shifted.lu();
     let seed = |i: usize| (1.0 + 0.618 * (i * (which + 1)) as f64).sin() + 0.1;

@@ -8,7 +8,7 @@ use super::LinearizeError;
 use crate::constrain::held::active_rows;
 use crate::constrain::system::RANK_TOLERANCE;
 use crate::constrain::{project_positions, with_workspace};
-use crate::model::{Constraints, ModelState, Vector};
+use crate::model::{Constraints, ModelState, Quantity, Vector};
 use crate::motion::suggest;
 
 /// Coordinates by name.
@@ -35,6 +35,16 @@ pub(super) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, Line
 pub(super) fn staying<S: ModelState>(state: &S, accelerations: &nalgebra::DVector<f64>) -> Vec<usize> {
     let fastest = state.u().as_slice().iter().fold(1.0, |most: f64, u| most.max(u.abs()));
     (0..accelerations.len()).filter(|i| accelerations[*i].abs() <= 1e-8 * fastest).collect()
+}
+
+/// What each coordinate is measured by: the largest value of its unit, of an angle at least 1 rad; 1 where all are 0.
+pub(in crate::analysis) fn scales(coordinates: &[Quantity], values: &[f64]) -> Vec<f64> {
+    let of = |unit: &str| {
+        let same = coordinates.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
+        let most = same.fold(0.0, |most: f64, (_, value)| most.max(value.abs()));
+        if unit == "rad" || most < 1e-12 { most.max(1.0) } else { most }
+    };
+    coordinates.iter().map(|coordinate| of(coordinate.unit)).collect()
 }
 
 /// The directions that constraints leave.
@@ -192,11 +202,13 @@ pub(super) fn refuse_singular<M: Constraints>(
         return Ok(());
     }
     let constants = model.constants().map_err(crate::error::SolveError::from)?;
+    let scales = scales(M::COORDINATES, state.q().as_slice());
     let mut any = tangent.coordinates.is_empty();
     for (way, sign) in (0..tangent.coordinates.len().min(4)).flat_map(|way| [(way, 1.0), (way, -1.0)]) {
         let mut beside = *state;
         // A step that no symmetry of the model hides: mostly one independent coordinate, a little of the others.
-        let step = |k: usize| sign * 1e-3 * if k == way { 1.0 } else { 0.31 / (1.0 + k as f64) };
+        let size = |k: usize| 1e-3 * scales[tangent.coordinates[k]];
+        let step = |k: usize| sign * size(k) * if k == way { 1.0 } else { 0.31 / (1.0 + k as f64) };
         let weights = nalgebra::DVector::from_fn(tangent.coordinates.len(), |k, _| step(k));
         let change = &tangent.positions * weights;
         for (q, d) in beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()) {
@@ -204,8 +216,11 @@ pub(super) fn refuse_singular<M: Constraints>(
         }
         // Where there is no position nearby on this side, or none but this one, the other side, or the other coordinates, tell.
         let found = with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
-        let moved = |i: &usize| (beside.q().as_slice()[*i] - state.q().as_slice()[*i]).abs();
-        if found.is_err() || tangent.coordinates.iter().map(moved).fold(0.0, f64::max) < 1e-4 {
+        let moved = |k: usize| {
+            let i = tangent.coordinates[k];
+            (beside.q().as_slice()[i] - state.q().as_slice()[i]).abs() / size(k)
+        };
+        if found.is_err() || (0..tangent.coordinates.len()).map(moved).fold(0.0, f64::max) < 0.1 {
             continue;
         }
         any = true;

@@ -156,7 +156,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             if end_t <= whole.start.t {
                 break;
             }
-            *step = self.stepper.shorten(&mut self.plan.plant, &whole, end_t).map_err(halt::<M>)?;
+            let Ok(shorter) = self.stepper.shorten(&mut self.plan.plant, &whole, end_t) else { break };
+            *step = shorter;
             if self.plan.plant.is_on(&self.now(), before) {
                 return Ok(Some(after));
             }
@@ -178,7 +179,11 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             // Where an angle jumps by a turn nothing that moves does: the next step says what it meets.
             return Ok(Flow::Continue);
         }
-        let turns = self.turns(&now, &behind).unwrap_or_default();
+        // One state on both branches: what bends is no corner, however far apart the two states are at late times.
+        let (mut held, mut beyond) = (now, now);
+        held.hold(before);
+        beyond.hold(after);
+        let turns = self.turns(&held, &beyond).unwrap_or_default();
         if turns.is_empty() {
             return Ok(Flow::Continue);
         }

@@ -111,7 +111,9 @@ impl<M: Constraints> Upkeep<M> {
         if self.upkept.turned.is_none_or(|turned| part > turned.part) {
             self.upkept.turned = Some(Turned { part, time: state.t() });
         }
-        self.look = self.reach(model, state, h, &usual).map(|Reach { reach, .. }| Look {
+        // At rest only a part of what drift decides is seen.
+        let moves = max_abs(state.u().as_slice()) > 0.0;
+        self.look = self.reach(model, state, h, &usual).filter(|_| moves).map(|Reach { reach, .. }| Look {
             modes: state.modes(),
             usual,
             part,

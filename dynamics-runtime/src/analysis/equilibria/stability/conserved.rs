@@ -38,7 +38,7 @@ pub(super) fn energy_is_kept<M: Constraints + Powers>(
     for (sample, part) in AROUND.into_iter().enumerate() {
         let step = DVector::from_fn(order.len(), |k, _| part * scales[order[k]] * number(7 * sample + k));
         let change = &here.tangent.positions * step;
-        let mut beside = at_time(state, state.t() + 0.73 * sample as f64);
+        let mut beside = at_time(state, state.t() + 0.73 * (1 + sample) as f64);
         beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
         let placed = with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
         // Where the mechanism cannot go nothing is to be asked.
@@ -46,6 +46,10 @@ pub(super) fn energy_is_kept<M: Constraints + Powers>(
             continue;
         }
         let Ok(there) = Statics::of(model, &beside, order) else { return false };
+        let Ok(before) = Statics::of(model, &at_time(&beside, state.t()), order) else { return false };
+        if !is_same(&before, &there) {
+            return false;
+        }
         let k = &there.stiffness;
         if there.tangent.coordinates != order || !k.is_square() {
             continue;
@@ -66,6 +70,18 @@ fn is_even(m: &DMatrix<f64>, sign: f64) -> bool {
         (x - y).abs() <= ROUNDED * size + 16.0 * f64::EPSILON * (m[(i, i)] * m[(j, j)]).abs().sqrt()
     };
     (0..m.nrows()).all(|i| (0..=i).all(|j| pair(i, j)))
+}
+
+/// Whether forces and stiffnesses at two times are the same, each element beside its own size.
+fn is_same<R: Vector>(one: &Statics<R>, other: &Statics<R>) -> bool {
+    let force = |i: usize| (one.force[i] - other.force[i]).abs() <= 16.0 * (one.rounding[i] + other.rounding[i]);
+    let (k, l) = (&one.stiffness, &other.stiffness);
+    let stiffness = |(i, j): (usize, usize)| (k[(i, j)] - l[(i, j)]).abs() <= ROUNDED * k.row(i).amax();
+    let elements = (0..k.nrows()).flat_map(|i| (0..k.ncols()).map(move |j| (i, j)));
+    one.force.len() == other.force.len()
+        && k.shape() == l.shape()
+        && (0..one.force.len()).all(force)
+        && elements.into_iter().all(stiffness)
 }
 
 /// Numbers in ±(0.3, 1), the same always.
