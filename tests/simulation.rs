@@ -303,3 +303,59 @@ fn the_work_of_a_constraint_that_moves_is_accounted_for() {
         assert!((work - gained).abs() < permitted * summary.energy_scale, "{}", motion.work());
     }
 }
+
+/// A mass that a fuse holds, which breaks at a limit; the pull jumps at a time.
+mod fuse {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m)]
+    #[units(m: kg, before: N, after: N, limit: N, on: s)]
+    pub(super) struct Held {
+        pub(super) m: f64,
+        pub(super) before: f64,
+        pub(super) after: f64,
+        pub(super) limit: f64,
+        pub(super) on: f64,
+    }
+    #[dynamics]
+    impl Held {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * q.x.dt().powi(2)
+        }
+        #[force]
+        fn pull(&self, q: &Coordinates<Self>) -> Force {
+            Force::along(q.x, if q.t < self.on { Expr::from(self.before) } else { Expr::from(self.after) })
+        }
+        #[holonomic(switched)]
+        fn hold(&self, q: &Coordinates<Self>) -> Expr {
+            q.x
+        }
+        #[event]
+        fn fuse(&self, q: &Coordinates<Self>) -> Expr {
+            self.limit - q.reaction(Self::hold).abs()
+        }
+    }
+}
+
+/// Steps are as long as nothing happens; a secant across the jump of the reaction led away from it, by up to milliseconds, wherever the function was farther from zero behind it.
+#[test]
+fn actions_where_reactions_jump_happen_in_their_instant() {
+    for on in [0.5, 5.5, 50.3] {
+        for (before, after) in [(0.0, 3.0), (0.5, 1.4), (0.5, 3.0), (-0.9, 3.0), (0.5, 30.0)] {
+            let model = fuse::Held { m: 1.0, before, after, limit: 1.0, on };
+            for formulation in [Formulation::Projected, Formulation::Embedded] {
+                let run = model.simulate(model.state().build().unwrap()).until(on + 1.0).formulation(formulation);
+                let run = run.on_event_with("fuse", Direction::Falling, |change| change.release("hold"));
+                let motion = run.run().unwrap_or_else(|e| panic!("{on}, {before} to {after}: {e}"));
+                let (off, x) = (motion.events()[0].time() - on, motion.end().x() - 0.5 * after);
+                println!("{on}, {before} to {after} {formulation}: {off:e} s, {x:e} m");
+                assert!(
+                    off.abs() < 1e-9 && x.abs() < 1e-8,
+                    "{on}, {before} to {after} {formulation}: {off:e} s, {x:e} m"
+                );
+            }
+        }
+    }
+}

@@ -156,6 +156,9 @@ struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
     slide: Slide,
 }
 
+/// Deviation of an event function half-way from the secant, in parts of its change, from which on it jumps.
+const JUMPS: f64 = 0.35;
+
 impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     fn fly(mut self, sink: &mut dyn Sink<M>) -> Result<Ended<M::State>, Halt> {
         let at = |kind| Halt { kind, h: 0.0 };
@@ -478,7 +481,12 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
                 let state = plant.within(dense, &whole, &options.tolerances, theta);
                 watch.value(crossing.index, &state).map_err(at)
             };
-            let slope = (g(b)? - g(a)?) / (b - a);
+            let (from, to) = (g(a)?, g(b)?);
+            // Where it jumps, as a reaction does where a force jumps, a secant leads away from the place: half-way it is on one side of the jump. A kink bends a quarter at most.
+            if (g(0.5 * (a + b))? - 0.5 * (from + to)).abs() > JUMPS * (to - from).abs() {
+                break;
+            }
+            let slope = (to - from) / (b - a);
             let better = theta - miss / slope;
             if miss == 0.0 || !better.is_finite() || (better - theta).abs() > width || better > 1.0 {
                 break;
