@@ -82,6 +82,49 @@ fn steps_that_crawl_are_given_up_soon() {
     assert!(refused > 2, "nothing was tested: {refused}");
 }
 
+/// Two walls that meet at a hundred-thousandth of a radian hold what lies between them; what rests along them crawls nowhere, however long.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, z: m)]
+#[units(mass: kg, damping: kg / s, rate: N / m)]
+#[nominal(narrow = 1e-5)]
+struct Wedge {
+    mass: f64,
+    narrow: f64,
+    damping: f64,
+    rate: f64,
+}
+
+#[dynamics]
+impl Wedge {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec3(q.x, q.y, q.z).dt().norm_squared()
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.rate * q.z.powi(2)
+    }
+    #[dissipation]
+    fn damper(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.damping * q.z.dt().powi(2)
+    }
+    #[holonomic]
+    fn walls(&self, q: &Coordinates<Self>) -> [Expr; 2] {
+        [q.y - self.narrow * q.x, q.y + self.narrow * q.x]
+    }
+}
+
+#[test]
+fn what_comes_to_rest_beside_a_singular_position_does_not_crawl() {
+    let wedge = Wedge { mass: 1.0, narrow: 1e-5, damping: 0.4, rate: 1.0 };
+    let start = wedge.state().z(1.0).build().unwrap();
+    for tolerance in [1e-9, 1e-12] {
+        let run = wedge.simulate(start).until(1e4).method(methods::Dop853).tolerance(tolerance);
+        let motion = run.run().unwrap_or_else(|error| panic!("{tolerance:e}: {error}"));
+        assert!(motion.counts().steps > 1024 && motion.end().z().abs() < tolerance, "{tolerance:e}");
+    }
+}
+
 #[test]
 fn other_methods_name_the_one_that_passes() {
     let refused = refused(methods::Radau5, 1e-9)
