@@ -3,10 +3,22 @@
 
 #[path = "models/rolling_disk.rs"]
 mod disk;
+#[path = "models/parallelogram.rs"]
+mod parallelogram;
+#[path = "models/turned_hoop.rs"]
+mod turned_hoop;
+#[path = "models/two_bars.rs"]
+mod two_bars;
+#[path = "models/ziegler.rs"]
+mod ziegler;
 
 use dynamics::analysis::Mode;
 use dynamics::prelude::*;
 use nalgebra::{Complex, DMatrix, DVector};
+use parallelogram::Parallelogram;
+use turned_hoop::TurnedHoop;
+use two_bars::TwoBars;
+use ziegler::Column;
 
 /// A bob on a massless rod: in an angle, and in the plane with a constraint.
 mod pendulum {
@@ -254,51 +266,10 @@ fn a_chain_of_masses() {
     }
 }
 
-/// A double pendulum under a force that follows its second link; H. Ziegler, Ing.-Archiv 20 (1952) 49.
-mod column {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(phi: [rad; 2])]
-    #[units(m: kg, l: m, k: N * m, c: N * m * s, p: N)]
-    pub(super) struct Column {
-        pub(super) m: f64,
-        pub(super) l: f64,
-        pub(super) k: f64,
-        pub(super) c: f64,
-        pub(super) p: f64,
-    }
-    #[dynamics]
-    impl Column {
-        fn joints(&self, q: &Coordinates<Self>) -> [Vec2; 2] {
-            let first = self.l * vec2(q.phi[0].cos(), q.phi[0].sin());
-            [first, first + self.l * vec2(q.phi[1].cos(), q.phi[1].sin())]
-        }
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            let [a, b] = self.joints(q);
-            self.m * a.dt().norm_squared() + 0.5 * self.m * b.dt().norm_squared()
-        }
-        #[potential]
-        fn springs(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.k * (q.phi[0].powi(2) + (q.phi[1] - q.phi[0]).powi(2))
-        }
-        #[dissipation]
-        fn dampers(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.c * (q.phi[0].dt().powi(2) + (q.phi[1] - q.phi[0]).dt().powi(2))
-        }
-        #[force]
-        fn follower(&self, q: &Coordinates<Self>) -> Force {
-            let [_, end] = self.joints(q);
-            Force::at(end, -self.p * vec2(q.phi[1].cos(), q.phi[1].sin()))
-        }
-    }
-}
-
 #[test]
 fn a_follower_force() {
     let at = |p: f64, c: f64| {
-        let model = column::Column { m: 1.0, l: 1.0, k: 1.0, c, p };
+        let model = Column { m: 1.0, l: 1.0, k: 1.0, c, p };
         model.linearize(&model.state().build().unwrap()).unwrap()
     };
     let linear = at(1.3, 0.0);
@@ -377,8 +348,7 @@ fn a_rotor_with_damping_that_turns_along() {
     }
 }
 
-/// A bead on a hoop that is turned; S. H. Strogatz, *Nonlinear Dynamics and Chaos*, §3.5: in its angle, and as a point with two constraints, one of which
-/// moves.
+/// A bead on a hoop that is turned, as a point with two constraints, one of which moves.
 mod hoop {
     use super::*;
 
@@ -411,37 +381,11 @@ mod hoop {
             q.x * angle.sin() - q.y * angle.cos()
         }
     }
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(theta: rad)]
-    #[units(m: kg, g: m / s^2, radius: m, speed: rad / s)]
-    pub(super) struct Angle {
-        pub(super) m: f64,
-        pub(super) g: f64,
-        pub(super) radius: f64,
-        pub(super) speed: f64,
-    }
-    #[dynamics]
-    impl Angle {
-        fn bead(&self, q: &Coordinates<Self>) -> Vec3 {
-            let angle = self.speed * q.t;
-            let out = self.radius * q.theta.sin();
-            vec3(out * angle.cos(), out * angle.sin(), -self.radius * q.theta.cos())
-        }
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.m * self.bead(q).dt().norm_squared()
-        }
-        #[potential]
-        fn weight(&self, q: &Coordinates<Self>) -> Expr {
-            self.m * self.g * self.bead(q).z
-        }
-    }
 }
 
 #[test]
 fn a_bead_on_a_hoop_that_is_turned() {
-    let model = hoop::Angle { m: 0.1, g: 9.81, radius: 0.5, speed: 6.0 };
+    let model = TurnedHoop { m: 0.1, g: 9.81, radius: 0.5, speed: 6.0, drag: 0.0 };
     let theta = 0.9944072120586995f64;
     let modes = model.linearize(&model.state().theta(theta).build().unwrap()).unwrap().modes().unwrap();
     assert!((modes[0].eigenvalue - Complex::new(0.0, 5.030616264435203)).norm() < 1e-13, "{:?}", modes[0]);
@@ -602,62 +546,6 @@ fn matrices_against_differences_where_rows_repeat_others() {
     assert!((&exact - &differences).amax() < 1e-7 * exact.amax(), "{exact} {differences}");
 }
 
-/// A parallelogram with all bars in line: beside it the three rows are independent, there they are not.
-mod parallelogram {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(a: rad, b: rad, c: rad)]
-    #[units(inertia: kg * m^2, l: m, wide: m)]
-    #[nominal(l = 1.0, wide = 2.0)]
-    pub(super) struct FourBar {
-        pub(super) inertia: f64,
-        pub(super) l: f64,
-        pub(super) wide: f64,
-    }
-    #[dynamics]
-    impl FourBar {
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.inertia * (q.a.dt().powi(2) + q.b.dt().powi(2) + q.c.dt().powi(2))
-        }
-        #[holonomic]
-        fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-            let first = self.l * vec2(q.a.cos(), q.a.sin()) + self.wide * vec2(q.b.cos(), q.b.sin());
-            first - self.l * vec2(q.c.cos(), q.c.sin()) - vec2(self.wide, 0.0)
-        }
-    }
-}
-
-/// A pin on two circles, each about an end of a base.
-mod circles {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(x: m, y: m)]
-    #[units(mass: kg, r: m, base: m)]
-    pub(super) struct Pin {
-        pub(super) mass: f64,
-        pub(super) r: f64,
-        pub(super) base: f64,
-    }
-    #[dynamics]
-    impl Pin {
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
-        }
-        #[holonomic]
-        fn left(&self, q: &Coordinates<Self>) -> Expr {
-            vec2(q.x, q.y).norm() - self.r
-        }
-        #[holonomic]
-        fn right(&self, q: &Coordinates<Self>) -> Expr {
-            vec2(q.x - self.base, q.y).norm() - self.r
-        }
-    }
-}
-
 /// A spring that is gone at a time, and that the model has no value for after it.
 mod fading {
     use super::*;
@@ -691,11 +579,11 @@ fn what_is_refused() {
     assert_eq!(of(0.995), LinearizeError::Ends);
 
     // Circles that touch leave a direction, in which there is no position.
-    let pin = circles::Pin { mass: 1.0, r: 1.0, base: 2.0 };
+    let pin = TwoBars { mass: 1.0, r: 1.0, base: 2.0, g: 0.0 };
     let error = pin.linearize(&pin.state().x(1.0).build().unwrap()).unwrap_err();
     assert!(matches!(error, LinearizeError::SingularPosition { rank: 1, beside: None }), "{error}");
     assert!(error.to_string().contains("in which nothing can be assembled"), "{error}");
-    let model = parallelogram::FourBar { inertia: 1.0, l: 1.0, wide: 2.0 };
+    let model = Parallelogram { inertia: 1.0, l: 1.0, wide: 2.0, k: 0.0, rest: 0.0 };
     let error = model.linearize(&model.state().build().unwrap()).unwrap_err();
     assert!(matches!(error, LinearizeError::SingularPosition { rank: 1, beside: Some(2) }), "{error}");
     let beside = model.state().a(0.5).c(0.5).build().unwrap();

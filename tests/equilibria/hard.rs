@@ -2,44 +2,14 @@
 
 use dynamics::prelude::*;
 
-use super::{held, hoop, pendulum};
-
-/// A parallelogram with a torsional spring on its first crank, whose change point lies at zero.
-mod parallelogram {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(a: rad, b: rad, c: rad)]
-    #[units(inertia: kg * m^2, l: m, wide: m, k: N * m, rest: rad)]
-    #[nominal(l = 1.0, wide = 2.0)]
-    pub(super) struct FourBar {
-        pub(super) inertia: f64,
-        pub(super) l: f64,
-        pub(super) wide: f64,
-        pub(super) k: f64,
-        pub(super) rest: f64,
-    }
-    #[dynamics]
-    impl FourBar {
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.inertia * (q.a.dt().powi(2) + q.b.dt().powi(2) + q.c.dt().powi(2))
-        }
-        #[potential]
-        fn spring(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.k * (q.a - self.rest).powi(2)
-        }
-        #[holonomic]
-        fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-            let first = self.l * vec2(q.a.cos(), q.a.sin()) + self.wide * vec2(q.b.cos(), q.b.sin());
-            first - self.l * vec2(q.c.cos(), q.c.sin()) - vec2(self.wide, 0.0)
-        }
-    }
-}
+use super::parallelogram::Parallelogram;
+use super::turned_hoop::TurnedHoop;
+use super::two_bars::TwoBars;
+use super::{held, pendulum};
 
 #[test]
 fn through_and_in_a_change_point() {
-    let model = |rest: f64| parallelogram::FourBar { inertia: 1.0, l: 1.0, wide: 2.0, k: 3.0, rest };
+    let model = |rest: f64| Parallelogram { inertia: 1.0, l: 1.0, wide: 2.0, k: 3.0, rest };
     // Across the change point, a balance on the branch on the other side.
     let across = model(-0.4);
     let one = across.equilibrium(&across.state().a(0.5).c(0.5).build().unwrap()).unwrap();
@@ -172,7 +142,7 @@ fn options_that_make_no_sense_are_named() {
 fn verdicts_against_motions() {
     let (m, g, radius) = (0.1, 9.81, 0.5_f64);
     for part in [0.7, 1.4, 2.5] {
-        let model = hoop::Driven { m, g, radius, speed: part * (g / radius).sqrt(), drag: 0.0 };
+        let model = TurnedHoop { m, g, radius, speed: part * (g / radius).sqrt(), drag: 0.0 };
         let found = model.equilibria(model.state().build().unwrap()).random(40).run().unwrap();
         for rest in &found.equilibria {
             let judged = model.stability(&rest.state).unwrap();
@@ -273,7 +243,7 @@ fn forces_that_beat_conserve_no_energy() {
 #[test]
 fn what_cannot_move_rests() {
     use dynamics::analysis::StabilityVerdict;
-    let frame = frame::Frame { mass: 2.0, r: 5.0f64.sqrt(), base: 2.0, g: 10.0 };
+    let frame = TwoBars { mass: 2.0, r: 5.0f64.sqrt(), base: 2.0, g: 10.0 };
     let start = frame.state().x_guess(0.8).y_guess(1.9).assemble().unwrap();
     let found = frame.equilibrium(&start).unwrap();
     assert!((found.state.x() - 1.0).abs() < 1e-12 && (found.state.y() - 2.0).abs() < 1e-12, "{found}");
@@ -282,39 +252,6 @@ fn what_cannot_move_rests() {
     let wanted = 0.5 * 20.0 * 5.0f64.sqrt() / 2.0;
     assert!(forces.iter().all(|x| (x.abs() - wanted).abs() < 1e-12 * wanted), "{forces:?}");
     assert_eq!(frame.stability(&found.state).unwrap().verdict, StabilityVerdict::Stable);
-}
-
-mod frame {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(x: m, y: m)]
-    #[units(mass: kg, r: m, base: m, g: m / s^2)]
-    pub(super) struct Frame {
-        pub(super) mass: f64,
-        pub(super) r: f64,
-        pub(super) base: f64,
-        pub(super) g: f64,
-    }
-    #[dynamics]
-    impl Frame {
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
-        }
-        #[potential]
-        fn weight(&self, q: &Coordinates<Self>) -> Expr {
-            self.mass * self.g * q.y
-        }
-        #[holonomic]
-        fn left(&self, q: &Coordinates<Self>) -> Expr {
-            vec2(q.x, q.y).norm() - self.r
-        }
-        #[holonomic]
-        fn right(&self, q: &Coordinates<Self>) -> Expr {
-            vec2(q.x - self.base, q.y).norm() - self.r
-        }
-    }
 }
 
 /// A mass on a spring in polar coordinates, with a load across: at r = 0 no force on the angle says anything.

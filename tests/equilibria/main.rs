@@ -1,11 +1,20 @@
 //! Equilibria of derived models: all of them, once each, against closed forms and other coordinates; where there is none, the error says so.
 
 mod hard;
+#[path = "../models/parallelogram.rs"]
+mod parallelogram;
 mod stability;
+#[path = "../models/turned_hoop.rs"]
+mod turned_hoop;
+#[path = "../models/two_bars.rs"]
+mod two_bars;
+#[path = "../models/ziegler.rs"]
+mod ziegler;
 
 use std::f64::consts::PI;
 
 use dynamics::prelude::*;
+use turned_hoop::TurnedHoop;
 
 /// Two bobs on rods, in angles and in the plane, one rod twice.
 mod pendulum {
@@ -225,40 +234,9 @@ fn a_truss_up_to_its_limit_load_and_beyond() {
     assert!((load_at(hanging.state.z()) - 1.01 * limit).abs() < 1e-15, "{hanging}");
 }
 
-/// A bead on a hoop that is turned; S. H. Strogatz, *Nonlinear Dynamics and Chaos*, §3.5. The angle of the hoop is driven, or it turns by itself.
+/// A bead on a hoop that turns by itself.
 mod hoop {
     use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(theta: rad)]
-    #[units(m: kg, g: m / s^2, radius: m, speed: rad / s, drag: N * m * s)]
-    pub(super) struct Driven {
-        pub(super) drag: f64,
-        pub(super) m: f64,
-        pub(super) g: f64,
-        pub(super) radius: f64,
-        pub(super) speed: f64,
-    }
-    #[dynamics]
-    impl Driven {
-        fn bead(&self, q: &Coordinates<Self>) -> Vec3 {
-            let angle = self.speed * q.t;
-            let out = self.radius * q.theta.sin();
-            vec3(out * angle.cos(), out * angle.sin(), -self.radius * q.theta.cos())
-        }
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.m * self.bead(q).dt().norm_squared()
-        }
-        #[potential]
-        fn weight(&self, q: &Coordinates<Self>) -> Expr {
-            self.m * self.g * self.bead(q).z
-        }
-        #[dissipation]
-        fn rub(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.drag * q.theta.dt().powi(2)
-        }
-    }
 
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(theta: rad, phi: rad)]
@@ -291,7 +269,7 @@ fn a_bead_on_both_sides_of_the_pitchfork() {
     let (m, g, radius) = (0.1, 9.81, 0.5);
     let critical = (g / radius).sqrt();
     for (speed, count) in [(0.999 * critical, 2), (critical, 2), (1.001 * critical, 4), (6.0, 4)] {
-        let model = hoop::Driven { m, g, radius, speed, drag: 0.0 };
+        let model = TurnedHoop { m, g, radius, speed, drag: 0.0 };
         let found = model.equilibria(model.state().build().unwrap()).random(60).run().unwrap();
         assert_eq!(found.equilibria.len(), count, "{speed}: {found}");
         let aside = found.equilibria.iter().filter(|one| one.state.theta().sin().abs() > 1e-3);

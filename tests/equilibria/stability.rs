@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 
 use dynamics::prelude::*;
 
+use super::turned_hoop::TurnedHoop;
+use super::ziegler::Column;
 use super::{hoop, pendulum, plane, truss};
 
 fn verdict<M: Constraints + Powers>(model: &M, state: &M::State) -> StabilityVerdict {
@@ -54,7 +56,7 @@ fn a_bead_on_a_hoop() {
     let (m, g, radius) = (0.1, 9.81, 0.5_f64);
     let critical = (g / radius).sqrt();
     let with = |drag: f64, speed: f64, theta: f64| {
-        let model = hoop::Driven { m, g, radius, speed, drag };
+        let model = TurnedHoop { m, g, radius, speed, drag };
         model.stability(&model.equilibrium(&model.state().theta(theta).build().unwrap()).unwrap().state).unwrap()
     };
     let driven = |speed: f64, theta: f64| with(0.0, speed, theta);
@@ -90,51 +92,10 @@ fn a_bead_on_a_hoop() {
     assert!((judged.least_square.unwrap() - routh).abs() < 1e-13 * routh, "{judged}: {routh}");
 }
 
-/// A double pendulum under a force that follows its second link; H. Ziegler, Ing.-Archiv 20 (1952) 49.
-mod column {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(phi: [rad; 2])]
-    #[units(m: kg, l: m, k: N * m, c: N * m * s, p: N)]
-    pub(super) struct Column {
-        pub(super) m: f64,
-        pub(super) l: f64,
-        pub(super) k: f64,
-        pub(super) c: f64,
-        pub(super) p: f64,
-    }
-    #[dynamics]
-    impl Column {
-        fn joints(&self, q: &Coordinates<Self>) -> [Vec2; 2] {
-            let first = self.l * vec2(q.phi[0].cos(), q.phi[0].sin());
-            [first, first + self.l * vec2(q.phi[1].cos(), q.phi[1].sin())]
-        }
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            let [a, b] = self.joints(q);
-            self.m * a.dt().norm_squared() + 0.5 * self.m * b.dt().norm_squared()
-        }
-        #[potential]
-        fn springs(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.k * (q.phi[0].powi(2) + (q.phi[1] - q.phi[0]).powi(2))
-        }
-        #[dissipation]
-        fn dampers(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.c * (q.phi[0].dt().powi(2) + (q.phi[1] - q.phi[0]).dt().powi(2))
-        }
-        #[force]
-        fn follower(&self, q: &Coordinates<Self>) -> Force {
-            let [_, end] = self.joints(q);
-            Force::at(end, -self.p * vec2(q.phi[1].cos(), q.phi[1].sin()))
-        }
-    }
-}
-
 #[test]
 fn zieglers_column_with_and_without_damping() {
     let at = |p: f64, c: f64| {
-        let model = column::Column { m: 1.0, l: 1.0, k: 1.0, c, p };
+        let model = Column { m: 1.0, l: 1.0, k: 1.0, c, p };
         verdict(&model, &model.state().build().unwrap())
     };
     // Undamped: swings below, flutter above, and in between two frequencies that meet. No potential: Dirichlet says nothing of it.
