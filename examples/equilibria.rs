@@ -60,7 +60,7 @@ fn main() -> common::Outcome {
             assert!(judged.is_stable() || judged.is_unstable(), "{judged}");
             if judged.is_stable() && theta.abs() > 1e-6 {
                 let square = (hoop.speed * theta.sin()).powi(2);
-                assert!((judged.least_square.unwrap_or(f64::NAN) / square - 1.0).abs() < 1e-9, "{judged}");
+                assert!((judged.least_omega_squared.unwrap_or(f64::NAN) / square - 1.0).abs() < 1e-9, "{judged}");
                 assert!((theta.cos() * hoop.speed.powi(2) * radius / g - 1.0).abs() < 1e-12, "{rest}");
             }
             (if judged.is_stable() { &mut stable } else { &mut unstable }).push((hoop.speed / critical, theta));

@@ -93,7 +93,7 @@ fn in_the_pole_of_polar_coordinates_and_on_a_floor() {
     let steady = polar.steady(&polar.state().r(0.9).phi_rate(1.0).build().unwrap()).unwrap();
     assert!((steady.state.r() - 2.0 / 3.0).abs() < 1e-15, "{steady}");
     let judged = polar.stability(&steady.state).unwrap();
-    assert!((judged.least_square.unwrap() - (4.0 - 1.0 + 4.0)).abs() < 1e-14, "{judged}");
+    assert!((judged.least_omega_squared.unwrap() - (4.0 - 1.0 + 4.0)).abs() < 1e-14, "{judged}");
 
     let floor = small::Floor { m: 2.0, g: 9.81, k: 100.0, free: 0.1 };
     let on = floor.equilibrium(&floor.state().x(0.3).build().unwrap()).unwrap();
@@ -159,7 +159,7 @@ fn verdicts_against_motions() {
                     }
                 }
                 StabilityVerdict::Stable => {
-                    let rate = judged.least_square.unwrap().sqrt();
+                    let rate = judged.least_omega_squared.unwrap().sqrt();
                     for t in [0.5, 1.0, 2.0] {
                         assert!((theta(t) - off * (rate * t).cos()).abs() < 1e-5 * off, "{part}, {t}: {rest}");
                     }

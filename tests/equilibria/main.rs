@@ -97,7 +97,7 @@ fn a_double_pendulum_has_four() {
     assert_eq!(found.equilibria.len(), 4, "{found}");
     for (one, wanted) in found.equilibria.iter().zip(wanted) {
         let q = one.state.q();
-        assert!((0..2).all(|i| (q[i] - wanted[i]).abs() < 1e-15) && one.residual < 1e-14, "{one}");
+        assert!((0..2).all(|i| (q[i] - wanted[i]).abs() < 1e-15) && one.force_left < 1e-14, "{one}");
         assert!(one.state.u().amax() == 0.0 && one.conditioning < 100.0, "{one}");
     }
     assert!(found.hits.iter().sum::<usize>() + found.failures.len() == 101 && found.unseen() == Some(0.0), "{found}");
@@ -110,9 +110,9 @@ fn a_double_pendulum_has_four() {
     let lifted = model.equilibrium(&model.state().torque(0.5 * weight).build().unwrap()).unwrap();
     assert!((lifted.state.theta(0) - PI / 6.0).abs() < 1e-15 && lifted.state.theta(1).abs() < 1e-15, "{lifted}");
     let error = model.equilibrium(&model.state().torque(1.25 * weight).build().unwrap()).unwrap_err();
-    let EquilibriumError::NoEquilibrium { coordinate, residual, soft, ref at } = error else { panic!("{error}") };
+    let EquilibriumError::NoEquilibrium { coordinate, force_left, soft, ref at } = error else { panic!("{error}") };
     assert_eq!((coordinate, soft), ("theta[0]", "theta[0]"));
-    assert!((residual + 0.25 * weight).abs() < 1e-9 * weight && (at[0] - 0.5 * PI).abs() < 1e-4, "{error}: {at:?}");
+    assert!((force_left + 0.25 * weight).abs() < 1e-9 * weight && (at[0] - 0.5 * PI).abs() < 1e-4, "{error}: {at:?}");
     // Without a value of the motor there is no balance to be found.
     let error = model.equilibrium(&model.state().build().unwrap()).unwrap_err();
     assert_eq!(error, EquilibriumError::InputNotSet { input: "torque" });
@@ -223,10 +223,10 @@ fn a_truss_up_to_its_limit_load_and_beyond() {
     // Beyond it nothing balances up there, whatever little it is beyond; the snapped position hangs below.
     for part in [1e-10, 1e-6, 1e-2] {
         let error = at(limit * (1.0 + part), 0.5).unwrap_err();
-        let EquilibriumError::NoEquilibrium { coordinate: "z", residual, soft: "z", ref at } = error else {
+        let EquilibriumError::NoEquilibrium { coordinate: "z", force_left, soft: "z", ref at } = error else {
             panic!("{part:e}: {error}")
         };
-        assert!((residual - part * limit).abs() < 1e-6 * part * limit + 1e-16, "{part:e}: {error}");
+        assert!((force_left - part * limit).abs() < 1e-6 * part * limit + 1e-16, "{part:e}: {error}");
         assert!((at[0] - fold).abs() < 1e-3 * part.sqrt() + 1e-8, "{part:e}: {at:?}");
         assert!(error.to_string().contains("a fold, beyond the limit load"), "{error}");
     }
@@ -337,13 +337,13 @@ fn what_has_no_equilibrium_says_why() {
     use plane::{PLANE, Plane};
     let from = |model: &Plane, x: f64| model.equilibrium(&model.state().x(x).y(0.3).build().unwrap());
     let still = from(&Plane { pull: 2.0, ..PLANE }, 1.0).unwrap();
-    assert!(still.state.x() == 0.5 && still.state.y().abs() < 1e-30 && still.residual < 1e-30, "{still}");
+    assert!(still.state.x() == 0.5 && still.state.y().abs() < 1e-30 && still.force_left < 1e-30, "{still}");
     // Nothing holds y, and nothing moves it: wherever it is. Nothing holds x, and something pulls it.
     let loose = from(&Plane { pull: 2.0, k: [4.0, 0.0], ..PLANE }, 1.0).unwrap();
     assert_eq!((loose.state.x(), loose.state.y()), (0.5, 0.3), "{loose}");
     let error = from(&Plane { pull: 2.0, k: [0.0, 9.0], ..PLANE }, 1.0).unwrap_err();
     assert!(
-        matches!(error, EquilibriumError::NoEquilibrium { coordinate: "x", residual: -2.0, soft: "x", .. }),
+        matches!(error, EquilibriumError::NoEquilibrium { coordinate: "x", force_left: -2.0, soft: "x", .. }),
         "{error}"
     );
     // A push that vanishes far away is no balance there.

@@ -20,9 +20,9 @@ fn a_double_pendulum_and_a_truss() {
         let judged = model.stability(&one.state).unwrap();
         let hangs = one.state.theta(0).abs() < 1.0 && one.state.theta(1).abs() < 1.0;
         match judged.verdict {
-            StabilityVerdict::Stable => assert!(hangs && judged.least_square.unwrap() > 0.0, "{one}\n{judged}"),
+            StabilityVerdict::Stable => assert!(hangs && judged.least_omega_squared.unwrap() > 0.0, "{one}\n{judged}"),
             StabilityVerdict::Divergence { growth, .. } => {
-                let square = judged.least_square.unwrap();
+                let square = judged.least_omega_squared.unwrap();
                 assert!(!hangs && (growth * growth + square).abs() < 1e-13 * square.abs(), "{one}\n{judged}");
             }
             other => panic!("{other}"),
@@ -34,7 +34,7 @@ fn a_double_pendulum_and_a_truss() {
         let there = plane.stability(&plane.state().y(y).build().unwrap()).unwrap();
         let theta = [if y[0] < 0.0 { 0.0 } else { PI }, if y[1] < y[0] { 0.0 } else { PI }];
         let here = model.stability(&model.state().torque(0.0).theta(theta).build().unwrap()).unwrap();
-        let (a, b) = (there.least_square.unwrap(), here.least_square.unwrap());
+        let (a, b) = (there.least_omega_squared.unwrap(), here.least_omega_squared.unwrap());
         assert!((a - b).abs() < 1e-12 * b.abs() && there.is_stable() == here.is_stable(), "{there}\n{here}");
     }
     // Up to its limit load the truss is stable, on the branch beyond it not; in the fold itself nothing can be said.
@@ -78,7 +78,7 @@ fn a_bead_on_a_hoop() {
     }
     let aside = driven(6.0, 1.0);
     assert!(aside.verdict == StabilityVerdict::Stable, "{aside}");
-    assert!((aside.least_square.unwrap() - 5.030_616_264_435_203_f64.powi(2)).abs() < 1e-13, "{aside}");
+    assert!((aside.least_omega_squared.unwrap() - 5.030_616_264_435_203_f64.powi(2)).abs() < 1e-13, "{aside}");
     let StabilityVerdict::Divergence { growth, .. } = driven(6.0, 0.0).verdict else { panic!("it leaves") };
     assert!((growth - 4.047_221_268_969_612).abs() < 1e-14, "{growth}");
     // The hoop that turns by itself keeps its angular momentum: the bead's weight in it stiffens what is left (Routh).
@@ -89,7 +89,7 @@ fn a_bead_on_a_hoop() {
     let (moment, speed) = (m * radius * radius, 6.0_f64);
     let routh = speed * speed * s * s + moment * (2.0 * speed * s * c).powi(2) / (0.02 + moment * s * s);
     assert!(judged.verdict == StabilityVerdict::Stable && judged.ignorable[0].name == "phi", "{judged}");
-    assert!((judged.least_square.unwrap() - routh).abs() < 1e-13 * routh, "{judged}: {routh}");
+    assert!((judged.least_omega_squared.unwrap() - routh).abs() < 1e-13 * routh, "{judged}: {routh}");
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn a_sleeping_top() {
     for spin in [critical * (1.0 + 1e-9), 50.0, 60.0, 70.0, 100.0] {
         let judged = at(spin);
         assert!(judged.verdict == StabilityVerdict::GyroscopicallyStabilised, "{spin}: {judged}");
-        assert!(judged.least_square.unwrap() < -9.0 && judged.ignorable[0].name == "spin", "{judged}");
+        assert!(judged.least_omega_squared.unwrap() < -9.0 && judged.ignorable[0].name == "spin", "{judged}");
         // A ξ̈ − i C ω ξ̇ − m g l ξ = 0.
         let root = ((0.01 * spin).powi(2) - 4.0 * 0.05 * model.weight).sqrt();
         let wanted = [(0.01 * spin - root) / 0.1, (0.01 * spin + root) / 0.1];
@@ -303,7 +303,7 @@ fn henckys_chain_buckles() {
     }
     let judged = straight(critical(1));
     let resists = matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. }));
-    assert!(resists && judged.least_square.unwrap().abs() < 1e-15, "{judged}");
+    assert!(resists && judged.least_omega_squared.unwrap().abs() < 1e-15, "{judged}");
     for j in 1..=3 {
         let StabilityVerdict::Divergence { growth, .. } = straight(critical(j) * (1.0 + 1e-10)).verdict else {
             panic!("beyond load {j} it stands")
@@ -414,7 +414,7 @@ fn a_loop_with_a_spring_as_in_one_coordinate() {
     for (one, other) in found.equilibria.iter().zip(&looped.equilibria) {
         assert!((one.state.phi() - other.state.phi()).abs() < 1e-13, "{one}\n{other}");
         let (a, b) = (angle.stability(&one.state).unwrap(), closed.stability(&other.state).unwrap());
-        assert!((a.least_square.unwrap() / b.least_square.unwrap() - 1.0).abs() < 1e-11, "{a}\n{b}");
+        assert!((a.least_omega_squared.unwrap() / b.least_omega_squared.unwrap() - 1.0).abs() < 1e-11, "{a}\n{b}");
         assert_eq!((a.is_stable(), a.is_unstable()), (b.is_stable(), b.is_unstable()), "{a}\n{b}");
         stable += i32::from(a.is_stable());
         // What the rod pushes the slider with.

@@ -79,7 +79,7 @@ pub struct Equilibrium<S: ModelState> {
     /// What each constraint holds it by.
     pub reactions: Vec<Reaction<S::Vector>>,
     /// The largest generalized force that is left.
-    pub residual: f64,
+    pub force_left: f64,
     /// Iterations made.
     pub iterations: usize,
     /// How far each coordinate may be off for the rounding of forces; 0 along directions in which nothing resists at all.
@@ -105,7 +105,7 @@ impl<S: ModelState> fmt::Display for Equilibrium<S> {
         write!(
             f,
             "force left {:.1e}, conditioning {:.1e}, {} iterations",
-            self.residual, self.conditioning, self.iterations
+            self.force_left, self.conditioning, self.iterations
         )
     }
 }
@@ -148,7 +148,7 @@ fn find<M: Constraints>(model: &M, start: &M::State, asked: Asked) -> Result<Equ
     check_later(model, &state, asked, &statics, &allowed)?;
     Ok(Equilibrium {
         reactions: if M::ROWS.is_empty() { Vec::new() } else { model.reactions(&state)? },
-        residual: statics.worst().1.abs(),
+        force_left: statics.worst().1.abs(),
         iterations,
         conditioning: conditioning::<M>(&state, &uncertainty),
         uncertainty: vector(&uncertainty),

@@ -58,7 +58,7 @@ pub enum EquilibriumError {
         /// The coordinate on which most of it acts.
         coordinate: &'static str,
         /// The generalized force on it.
-        residual: f64,
+        force_left: f64,
         /// The coordinate that moves most in the direction in which the stiffness vanishes there.
         soft: &'static str,
         /// All coordinates there.
@@ -78,7 +78,7 @@ pub enum EquilibriumError {
         /// The coordinate on which the largest force is left.
         coordinate: &'static str,
         /// That force.
-        residual: f64,
+        force_left: f64,
     },
     /// What was to be steady accelerates: velocities that were given do not belong to coordinates on which nothing depends.
     NotSteady {
@@ -139,18 +139,18 @@ impl fmt::Display for EquilibriumError {
                 "a choice of the model (`if`, min, max, abs, signum) changes at this very position, and a force of {force:.3e} is left on `{coordinate}` on one \
                  side of it, so that equilibria are not isolated or there is none; leave dry friction out, or round the corner off"
             ),
-            Self::NoEquilibrium { coordinate, residual, soft, .. } => write!(
+            Self::NoEquilibrium { coordinate, force_left, soft, .. } => write!(
                 f,
-                "no equilibrium near the start: a force of {residual:.6e} on `{coordinate}` is left where it is least, and there nothing resists along `{soft}` \
+                "no equilibrium near the start: a force of {force_left:.6e} on `{coordinate}` is left where it is least, and there nothing resists along `{soft}` \
                  (a fold, beyond the limit load, or a coordinate that nothing holds); load it less, or start elsewhere"
             ),
             Self::Diverged { coordinate, value } => write!(
                 f,
                 "the search for balance ran away: `{coordinate}` reached {value:.3e}, and forces still became smaller; start elsewhere, or bound what nothing holds"
             ),
-            Self::NoConvergence { iterations, coordinate, residual } => write!(
+            Self::NoConvergence { iterations, coordinate, force_left } => write!(
                 f,
-                "no equilibrium after {iterations} iterations: a force of {residual:.3e} is left on `{coordinate}`; forces that jump have none between, else start \
+                "no equilibrium after {iterations} iterations: a force of {force_left:.3e} is left on `{coordinate}`; forces that jump have none between, else start \
                  elsewhere"
             ),
             Self::NotSteady { name, left } => write!(

@@ -296,7 +296,7 @@ impl<M: Constraints> Search<'_, M> {
 
     /// Where ‖F‖ is the least.
     fn none(&self, state: &M::State, statics: &Statics<M::Rows>) -> EquilibriumError {
-        let (i, residual) = statics.worst();
+        let (i, force_left) = statics.worst();
         // The direction that K resists least.
         let (scaled, columns) = self.weighed_stiffness(statics);
         let square = scaled.tr_mul(&scaled).symmetric_eigen();
@@ -306,15 +306,15 @@ impl<M: Constraints> Search<'_, M> {
         });
         EquilibriumError::NoEquilibrium {
             coordinate: M::COORDINATES[i].name,
-            residual,
+            force_left,
             soft: M::COORDINATES[soft.unwrap_or(i)].name,
             at: state.q().as_slice().to_vec(),
         }
     }
 
     fn unsettled(&self, iterations: usize, statics: &Statics<M::Rows>) -> EquilibriumError {
-        let (i, residual) = statics.worst();
-        EquilibriumError::NoConvergence { iterations, coordinate: M::COORDINATES[i].name, residual }
+        let (i, force_left) = statics.worst();
+        EquilibriumError::NoConvergence { iterations, coordinate: M::COORDINATES[i].name, force_left }
     }
 
     fn check_bounds(&self, state: &M::State) -> Result<(), EquilibriumError> {

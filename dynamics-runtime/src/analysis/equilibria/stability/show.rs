@@ -48,7 +48,7 @@ impl fmt::Display for Undecided {
 impl fmt::Display for Stability {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.verdict)?;
-        if let Some(square) = self.least_square {
+        if let Some(square) = self.least_omega_squared {
             write!(f, "least stiffness per inertia {square:.6e}/s²; ")?;
         }
         write!(

@@ -12,9 +12,9 @@ use crate::model::Quantity;
 pub struct Stability {
     /// The verdict.
     pub verdict: StabilityVerdict,
-    /// The least eigenvalue of the stiffness against the mass matrix, in 1/s²: ω² of a mode without gyroscopic terms and damping. `None` where
+    /// ω², the least eigenvalue of the stiffness against the mass matrix, in 1/s², negative where something falls over: of a mode without gyroscopic terms and damping. `None` where
     /// nonholonomic constraints leave no such matrix.
-    pub least_square: Option<f64>,
+    pub least_omega_squared: Option<f64>,
     /// The largest real part of an eigenvalue, in 1/s; not a number where nothing is left to move.
     pub abscissa: f64,
     /// How far that may be off for rounding.
@@ -81,13 +81,13 @@ pub enum Undecided {
 }
 
 impl Stability {
-    pub(super) fn new(verdict: StabilityVerdict, least_square: Option<f64>, spectrum: &[Eigenvalue]) -> Self {
+    pub(super) fn new(verdict: StabilityVerdict, least_omega_squared: Option<f64>, spectrum: &[Eigenvalue]) -> Self {
         let worst = spectrum.iter().max_by(|x, y| x.value.re.total_cmp(&y.value.re));
         let mut eigenvalues: Vec<Complex<f64>> = spectrum.iter().map(|one| one.value).collect();
         eigenvalues.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
         Self {
             verdict,
-            least_square,
+            least_omega_squared,
             abscissa: worst.map_or(f64::NAN, |one| one.value.re),
             uncertainty: worst.map_or(0.0, |one| one.unsure),
             conditioning: spectrum.iter().map(|one| one.conditioning).fold(1.0, f64::max),
@@ -96,7 +96,8 @@ impl Stability {
         }
     }
 
-    /// Whether small disturbances stay small for sure: [`StabilityVerdict::Stable`] or [`StabilityVerdict::AsymptoticallyStable`].
+    /// Whether small disturbances stay small: [`StabilityVerdict::Stable`] or [`StabilityVerdict::AsymptoticallyStable`]. Of [`Self::ignorable`] coordinates
+    /// this is said of their rates; they themselves go on for ever, at another rate for another push.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         matches!(self.verdict, StabilityVerdict::Stable | StabilityVerdict::AsymptoticallyStable)
