@@ -450,6 +450,11 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         }
     }
 
+    /// Constraints that are switched change the forces, and not the state.
+    fn forget(&mut self) {
+        (self.last, self.jacobian_at, self.tried, self.known) = (None, None, None, None);
+    }
+
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
@@ -460,7 +465,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         let here = Some((start.t, start.y));
         self.repeated = self.tried == here;
         (self.tried, self.h) = (here, h);
-        // After an event or a reset nothing of before counts.
+        // Nothing counts of a step that was taken back.
         self.last = self.last.filter(|last| here == Some(last.end));
         self.k[0] = start.derivative();
         let permitted = permitted(tolerances);

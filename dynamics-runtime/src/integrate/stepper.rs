@@ -349,13 +349,13 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.now = step.start;
         self.origin = (step.start.t, 0);
         self.accepted -= 1;
+        self.scheme.forget();
     }
 
     /// Has the next step, of fixed size, end where a branch of the accelerations changes: instead of the one just made, if there is one.
     pub fn end_at_branch(&mut self, made: Option<&Step<V>>) {
         if let Some(step) = made {
             self.undo(step);
-            self.scheme.forget();
         }
         self.landing.ask();
     }

@@ -464,7 +464,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         for _ in 0..3 {
             let end_t = whole.start.t + theta * whole.h;
             if theta <= 0.0 || end_t == whole.start.t {
-                self.stepper.shorten(plant, &whole, whole.start.t).map_err(halt::<M>)?;
+                // Implicit methods have no step of length zero.
+                self.stepper.undo(&whole);
                 return Ok(false);
             }
             let at = |kind| Halt { kind, h: whole.h };
