@@ -379,10 +379,10 @@ pub trait Scheme<V: Vector> {
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error>;
-    /// Is told of a step that was made before and is to be tried once more: what is known of it may start its iterations. Whether these may end elsewhere, so that it is only
-    /// what it was where it ends where it did.
+    /// Is told of a step that was made before and is to be tried once more, all of it (1) or its first part: what is known of it may start its iterations. Whether
+    /// these may end elsewhere, so that it is only what it was where it ends where it did.
     #[inline(always)]
-    fn retrace(&mut self, _step: &Step<V>) -> bool {
+    fn retrace(&mut self, _step: &Step<V>, _part: f64) -> bool {
         false
     }
     /// q̈ at the end of the step just tried.

@@ -24,7 +24,7 @@
 
 use super::linear::{Matrices, factor, solve};
 use super::tableau::zip;
-use super::{ControllerSettings, Knot, Method, Phase, Scheme, Step, System, Tolerances};
+use super::{ControllerSettings, Dense as _, Hermite, Knot, Method, Phase, Scheme, Step, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -62,6 +62,8 @@ pub struct Esdirk4<V: Vector> {
     solved: bool,
     /// Worst rate of convergence in this step.
     rate: f64,
+    /// Velocities of the stages, where the step is made once more.
+    foreseen: Option<[V; STAGES]>,
     /// The last accepted step: its end, its size, changes of the velocities to its stages.
     last: Option<(Knot<V>, f64, [V; STAGES])>,
 }
@@ -120,6 +122,9 @@ impl<V: Vector> Esdirk4<V> {
     #[inline(always)]
     fn predicted(&self, start: &Knot<V>, h: f64, i: usize) -> V {
         let mut u = start.y.u;
+        if let Some(foreseen) = &self.foreseen {
+            return foreseen[i];
+        }
         match &self.last {
             _ if i > 1 => {
                 let weights = continued(i, C[i]);
@@ -254,12 +259,13 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
             error: Phase::zeros(),
             solved: true,
             rate: 0.0,
+            foreseen: None,
             last: None,
         }
     }
 
     fn forget(&mut self) {
-        (self.last, self.known) = (None, false);
+        (self.last, self.known, self.foreseen) = (None, false, None);
     }
 
     fn attempt<S: System<V>>(
@@ -272,7 +278,9 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
         self.k[0] = start.derivative();
         self.known &= self.rate <= FAST;
         self.rate = 0.0;
-        let ended = self.stages(system, start, h, tolerances)?;
+        let ended = self.stages(system, start, h, tolerances);
+        self.foreseen = None;
+        let ended = ended?;
         self.solved = ended != Newton::Slow;
         if ended != Newton::Solved {
             self.known = false;
@@ -310,7 +318,10 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
         self.solved
     }
 
-    fn retrace(&mut self, _: &Step<V>) -> bool {
+    fn retrace(&mut self, step: &Step<V>, part: f64) -> bool {
+        let Step { start, end, h, .. } = step;
+        let between = Hermite::between(start, end, *h);
+        self.foreseen = Some(C.map(|c| between.at(c * part).u));
         true
     }
 

@@ -537,10 +537,10 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         Ok(Between::choose(Hermite::between(start, end, h), stages, &end.y, &self.permitted))
     }
 
-    fn retrace(&mut self, step: &Step<V>) -> bool {
+    fn retrace(&mut self, step: &Step<V>, part: f64) -> bool {
         let Step { start, end, h, .. } = step;
         let between = Hermite::between(start, end, *h);
-        self.known = Some(C.map(|c| zip(&between.at(c), &start.y, |to, from| to - from).u));
+        self.known = Some(C.map(|c| zip(&between.at(c * part), &start.y, |to, from| to - from).u));
         true
     }
 

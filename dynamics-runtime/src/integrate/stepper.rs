@@ -335,6 +335,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.now = step.start;
         self.origin = (end_t, 0);
         let h = end_t - step.start.t;
+        self.scheme.retrace(step, h / step.h);
         match self.try_step(system, end_t, h) {
             Ok(Trial { start, end, kept, .. }) => {
                 self.now = end;
@@ -395,7 +396,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             // The step that follows may have found others there.
             end.a = system.accelerations(end.t, &end.y.q, &end.y.u)?;
         }
-        let strays = scheme.retrace(&Step { start, end, ..*step });
+        let strays = scheme.retrace(&Step { start, end, ..*step }, 1.0);
         let (found, _) = scheme.attempt(system, &start, step.h, tolerances)?;
         if strays && !(scheme.converged() && Self::ends_there(system, step, found, tolerances)?) {
             return Ok(None);

@@ -16,6 +16,10 @@ use super::unrolled::{Guard, Guarded};
 /// Below this share of the diagonal a pivot of the reduced inertia is rounding.
 const INERTIA: f64 = 1e-13;
 
+/// As [`DEPENDENT`](super::block::DEPENDENT), of a block that follows two independent coordinates or more: its pivot p makes an inertia of 1/p² in common to them, which the
+/// elimination takes away again, with the digits of what they have of their own, and what follows them has 1/p of that: ε/p³ is lost.
+const COUPLED: f64 = 1e-2;
+
 /// A choice of independent coordinates with the blocks that determine the others, in order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Partition {
@@ -59,7 +63,13 @@ impl NullSpace {
             matrix.push(row);
         }
         let reduced = Factors::new(g, &matrix).ok()?;
-        let mut guards: Vec<Guard> = blocks.iter().flat_map(|b| b.guards.iter().copied()).collect();
+        let mut guards = Vec::new();
+        for ((_, columns), block) in partition.blocks.iter().zip(&blocks) {
+            let follows = |motion: &&Values| columns.iter().any(|c| !g.is_zero(motion.get(g, *c)));
+            let coupled = motions.iter().filter(follows).count() > 1;
+            let least = if coupled { COUPLED * COUPLED } else { 0.0 };
+            guards.extend(block.guards.iter().map(|guard| Guard { tolerance: guard.tolerance.max(least), ..*guard }));
+        }
         let pivots = reduced.pivots().filter(|(_, pivot)| g.as_number(*pivot).is_none());
         guards.extend(pivots.map(|(i, pivot)| Guard {
             of: Guarded::Coordinate(partition.independent[i]),
