@@ -181,11 +181,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         };
         stepper.h = match (options.fixed, options.first) {
             (Some(h), _) | (None, Some(h)) => h.abs(),
-            (None, None) => {
-                let most = options.most.min((limit - t).abs());
-                let direction = if limit < t { -1.0 } else { 1.0 };
-                first_step(system, &stepper.now, S::ORDER, direction, most, &options.tolerances)
-            }
+            (None, None) => stepper.first_step(system, limit),
         };
         Ok(stepper)
     }
@@ -361,14 +357,31 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.landing.ask();
     }
 
-    /// Goes on from another state, after a discontinuity. The step size is kept, the controller's memory is not.
-    pub fn restart<Y: System<V>>(&mut self, system: &mut Y, t: f64, y: Phase<V>) -> Result<(), StepError<Y::Error>> {
+    /// Goes on from another state, after a discontinuity. The step size is kept, the controller's memory is not. What is A-stable would step over what dies out fast after it, and
+    /// know nothing of what happens there: its step is chosen as at a start, in direction of `limit`, where that is shorter.
+    pub fn restart<Y: System<V>>(
+        &mut self,
+        system: &mut Y,
+        t: f64,
+        y: Phase<V>,
+        limit: f64,
+    ) -> Result<(), StepError<Y::Error>> {
         let a = start_accelerations(system, t, &y)?;
         self.now = Knot { t, y, a };
         self.scheme.forget();
         self.origin = (t, 0);
         self.control.iter_mut().for_each(Controller::restart);
+        if S::STABILITY_BORDER.is_infinite() && self.options.fixed.is_none() {
+            self.h = self.h.min(self.first_step(system, limit));
+        }
         Ok(())
+    }
+
+    /// The first step from where it stands.
+    fn first_step<Y: System<V>>(&self, system: &mut Y, limit: f64) -> f64 {
+        let t = self.now.t;
+        let (most, direction) = (self.options.most.min((limit - t).abs()), if limit < t { -1.0 } else { 1.0 });
+        first_step(system, &self.now, S::ORDER, direction, most, &self.options.tolerances)
     }
 
     /// The interpolant of the step just made.

@@ -11,6 +11,7 @@ use super::upkeep::{PlaceError, Upkeep};
 use crate::constrain::assemble::CONSISTENT;
 use crate::constrain::memory::max_abs;
 use crate::error::{SolveError, StateError};
+use crate::integrate::StepOptions;
 use crate::model::{Constraint, ConstraintKind, ModelState, Vector};
 
 /// What a constraint took in an impact: a jump of the velocities, M Δu = Φ_qᵀΛ, with all constraints that act in it together.
@@ -30,6 +31,10 @@ pub struct Impact {
 
 /// Friction that changes accelerations by no more than this part of 1 + |q̈| decides nothing at the instant at which its contact lifts off.
 const NEGLIGIBLE: f64 = 1e-9;
+/// Tolerances by which a contact may be met late.
+const MET: f64 = 100.0;
+/// See [`MET`]: without a tolerance, and at most.
+const FIXED: f64 = 1e-3;
 
 /// The time before and after an instant, in parts of 1 + |t|, between which what changes has jumped.
 const BESIDE: f64 = 1e-9;
@@ -87,6 +92,13 @@ pub enum ChangeError {
         /// Its row.
         row: &'static str,
         /// Φ beside the jump.
+        residual: f64,
+    },
+    /// A contact without a corner is met far below its ground.
+    ContactMissed {
+        /// Its row.
+        row: &'static str,
+        /// Φ there.
         residual: f64,
     },
     /// A contact is hit in a corner of its ground, and the motion does not say on which face.
@@ -155,6 +167,11 @@ impl core::fmt::Display for ChangeError {
                 "the gap of contact `{row}` jumps past zero, it is {residual:.3e} beside the jump: the body meets a step from the side, and how that is hit the gap does not \
                  say; declare the face of the step as a `(switched)` constraint with a `.contact(..)` of its own"
             ),
+            Self::ContactMissed { row, residual } => write!(
+                f,
+                "the gap of contact `{row}` is {residual:.3e} already where it is seen to be met: what happens within the steps before is not resolved; tighten the tolerance, or make steps \
+                 shorter, by `.max_step(..)` or `.fixed_step(..)`"
+            ),
             Self::ContactEdge { row } => write!(
                 f,
                 "contact `{row}` has a corner here, and is hit in it: what each of its faces gives its gap does not say; declare each as a `(switched)` constraint with a \
@@ -186,6 +203,8 @@ pub struct Change<'c, M: Simulate> {
     instant: M::State,
     state: &'c mut M::State,
     upkeep: &'c mut Upkeep<M>,
+    /// By which part of 1 + |q| steps may be off that end at events.
+    permitted: f64,
     impacts: Vec<Impact>,
     error: Option<ChangeError>,
 }
@@ -198,7 +217,14 @@ impl<'c, M: Simulate> Change<'c, M> {
         state: &'c mut M::State,
         upkeep: &'c mut Upkeep<M>,
     ) -> Self {
-        Self { model, constants, instant, state, upkeep, impacts: Vec::new(), error: None }
+        Self { model, constants, instant, state, upkeep, permitted: CONSISTENT, impacts: Vec::new(), error: None }
+    }
+
+    /// At the end of steps of these options.
+    pub(super) fn after(self, options: &StepOptions) -> Self {
+        let StepOptions { fixed, tolerances, .. } = options;
+        let adaptive = (MET * tolerances.relative.max(tolerances.absolute)).clamp(CONSISTENT, FIXED);
+        Self { permitted: if fixed.is_some() { FIXED } else { adaptive }, ..self }
     }
 
     /// The state at the event, before the first action there.
@@ -254,7 +280,7 @@ impl<'c, M: Simulate> Change<'c, M> {
     pub fn impact(&mut self, name: &str, restitution: f64) {
         self.attempt(|change| {
             let constraint = find::<M>(name)?;
-            if let Some((row, residual)) = change.far(constraint) {
+            if let Some((row, residual)) = change.far(constraint, CONSISTENT) {
                 return Err(ChangeError::ImpactApart { row, residual });
             }
             let pushes = constraint.kind == ConstraintKind::Holonomic && constraint.rows == 1;
@@ -271,8 +297,12 @@ impl<'c, M: Simulate> Change<'c, M> {
     /// A contact is met where its gap falls to zero, and closes; neither where that jumps nor in an edge.
     pub(super) fn meet(&mut self, constraint: &'static Constraint) {
         self.attempt(|change| {
-            if let Some((row, residual)) = change.far(constraint) {
-                return Err(ChangeError::ContactJumps { row, residual });
+            if let Some((row, residual)) = change.far(constraint, CONSISTENT) {
+                // Only in a corner a gap jumps.
+                if M::KINKS > 0 {
+                    return Err(ChangeError::ContactJumps { row, residual });
+                }
+                change.lift(constraint)?;
             }
             let later = change.beside(BESIDE);
             if M::KINKS > 0 && edges::is_hit(change.model, change.upkeep, [change.state, &later], constraint) {
@@ -281,6 +311,18 @@ impl<'c, M: Simulate> Change<'c, M> {
             Ok(())
         });
         self.close(constraint);
+    }
+
+    /// What is met late, for where another one was met the step ended elsewhere, to within its tolerance, is put onto its ground.
+    fn lift(&mut self, constraint: &'static Constraint) -> Result<(), ChangeError> {
+        if let Some((row, residual)) = self.far(constraint, self.permitted) {
+            return Err(ChangeError::ContactMissed { row, residual });
+        }
+        let mut there = *self.state;
+        constraint.switched.iter().for_each(|switch| there.modes_mut().engage(*switch));
+        self.upkeep.lift(self.model, &mut there)?;
+        *self.state.q_mut() = *there.q();
+        Ok(())
     }
 
     /// A contact that closes rebounds or holds by its own law, together with those that touch at the same instant. One that is back although it
@@ -507,17 +549,17 @@ impl<'c, M: Simulate> Change<'c, M> {
 
     /// A holonomic constraint can hold only where its Φ is 0.
     fn check_place(&mut self, constraint: &'static Constraint) -> Result<(), ChangeError> {
-        match self.far(constraint) {
+        match self.far(constraint, CONSISTENT) {
             Some((row, residual)) => Err(ChangeError::EngagedApart { row, residual }),
             None => Ok(()),
         }
     }
 
-    /// The row of a released holonomic constraint that is missed most, and its Φ, if it is missed.
-    fn far(&mut self, constraint: &'static Constraint) -> Option<(&'static str, f64)> {
+    /// The row of a released holonomic constraint that is missed most, and its Φ, if it is missed by more than this part of 1 + |q|.
+    fn far(&mut self, constraint: &'static Constraint, part: f64) -> Option<(&'static str, f64)> {
         let holds = constraint.switched.is_none_or(|switch| self.state.modes().holds(switch));
         match constraint.kind {
-            ConstraintKind::Holonomic if !holds => self.upkeep.apart(self.model, self.state, constraint),
+            ConstraintKind::Holonomic if !holds => self.upkeep.apart(self.model, self.state, constraint, part),
             _ => None,
         }
     }

@@ -10,6 +10,7 @@ use super::error::SimulationErrorKind as Fault;
 use super::guard::{Guard, Guards};
 use super::simulate::Simulate;
 use super::upkeep::apart;
+use crate::constrain::assemble::CONSISTENT;
 use crate::constrain::{self, OutcomeOf};
 use crate::error::SolveError;
 
@@ -151,7 +152,7 @@ impl<'m, M: Simulate> Functions<'m, M> {
         if !guard.is_contact() {
             return Ok(());
         }
-        match apart(self.model, state, guard.constraint, &mut self.workspace.borrow_mut()) {
+        match apart(self.model, state, (guard.constraint, CONSISTENT), &mut self.workspace.borrow_mut()) {
             Some((row, residual)) => Err(Fault::Penetration { row, residual }),
             None => Ok(()),
         }
@@ -160,7 +161,7 @@ impl<'m, M: Simulate> Functions<'m, M> {
     /// Whether the constraint of a contact is missed by more than rounding.
     pub(super) fn is_apart(&self, index: usize, state: &M::State) -> bool {
         let guard = &self.guards[index - self.first_guard()];
-        apart(self.model, state, guard.constraint, &mut self.workspace.borrow_mut()).is_some()
+        apart(self.model, state, (guard.constraint, CONSISTENT), &mut self.workspace.borrow_mut()).is_some()
     }
 
     /// The speed with which a contact is hit: 0 of what is none.

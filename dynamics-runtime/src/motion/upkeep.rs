@@ -387,6 +387,11 @@ impl<M: Constraints> Upkeep<M> {
         constrain::project_along(model, &self.constants, from, end, &mut self.workspace)
     }
 
+    /// Moves the positions of a state onto the holonomic constraints that hold in it.
+    pub(crate) fn lift(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
+        constrain::project_positions(model, &self.constants, state, &mut self.workspace).map(|_| ())
+    }
+
     /// Moves a state onto the constraints, weighted by masses. How much that amplified what was off.
     fn project(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
         let positions = constrain::project_positions(model, &self.constants, state, &mut self.workspace)?;
@@ -541,14 +546,15 @@ impl<M: Constraints> Upkeep<M> {
         Distances::of(model, state, &mut self.workspace).along(constraint.first, slip).copysign(slip)
     }
 
-    /// The row of a holonomic constraint that is missed most, if it is missed.
+    /// The row of a holonomic constraint that is missed most, if it is missed by more than this part of 1 + |q|.
     pub(crate) fn apart(
         &mut self,
         model: &M,
         state: &M::State,
         constraint: &Constraint,
+        part: f64,
     ) -> Option<(&'static str, f64)> {
-        apart(model, state, constraint, &mut self.workspace)
+        apart(model, state, (constraint, part), &mut self.workspace)
     }
 }
 
@@ -578,11 +584,11 @@ impl From<SolveError> for PlaceError {
     }
 }
 
-/// The row of a holonomic constraint that is missed most, if it is missed by more than a start may.
+/// The row of a holonomic constraint that is missed most, if it is missed by more than this part of 1 + |q|.
 pub(crate) fn apart<M: Constraints>(
     model: &M,
     state: &M::State,
-    constraint: &Constraint,
+    (constraint, part): (&Constraint, f64),
     workspace: &mut [f64],
 ) -> Option<(&'static str, f64)> {
     let residual = model.residual(state);
@@ -590,7 +596,7 @@ pub(crate) fn apart<M: Constraints>(
     let rows = constraint.first..constraint.first + constraint.rows;
     let far = rows.map(|row| (row, distances.along(row, residual[row])));
     let (row, distance) = far.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let near = distance <= CONSISTENT * distances.size;
+    let near = distance <= part * distances.size;
     (!near).then(|| (M::ROWS[row].name, residual[row]))
 }
 

@@ -61,10 +61,11 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         before: &M::State,
         after: &mut M::State,
     ) -> Result<EventRecord<M::State>, Kind> {
-        let Plan { plant, watch, .. } = &mut *self.plan;
+        let Plan { plant, watch, options, .. } = &mut *self.plan;
         let name: String = watch.name(crossing.index).into();
         let from = *after;
-        let mut change = Change::new(plant.model, plant.constants, *before, after, &mut plant.upkeep);
+        let change = Change::new(plant.model, plant.constants, *before, after, &mut plant.upkeep);
+        let mut change = change.after(options);
         let stopped = watch.act(crossing, &mut change);
         let impacts = change.finish().map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error) })?;
         check_reset::<M>(&name, before, after)?;
@@ -117,12 +118,12 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         before: &M::State,
         after: &M::State,
     ) -> Result<(), Halt> {
-        let plant = &mut self.plan.plant;
+        let Plan { plant, end, .. } = &mut *self.plan;
         let stand = Record::new(self.stepper.now(), plant.held, plant.modes);
         hold(&mut plant.held, before.inputs(), after.inputs());
         plant.modes = after.modes();
         let y = Phase { q: *after.q(), u: *after.u() };
-        self.stepper.restart(plant, before.t(), y).map_err(halt::<M>)?;
+        self.stepper.restart(plant, before.t(), y, *end).map_err(halt::<M>)?;
         sink.stand(stand);
         Ok(())
     }
