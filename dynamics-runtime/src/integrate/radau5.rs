@@ -256,7 +256,11 @@ impl<V: Vector> Radau5<V> {
                 self.rate = if iteration == 2 { rate } else { math::sqrt(rate * rate_before) };
                 rate_before = rate;
                 renew = staged && rate > SLOW;
-                if self.rate >= 0.99 {
+                // Corrections that are both no more than may be left are rounding, of which nothing converges: that of stiff forces.
+                let settled = size.max(before) <= enough;
+                if settled {
+                    self.factor = 1.0;
+                } else if self.rate >= 0.99 {
                     // What Newton's method itself does in the beginning says little.
                     if !staged || size > 1e3 * first {
                         return Ok(Newton::Slow);
