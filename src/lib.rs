@@ -65,8 +65,9 @@ pub mod prelude {
     pub use dynamics_runtime::TimeDerivative as _;
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::{
-        Analyze as _, Equilibria as _, Equilibrium, EquilibriumError, Linearization, LinearizeError, SmallMotions as _,
-        Stability, StabilityVerdict, Undecided,
+        Analyze as _, Branch, BranchEnd, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError,
+        Linearization, LinearizeError, SmallMotions as _, SpecialKind, Stability, StabilityVerdict, Stays, Undecided,
+        continuation, fold_curve,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;

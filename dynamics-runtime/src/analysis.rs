@@ -1,5 +1,6 @@
 //! What answers questions about methods and models: by many runs, which method is the fastest for the accuracy that is wanted, and which model of
-//! a scene suffices for it ([`compare`]); by exact derivatives, how a model moves beside an equilibrium or a steady motion ([`SmallMotions`]).
+//! a scene suffices for it ([`compare`]); by exact derivatives, how a model moves beside an equilibrium or a steady motion ([`SmallMotions`]),
+//! and how equilibria change with a parameter ([`continuation`]).
 //!
 //! ```text
 //! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;
@@ -7,6 +8,7 @@
 //! study.write_html("work_precision.html")?;
 //! ```
 
+mod continuation;
 mod equilibria;
 mod ladder;
 mod linearize;
@@ -15,6 +17,10 @@ mod runs;
 mod table;
 mod work_precision;
 
+pub use continuation::{
+    Branch, BranchEnd, BranchPoint, Buckling, Continuation, ContinuationError, CriticalLoad, Diagram, Family,
+    FoldCurve, FoldCurves, Special, SpecialKind, Stays, continuation, fold_curve,
+};
 pub use equilibria::{
     Equilibria, Equilibrium, EquilibriumError, Found, Search, Stability, StabilityVerdict, Undecided,
 };

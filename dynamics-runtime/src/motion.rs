@@ -28,7 +28,7 @@ mod missed;
 mod pace;
 mod plant;
 mod positions;
-mod progress;
+pub(crate) mod progress;
 pub(crate) mod query;
 pub(crate) mod record;
 mod run;

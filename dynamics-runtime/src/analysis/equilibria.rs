@@ -32,7 +32,9 @@ use crate::constrain::{Mechanism, Reaction, project_positions, with_workspace};
 use crate::error::{SolveError, StateError};
 use crate::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use newton::{Settled, settle};
-use statics::{Statics, excess, scales};
+pub(super) use search::periodic;
+use statics::excess;
+pub(super) use statics::{Statics, scales};
 
 /// Models whose equilibria can be asked for: all that say their powers, as derived ones do.
 pub trait Equilibria: Constraints + Powers {
@@ -112,18 +114,22 @@ impl<S: ModelState> fmt::Display for Equilibrium<S> {
 
 /// What is asked for.
 #[derive(Clone, Copy)]
-struct Asked {
+pub(super) struct Asked {
     /// Velocities of the start stay.
-    moving: bool,
+    pub(super) moving: bool,
     /// Time stands still.
-    frozen: bool,
+    pub(super) frozen: bool,
 }
 
 impl Asked {
-    const REST: Self = Self { moving: false, frozen: false };
+    pub(super) const REST: Self = Self { moving: false, frozen: false };
 }
 
-fn find<M: Constraints>(model: &M, start: &M::State, asked: Asked) -> Result<Equilibrium<M::State>, EquilibriumError> {
+pub(super) fn find<M: Constraints>(
+    model: &M,
+    start: &M::State,
+    asked: Asked,
+) -> Result<Equilibrium<M::State>, EquilibriumError> {
     if M::FRICTION {
         return Err(LinearizeError::Friction.into());
     }

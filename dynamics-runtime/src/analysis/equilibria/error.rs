@@ -87,6 +87,11 @@ pub enum EquilibriumError {
         /// The force that is left on it a little later on the motion, or what the row is missed by.
         left: f64,
     },
+    /// A family of models is not defined beside a value of its parameter: forces are not numbers there, on either side.
+    NotDefined {
+        /// The value.
+        parameter: f64,
+    },
     /// A coordinate of random starts has no range.
     NoRange {
         /// The coordinate.
@@ -157,6 +162,10 @@ impl fmt::Display for EquilibriumError {
                 f,
                 "the motion is not steady: a little later `{name}` is off balance by {left:.3e}; give velocities to coordinates on which nothing \
                  depends, and choose coordinates that turn along"
+            ),
+            Self::NotDefined { parameter } => write!(
+                f,
+                "the family of models has no forces that are numbers beside {parameter} of its parameter; end its range before that"
             ),
             Self::NoRange { coordinate } => write!(
                 f,

@@ -229,7 +229,7 @@ fn principal(angle: f64) -> f64 {
 
 /// Coordinates that are angles (rad, or without unit) on which mass, forces and constraints depend with period 2π: at three random states, a turn leaves
 /// all of them as they are, to rounding.
-fn periodic<M: Constraints>(model: &M, around: &M::State) -> Vec<bool> {
+pub(in crate::analysis) fn periodic<M: Constraints>(model: &M, around: &M::State) -> Vec<bool> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut found: Vec<bool> = M::COORDINATES.iter().map(|q| q.unit == "rad" || q.unit.is_empty()).collect();
     let read = |state: &M::State| {

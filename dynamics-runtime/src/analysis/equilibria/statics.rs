@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
-pub(super) use crate::analysis::linearize::scales;
+pub(in crate::analysis) use crate::analysis::linearize::scales;
 use crate::analysis::linearize::{LinearizeError, Tangent};
 use crate::constrain::held::active_rows;
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Terms, Vector};
@@ -14,16 +14,18 @@ use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Terms, V
 ///
 /// λ is chosen so that r vanishes on all dependent coordinates. What the change of E would contribute, (∂E)ᵀr, is then 0, as E is constant on the
 /// independent ones: K is the exact derivative of F along the constraints at every position, not only in equilibrium.
-pub(super) struct Statics<R> {
-    pub(super) tangent: Tangent,
+pub(in crate::analysis) struct Statics<R> {
+    pub(in crate::analysis) tangent: Tangent,
     /// F, one for each velocity that is independent.
-    pub(super) force: DVector<f64>,
+    pub(in crate::analysis) force: DVector<f64>,
     /// K: a row for each of these, a column for each independent coordinate.
-    pub(super) stiffness: DMatrix<f64>,
+    pub(in crate::analysis) stiffness: DMatrix<f64>,
+    /// Eᵀ ∂r/∂q by all coordinates: what is left of them where they leave the constraints.
+    pub(in crate::analysis) by_all: DMatrix<f64>,
     /// λ, 0 in rows that are released.
     pub(super) multipliers: R,
     /// EᵀM E of the independent velocities.
-    pub(super) mass: DMatrix<f64>,
+    pub(in crate::analysis) mass: DMatrix<f64>,
     /// Its diagonal: what forces of different units are weighed by.
     pub(super) inertia: DVector<f64>,
     /// What rounding of Eᵀ(Q + Φ_qᵀλ) leaves, from the sizes of what is added up.
@@ -73,7 +75,7 @@ fn finite<M: Constraints>(state: &M::State, force: &[f64]) -> Result<(), Equilib
 
 impl<R: Vector> Statics<R> {
     /// Of a position on the constraints, at the velocities of the state; `preferred` coordinates are independent where they can be.
-    pub(super) fn of<M: Constraints<Rows = R>>(
+    pub(in crate::analysis) fn of<M: Constraints<Rows = R>>(
         model: &M,
         state: &M::State,
         preferred: &[usize],
@@ -97,9 +99,11 @@ impl<R: Vector> Statics<R> {
         let (d, e) = (&tangent.positions, &tangent.velocities);
         let sizes = read.force.abs() + read.jacobian.abs().tr_mul(&of_rows.abs());
         let mass = e.tr_mul(&(&read.mass * e));
+        let by_all = e.tr_mul(&by_q);
         Ok(Self {
             force: -e.tr_mul(&read.force),
             stiffness: e.tr_mul(&(by_q * d)),
+            by_all,
             inertia: mass.diagonal(),
             mass,
             rounding: e.abs().tr_mul(&sizes) * f64::EPSILON,
@@ -109,7 +113,7 @@ impl<R: Vector> Statics<R> {
     }
 
     /// F at another state, in the directions and with the reactions of this one: what small changes make of it.
-    fn force_beside<M: Constraints<Rows = R>>(
+    pub(in crate::analysis) fn force_beside<M: Constraints<Rows = R>>(
         &self,
         model: &M,
         state: &M::State,
@@ -121,7 +125,7 @@ impl<R: Vector> Statics<R> {
 
     /// How far F can be told: what the rounding of coordinates and of its terms makes of it, measured by moving the coordinates by their last bits
     /// (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33 (2011) 1292).
-    pub(super) fn noise<M: Constraints<Rows = R>>(
+    pub(in crate::analysis) fn noise<M: Constraints<Rows = R>>(
         &self,
         model: &M,
         state: &M::State,

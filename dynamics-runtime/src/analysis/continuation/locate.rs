@@ -1,0 +1,244 @@
+//! Special points between two places of a branch: found, located, told apart.
+//!
+//! An interval in which more than one thing happens is halved until each stands alone. What stands alone is enclosed along the branch, and then found as the
+//! solution of equations that are regular there (`newton.rs`). Where branches meet, the null space of [K, F_p] is a plane: the direction in it normal to this
+//! branch leads to the other one (Keller's method IV), which is followed a little way to both sides to see how the two meet.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::branch::{Special, SpecialKind};
+use super::newton::Singular;
+use super::problem::{Balance, Direction, Problem};
+use super::trace::{Sample, Tracer, shape};
+use crate::model::{Constraints, Powers, Vector};
+
+/// How often an interval is halved for what happens in it to stand alone.
+const HALVED: usize = 24;
+/// How often it is halved for shapes alone to be told apart.
+const FOLLOWED: usize = 6;
+/// β of a branch point, against the forces that the parameter makes: more is a near miss.
+const UNFOLDED: f64 = 1e-7;
+/// Changes of the parameter below this part of its range and size are rounding.
+const NEUTRAL: f64 = 1e-12;
+/// How far the other branch is followed from a branch point, and if there is nothing, how far then.
+const ASIDE: [f64; 3] = [1e-2, 1e-3, 1e-4];
+
+impl<M: Constraints + Powers> Tracer<'_, M> {
+    /// Looks for folds and branch points between two places.
+    pub(super) fn inspect(&mut self, a: &Sample<M>, b: &Sample<M>, depth: usize) {
+        let changes = a.watch.changes(&b.watch);
+        let count = changes.crossing.len();
+        // A branch that turns round where nothing passes zero does so in a branch point, as the arms of a pitchfork.
+        let alone = changes.sure && count <= 1;
+        if changes.sure && count == 0 && !changes.turns {
+            return;
+        }
+        if alone {
+            return self.locate(a, b, changes.crossing.first().copied(), changes.turns);
+        }
+        if count == 0 && !changes.turns && depth >= FOLLOWED {
+            return;
+        }
+        if depth < HALVED
+            && let Ok((middle, _)) = self.beside(a, 0.5 * self.ahead(a, b), self.ahead(a, b))
+        {
+            self.inspect(a, &middle, depth + 1);
+            return self.inspect(&middle, b, depth + 1);
+        }
+        let (from, to) = (a.place(), b.place());
+        let uncertainty = (to.p[0] - from.p[0]).abs();
+        let kind = SpecialKind::Several { count: count.max(1) };
+        self.add(kind, &b.balance, uncertainty, None, None);
+    }
+
+    /// One fold, or one branch point.
+    fn locate(&mut self, a: &Sample<M>, b: &Sample<M>, crossing: Option<usize>, turns: bool) {
+        let is_fold = turns && crossing.is_some();
+        // At a fold the parameter is the better measure: its slope passes zero there, whatever the stiffness is made of.
+        let test = |sample: &Sample<M>| match crossing {
+            Some(k) if !is_fold => a.watch.like(k, &sample.watch),
+            _ => Some(sample.watch.slope),
+        };
+        let (best, width) = self.enclose(a, b, &test);
+        let uncertainty = (b.place().p[0] - a.place().p[0]).abs().min(width * self.problem.widths[0]);
+        let reach = 0.2 * self.problem.distance(a.place(), b.place()) + 10.0 * width;
+        let polished = Singular::beside(self.problem, &best.balance, !is_fold).and_then(|singular| {
+            let place = best.place();
+            self.problem.solve(place, best.coordinates(), None, Some(&singular), reach).ok()
+        });
+        let polished = polished.filter(|found| found.unfolded <= UNFOLDED);
+        let (balance, uncertainty) = match polished {
+            Some(found) => {
+                let rounding = f64::EPSILON * found.balance.place.p[0].abs();
+                (found.balance, found.change + rounding)
+            }
+            None => (best.balance, uncertainty),
+        };
+        let plane = null_plane(self.problem, &balance);
+        if is_fold {
+            return self.add(SpecialKind::Fold, &balance, uncertainty, plane.map(|[first, _]| first), None);
+        }
+        let Some(plane) = plane else {
+            return self.add(SpecialKind::BranchPoint, &balance, uncertainty, None, None);
+        };
+        let ways = self.ways(&plane, &best.tangent);
+        let kind = self.tell(&balance, &ways, a, b);
+        let mode = without_parameter(self.problem, &plane);
+        self.add(kind, &balance, uncertainty, Some(mode), Some(ways));
+    }
+
+    /// A place next to where a test passes zero between two others, and how far it may be from there along the branch.
+    fn enclose(&self, a: &Sample<M>, b: &Sample<M>, test: &dyn Fn(&Sample<M>) -> Option<f64>) -> (Sample<M>, f64) {
+        let length = self.ahead(a, b);
+        let (mut lo, mut hi) = (0.0, length);
+        let (mut at_lo, mut at_hi) = (test(a).unwrap_or(0.0), test(b).unwrap_or(0.0));
+        let mut best: Option<(Sample<M>, f64)> = None;
+        let mut side = 0;
+        for count in 0..60 {
+            if hi - lo <= 1e-4 * length && count > 4 {
+                break;
+            }
+            // Regula falsi, Illinois variant; halves where it creeps.
+            let falsi = (lo * at_hi - hi * at_lo) / (at_hi - at_lo);
+            let inside = falsi > lo && falsi < hi && count % 3 != 2;
+            let s = if inside { falsi } else { 0.5 * (lo + hi) };
+            let Ok((sample, _)) = self.beside(a, s, 0.5 * length) else { break };
+            let Some(value) = test(&sample) else { break };
+            if best.as_ref().is_none_or(|(_, least)| value.abs() < *least) {
+                best = Some((sample, value.abs()));
+            }
+            if value == 0.0 {
+                (lo, hi) = (s, s);
+                break;
+            }
+            if (value < 0.0) == (at_lo < 0.0) {
+                (lo, at_lo) = (s, value);
+                at_hi *= if side == 1 { 0.5 } else { 1.0 };
+                side = 1;
+            } else {
+                (hi, at_hi) = (s, value);
+                at_lo *= if side == -1 { 0.5 } else { 1.0 };
+                side = -1;
+            }
+        }
+        let width = hi - lo;
+        match best {
+            Some((sample, _)) => (sample, width),
+            None => {
+                let nearer =
+                    if test(a).map_or(f64::MAX, f64::abs) < test(b).map_or(f64::MAX, f64::abs) { a } else { b };
+                (self.copied(nearer), width)
+            }
+        }
+    }
+
+    /// The same place once more.
+    pub(super) fn copied(&self, sample: &Sample<M>) -> Sample<M> {
+        let again = self.problem.balance(sample.place(), sample.coordinates());
+        let balance = again.unwrap_or_else(|_| unreachable!("it was computed before, with the same numbers"));
+        Sample { balance, tangent: sample.tangent.clone(), watch: sample.watch.clone() }
+    }
+
+    /// Of the plane in which branches meet, the direction of this branch, and the one normal to it.
+    fn ways(&self, plane: &[Direction; 2], tangent: &Direction) -> [Direction; 2] {
+        let [e, f] = plane;
+        let (x, y) = (self.problem.dot(e, tangent), self.problem.dot(f, tangent));
+        let size = x.hypot(y).max(f64::MIN_POSITIVE);
+        let mix = |x: f64, y: f64| Direction {
+            q: (&e.q * x + &f.q * y) / size,
+            p: core::array::from_fn(|k| (e.p[k] * x + f.p[k] * y) / size),
+        };
+        [mix(x, y), mix(-y, x)]
+    }
+
+    /// How branches meet: by where the parameter goes on the other one.
+    fn tell(&self, balance: &Balance<M>, ways: &[Direction; 2], a: &Sample<M>, b: &Sample<M>) -> SpecialKind {
+        let star = balance.place.p[0];
+        let own = [a, b].map(|sample| sample.place().p[0] - star);
+        for h in ASIDE {
+            let arms = [1.0, -1.0].map(|sign| self.arm(balance, &ways[1].scaled(sign), h));
+            let [Some(plus), Some(minus)] = arms else { continue };
+            let other = [&plus, &minus].map(|arm| arm.place().p[0] - star);
+            let even = |x: [f64; 2]| (x[0] + x[1]).abs() > (x[0] - x[1]).abs();
+            // What does not move the parameter at all, as a load that is carried in every position, is neither.
+            if other.iter().all(|p| p.abs() <= NEUTRAL * (self.problem.widths[0] + star.abs())) {
+                return SpecialKind::BranchPoint;
+            }
+            // The one that bends lies on one side; the straight one is compared there.
+            let (bent, straight) = match (even(other), even(own)) {
+                (true, false) => ([(other[0], &plus), (other[1], &minus)], [(own[0], a), (own[1], b)]),
+                (false, true) => ([(own[0], a), (own[1], b)], [(other[0], &plus), (other[1], &minus)]),
+                (false, false) => return SpecialKind::Transcritical,
+                (true, true) => return SpecialKind::BranchPoint,
+            };
+            let beside = straight.iter().find(|(p, _)| (*p < 0.0) == (bent[0].0 < 0.0));
+            let Some((_, beside)) = beside else { return SpecialKind::BranchPoint };
+            let supercritical = bent[0].1.watch.negative() < beside.watch.negative();
+            return SpecialKind::Pitchfork { supercritical };
+        }
+        SpecialKind::BranchPoint
+    }
+
+    /// A place of another branch, a little way from where it meets this one.
+    pub(super) fn arm(&self, balance: &Balance<M>, way: &Direction, h: f64) -> Option<Sample<M>> {
+        let guess = self.problem.moved(&balance.place, &way.scaled(h));
+        let coordinates = &balance.statics.tangent.coordinates;
+        let arrived = self.problem.solve(&guess, coordinates, Some((way, &guess)), None, 3.0 * h).ok()?;
+        self.sample(arrived.balance, way).ok()
+    }
+
+    pub(super) fn add(
+        &mut self,
+        kind: SpecialKind,
+        balance: &Balance<M>,
+        uncertainty: f64,
+        mode: Option<Direction>,
+        ways: Option<[Direction; 2]>,
+    ) {
+        let place = &balance.place;
+        let special = Special {
+            kind,
+            parameter: place.p[0],
+            uncertainty,
+            state: place.state,
+            arclength: self.arclength(place),
+            shape: mode.map_or_else(M::Vector::zeros, |mode| shape(&mode)),
+            ways,
+        };
+        self.special.push(special);
+    }
+}
+
+/// The two directions in which F changes least, orthonormal in what coordinates and parameters are measured by: at a fold the first of them is the branch.
+pub(super) fn null_plane<M: Constraints>(problem: &Problem<'_, M>, balance: &Balance<M>) -> Option<[Direction; 2]> {
+    let (unknowns, n) = (balance.jacobian.ncols(), balance.size());
+    let measures = DVector::from_fn(unknowns, |j, _| problem.measure(balance, j));
+    let scaled = &balance.jacobian * DMatrix::from_diagonal(&measures);
+    let size = |i: usize| scaled.row(i).amax();
+    let rows = DVector::from_fn(n, |i, _| if size(i) > 0.0 { 1.0 / size(i) } else { 1.0 });
+    let scaled = DMatrix::from_diagonal(&rows) * scaled;
+    // Thin decompositions leave the null space out: a row of zeros more has it in.
+    let square = scaled.insert_row(n, 0.0);
+    let svd = square.try_svd(false, true, f64::EPSILON, 1000)?;
+    let mut order: alloc::vec::Vec<usize> = (0..unknowns).collect();
+    order.sort_by(|i, j| svd.singular_values[*i].total_cmp(&svd.singular_values[*j]));
+    let v_t = svd.v_t?;
+    let way = |k: usize| balance.direction(&v_t.row(k).transpose().component_mul(&measures), problem.count);
+    let first = way(*order.first()?);
+    let first = first.scaled(1.0 / problem.norm(&first));
+    let second = way(*order.get(1)?);
+    let along = problem.dot(&first, &second);
+    let second =
+        Direction { q: &second.q - &first.q * along, p: core::array::from_fn(|k| second.p[k] - along * first.p[k]) };
+    let norm = problem.norm(&second);
+    (norm > 0.0).then(|| [first, second.scaled(1.0 / norm)])
+}
+
+/// The direction of a plane that leaves the parameter as it is.
+fn without_parameter<M: Constraints>(problem: &Problem<'_, M>, [e, f]: &[Direction; 2]) -> Direction {
+    let [x, y] = [f.p[0], -e.p[0]].map(|p| p / problem.widths[0]);
+    match x == 0.0 && y == 0.0 {
+        true => e.clone(),
+        false => Direction { q: &e.q * x + &f.q * y, p: [0.0; 2] },
+    }
+}

@@ -1,0 +1,264 @@
+//! Branches in words, as tables and as diagrams.
+//!
+//! What stays is drawn solid, what does not dashed, what linear theory does not decide dotted in grey; special points carry their names.
+
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::fmt::{self, Write};
+use std::path::Path;
+
+use super::branch::{Branch, BranchEnd, Diagram, Special, SpecialKind, Stays};
+use super::buckling::Buckling;
+use crate::analysis::table::columns;
+use crate::model::{ModelState, Vector};
+use crate::output::file::{self, FileError};
+use crate::output::text::{exact, readable};
+use crate::output::{Axis, Chart, Color, Mark, Panel, Series};
+
+impl fmt::Display for SpecialKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Several { count } => write!(f, "{count} stiffnesses vanish together"),
+            Self::Hopf { frequency } => write!(f, "Hopf point at {} rad/s", readable(*frequency, 7)),
+            Self::FrequenciesMeet { frequency } => write!(f, "frequencies meet at {} rad/s", readable(*frequency, 7)),
+            Self::FlutterDivergence { growth } => write!(f, "flutter meets divergence at {}/s", readable(*growth, 7)),
+            other => f.write_str(other.name()),
+        }
+    }
+}
+
+impl SpecialKind {
+    /// What it is called, without numbers.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Fold => "fold",
+            Self::Pitchfork { supercritical: true } => "pitchfork, supercritical",
+            Self::Pitchfork { supercritical: false } => "pitchfork, subcritical",
+            Self::Transcritical => "transcritical point",
+            Self::BranchPoint => "branch point",
+            Self::Several { .. } => "several branch points",
+            Self::Hopf { .. } => "Hopf point",
+            Self::FrequenciesMeet { .. } => "frequencies meet",
+            Self::FlutterDivergence { .. } => "flutter meets divergence",
+        }
+    }
+}
+
+impl fmt::Display for Stays {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Stable => "stable",
+            Self::Unstable => "unstable",
+            Self::Undecided => "undecided",
+        })
+    }
+}
+
+impl fmt::Display for BranchEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Range => "at an end of the range",
+            Self::Closed => "where it began",
+            Self::Points => "after as many points",
+        })
+    }
+}
+
+/// The pieces of the branch with their stability, and the special points between them.
+impl<S: ModelState> fmt::Display for Branch<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut rows = alloc::vec![["", self.parameter.as_str()].map(String::from).into_iter().collect::<Vec<_>>()];
+        rows[0].extend(self.coordinates.iter().map(|q| q.name.to_string()));
+        let row = |name: String, parameter: f64, state: &S| {
+            let values = state.q().as_slice().iter().map(|q| readable(q + 0.0, 9));
+            [name, readable(parameter, 12)].into_iter().chain(values).collect::<Vec<_>>()
+        };
+        let (first, last) = (self.points.first(), self.points.last());
+        rows.extend(first.map(|point| row(format!("from, {}", point.stays()), point.parameter, &point.state)));
+        for special in &self.special {
+            rows.push(row(special.kind.to_string(), special.parameter, &special.state));
+        }
+        rows.extend(last.map(|point| row(format!("to, {}", point.stays()), point.parameter, &point.state)));
+        f.write_str(&columns(&rows))?;
+        write!(f, "{} points, {} steps made shorter; it ends {}", self.points.len(), self.rejected, self.end)
+    }
+}
+
+impl<S: ModelState> fmt::Display for Diagram<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, branch) in self.branches.iter().enumerate() {
+            writeln!(f, "branch {}\n{branch}", k + 1)?;
+        }
+        for (parameter, reason) in &self.failures {
+            writeln!(f, "from {}: {reason}", readable(*parameter, 9))?;
+        }
+        write!(f, "{} branches, {} left out", self.branches.len(), self.left_out)
+    }
+}
+
+impl<S: ModelState> fmt::Display for Buckling<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let head = [self.parameter.clone(), "nonlinearity".into()].into_iter();
+        let names = self.coordinates.iter().map(|q| q.name.to_string());
+        let mut rows = alloc::vec![head.chain(names).collect::<Vec<_>>()];
+        for load in &self.loads {
+            let shape = load.shape.as_slice().iter().map(|x| readable(*x, 4));
+            let head = [readable(load.parameter, 12), readable(load.nonlinearity, 2)].into_iter();
+            rows.push(head.chain(shape).collect());
+        }
+        f.write_str(columns(&rows).trim_end())
+    }
+}
+
+impl<S: ModelState> Branch<S> {
+    /// The points as comma-separated values: parameter, coordinates, arclength, stability, the largest real part of an eigenvalue.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        let mut out = head(&self.parameter, self.coordinates.iter().map(|q| q.name));
+        self.lines(&mut out, 1);
+        out
+    }
+
+    fn lines(&self, out: &mut String, number: usize) {
+        for point in &self.points {
+            let _ = write!(out, "{number},{}", exact(point.parameter));
+            point.state.q().as_slice().iter().for_each(|q| {
+                let _ = write!(out, ",{}", exact(*q));
+            });
+            let growth = point.stability.as_ref().map_or(f64::NAN, |stability| stability.abscissa);
+            let _ = writeln!(out, ",{},{},{},", exact(point.arclength), point.stays(), exact(growth));
+        }
+        for special in &self.special {
+            let _ = write!(out, "{number},{}", exact(special.parameter));
+            special.state.q().as_slice().iter().for_each(|q| {
+                let _ = write!(out, ",{}", exact(*q));
+            });
+            let name = special.kind.name().replace(", ", " ");
+            let _ = writeln!(out, ",{},,,{name}", exact(special.arclength));
+        }
+    }
+
+    /// Writes [`Branch::to_csv`], making the folders that the path needs.
+    pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
+        file::write(path.as_ref(), self.to_csv().as_bytes())
+    }
+
+    /// Something of each state over the parameter.
+    #[must_use]
+    pub fn panel(&self, title: &str, of: impl Fn(&S) -> f64) -> Panel {
+        panel(core::slice::from_ref(self), title, of)
+    }
+}
+
+impl<S: ModelState> Diagram<S> {
+    /// The points of all branches as comma-separated values, branches by number.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        let Some(first) = self.branches.first() else { return String::new() };
+        let mut out = head(&first.parameter, first.coordinates.iter().map(|q| q.name));
+        self.branches.iter().enumerate().for_each(|(k, branch)| branch.lines(&mut out, k + 1));
+        out
+    }
+
+    /// Writes [`Diagram::to_csv`], making the folders that the path needs.
+    pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
+        file::write(path.as_ref(), self.to_csv().as_bytes())
+    }
+
+    /// Something of each state over the parameter: the bifurcation diagram.
+    #[must_use]
+    pub fn panel(&self, title: &str, of: impl Fn(&S) -> f64) -> Panel {
+        panel(&self.branches, title, of)
+    }
+
+    /// Writes [`Diagram::panel`] as an SVG file under a title, making the folders that the path needs.
+    pub fn write_svg(
+        &self,
+        path: impl AsRef<Path>,
+        title: &str,
+        axis: &str,
+        of: impl Fn(&S) -> f64,
+    ) -> Result<(), FileError> {
+        Chart::new(title).panel(self.panel(axis, of)).write_svg(path)
+    }
+}
+
+fn head(parameter: &str, names: impl Iterator<Item = &'static str>) -> String {
+    let quoted = |name: &str| match name.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", name.replace('"', "\"\"")),
+        false => name.to_string(),
+    };
+    let names: String = names.fold(String::new(), |all, name| all + "," + &quoted(name));
+    format!("branch,{}{names},arclength,stability,growth,special\n", quoted(parameter))
+}
+
+fn panel<S: ModelState>(branches: &[Branch<S>], title: &str, of: impl Fn(&S) -> f64) -> Panel {
+    let name = branches.first().map_or("parameter", |branch| &branch.parameter);
+    let mut panel = Panel::new(Axis::new(name), Axis::new(title));
+    for (stays, color) in
+        [(Stays::Stable, Color::Blue), (Stays::Unstable, Color::Red), (Stays::Undecided, Color::Faint)]
+    {
+        let points: Vec<(f64, f64)> = branches.iter().flat_map(|branch| pieces(branch, stays, &of)).collect();
+        if points.iter().any(|(x, _)| x.is_finite()) {
+            let series = Series::new(stays.to_string(), points).color(color);
+            panel = panel.series(if stays == Stays::Stable { series.solid() } else { series.dashed() });
+        }
+    }
+    let mut kinds: Vec<&'static str> = Vec::new();
+    let all = || branches.iter().flat_map(|branch| &branch.special);
+    for kind in all().map(|special| special.kind.name()) {
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    for (k, kind) in kinds.into_iter().enumerate() {
+        let place = |special: &Special<S>| (special.parameter, of(&special.state));
+        let points = all().filter(|special| special.kind.name() == kind).map(place);
+        panel = panel.series(Series::new(kind, points).mark(Mark::Points).color(Color::Ink).sign(k));
+    }
+    panel
+}
+
+/// The pieces of a branch on which it stays, or does not, each up to the special point that ends it; gaps between.
+fn pieces<S: ModelState>(branch: &Branch<S>, stays: Stays, of: &impl Fn(&S) -> f64) -> Vec<(f64, f64)> {
+    let mut out: Vec<(f64, f64)> = Vec::new();
+    let gap = (f64::NAN, f64::NAN);
+    let at = |k: usize| (branch.points[k].parameter, of(&branch.points[k].state));
+    for k in 1..branch.points.len() {
+        let [before, after] = [k - 1, k].map(|k| &branch.points[k]);
+        // Undecided in the very point in which the branch began, or met another one: as the rest of the step.
+        let [mut first, mut second] = [before.stays(), after.stays()];
+        let between = branch
+            .special
+            .iter()
+            .filter(|special| special.arclength > before.arclength && special.arclength <= after.arclength);
+        let middle: Vec<(f64, f64)> = between.map(|special| (special.parameter, of(&special.state))).collect();
+        if middle.is_empty() {
+            (first, second) = match (first, second) {
+                (Stays::Undecided, other) | (other, Stays::Undecided) => (other, other),
+                both => both,
+            };
+        }
+        let cut = middle.first().copied();
+        for (is, ends) in [(first, [Some(at(k - 1)), cut]), (second, [middle.last().copied(), Some(at(k))])] {
+            if is != stays {
+                continue;
+            }
+            let ends = match (cut, ends) {
+                (None, _) if first == second => [at(k - 1), at(k)],
+                (Some(_), [Some(a), Some(b)]) => [a, b],
+                _ => continue,
+            };
+            if out.last() != Some(&ends[0]) {
+                out.push(gap);
+                out.push(ends[0]);
+            }
+            if out.last() != Some(&ends[1]) {
+                out.push(ends[1]);
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,326 @@
+//! Steps along a branch.
+//!
+//! A step goes along the tangent and returns to the branch in the plane normal to it (Keller's pseudo-arclength; the plane of one value of the parameter under
+//! load control). Its length follows the angle between tangents and the corrections that it took (E. L. Allgower & K. Georg, *Introduction to Numerical
+//! Continuation Methods*, chapter 6); it is cut where the tangent turns too far, so that the branch is not left for another one nearby. The middle of each
+//! step is computed, too: what passes zero and comes back within a step is seen there.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::f64::consts::TAU;
+
+use super::branch::{Branch, BranchEnd, BranchPoint, Special};
+use super::error::ContinuationError;
+use super::newton::{Missed, Singular};
+use super::problem::{Balance, Direction, Place, Problem};
+use super::watch::Watch;
+use crate::analysis::equilibria::Equilibria;
+use crate::model::{Constraints, ModelState, Powers, Vector};
+use crate::motion::progress::Progress;
+
+/// Angle between tangents that steps aim at, and the largest that is taken, in rad.
+const AIM: f64 = 0.12;
+const TURN: f64 = 0.35;
+
+/// How a branch is followed.
+#[derive(Clone, Debug)]
+pub(super) struct Options {
+    pub(super) name: String,
+    pub(super) range: [f64; 2],
+    pub(super) first: f64,
+    pub(super) longest: f64,
+    pub(super) shortest: f64,
+    pub(super) points: usize,
+    pub(super) load_control: bool,
+    #[cfg(feature = "progress")]
+    pub(super) progress: bool,
+}
+
+/// A place on a branch with all that is known of it.
+pub(super) struct Sample<M: Constraints> {
+    pub(super) balance: Balance<M>,
+    pub(super) tangent: Direction,
+    pub(super) watch: Watch,
+}
+
+impl<M: Constraints> Sample<M> {
+    pub(super) fn place(&self) -> &Place<M::State> {
+        &self.balance.place
+    }
+
+    pub(super) fn coordinates(&self) -> &[usize] {
+        &self.balance.statics.tangent.coordinates
+    }
+}
+
+/// What follows one branch.
+pub(super) struct Tracer<'t, M: Constraints> {
+    pub(super) problem: &'t Problem<'t, M>,
+    pub(super) options: &'t Options,
+    pub(super) periodic: &'t [bool],
+    pub(super) points: Vec<BranchPoint<M::State>>,
+    pub(super) special: Vec<Special<M::State>>,
+    rejected: usize,
+    unsure: f64,
+    progress: Progress,
+}
+
+/// How a step ended.
+enum Step<M: Constraints> {
+    Taken(Box<Sample<M>>, Box<Sample<M>>, f64),
+    /// At an end of the range.
+    Last(Box<Sample<M>>, Box<Sample<M>>),
+}
+
+impl<'t, M: Constraints + Powers> Tracer<'t, M> {
+    pub(super) fn new(problem: &'t Problem<'t, M>, options: &'t Options, periodic: &'t [bool]) -> Self {
+        #[cfg(feature = "progress")]
+        let progress = if options.progress { Progress::new(0.0, options.points as f64) } else { Progress::none() };
+        #[cfg(not(feature = "progress"))]
+        let progress = Progress::none();
+        let (points, special) = (Vec::new(), Vec::new());
+        Self { problem, options, periodic, points, special, rejected: 0, unsure: 0.0, progress }
+    }
+
+    /// What is known at a place in balance, whose branch goes on along a direction.
+    pub(super) fn sample(&self, balance: Balance<M>, along: &Direction) -> Result<Sample<M>, Missed> {
+        let tangent = self.problem.tangent(&balance, along, None).ok_or(Missed::Far)?;
+        let watch = Watch::of(self.problem, &balance, &tangent).map_err(Missed::Model)?;
+        Ok(Sample { balance, tangent, watch })
+    }
+
+    /// The place on the branch in the plane normal to the tangent of a sample, so far along it, no farther from there than `reach`.
+    pub(super) fn beside(&self, from: &Sample<M>, s: f64, reach: f64) -> Result<(Sample<M>, usize), Missed> {
+        let guess = self.problem.moved(from.place(), &from.tangent.scaled(s));
+        let plane = Some((&from.tangent, &guess));
+        let arrived = self.problem.solve(&guess, from.coordinates(), plane, None, reach)?;
+        Ok((self.sample(arrived.balance, &from.tangent)?, arrived.iterations))
+    }
+
+    /// As [`Tracer::beside`], at the value of the parameter that the tangent has there.
+    fn at_parameter(&self, from: &Sample<M>, s: f64, reach: f64) -> Result<(Sample<M>, usize), Missed> {
+        let guess = self.problem.moved(from.place(), &from.tangent.scaled(s));
+        let normal = Direction { q: &from.tangent.q * 0.0, p: [1.0, 0.0] };
+        let arrived = self.problem.solve(&guess, from.coordinates(), Some((&normal, &guess)), None, reach)?;
+        Ok((self.sample(arrived.balance, &from.tangent)?, arrived.iterations))
+    }
+
+    /// From a place in balance along a direction; `branching` where that is one in which branches meet.
+    pub(super) fn run(
+        mut self,
+        first: Sample<M>,
+        branching: bool,
+    ) -> Result<Branch<M::State>, ContinuationError<M::State>> {
+        let (mut here, mut h) = (first, self.options.first.min(self.options.longest));
+        let (origin, direction) = (*here.place(), here.tangent.clone());
+        self.push(&here, 0.0);
+        let mut missed = Missed::Far;
+        while self.points.len() < self.options.points {
+            self.progress.at(self.points.len() as f64);
+            let leaving = branching && self.points.len() == 1;
+            let step = match self.step(&here, h, leaving) {
+                Ok(step) => step,
+                Err(why) => {
+                    self.rejected += 1;
+                    missed = if let Missed::Model(_) = why { why } else { missed };
+                    h *= 0.5;
+                    if h < self.options.shortest {
+                        return Err(self.ended(&here, h, missed));
+                    }
+                    continue;
+                }
+            };
+            missed = Missed::Far;
+            let (middle, next, after, last) = match step {
+                Step::Taken(middle, next, after) => (middle, next, after, false),
+                Step::Last(middle, next) => (middle, next, h, true),
+            };
+            if !leaving {
+                self.inspect(&here, &middle, 0);
+                self.inspect(&middle, &next, 0);
+            }
+            let gone = self.problem.distance(here.place(), middle.place())
+                + self.problem.distance(middle.place(), next.place());
+            if !last && self.closes(&origin, &direction, &here, &next) {
+                return Ok(self.finish(BranchEnd::Closed));
+            }
+            self.push(&next, gone);
+            if !leaving {
+                self.inspect_flutter(&here, &next);
+            }
+            (here, h) = (*next, after.min(self.options.longest));
+            if last {
+                return Ok(self.finish(BranchEnd::Range));
+            }
+        }
+        Ok(self.finish(BranchEnd::Points))
+    }
+
+    /// One step of length h, or what is left of it up to the end of the range.
+    fn step(&self, here: &Sample<M>, h: f64, leaving: bool) -> Result<Step<M>, Missed> {
+        let [lo, hi] = self.options.range;
+        let p = |sample: &Sample<M>| sample.place().p[0];
+        let slope = here.tangent.p[0];
+        let bound = if slope > 0.0 { hi } else { lo };
+        // How far it is to the end of the range along the tangent.
+        let left = if slope == 0.0 { f64::INFINITY } else { (bound - p(here)) / slope };
+        let (mut s, mut last) = if left <= h { (left.max(0.0), true) } else { (h, false) };
+        let mut found = None;
+        if !last {
+            let reach = if leaving { 3.0 * s } else { 0.5 * s };
+            let (next, iterations) = match self.options.load_control {
+                true => self.at_parameter(here, s, reach)?,
+                false => self.beside(here, s, reach)?,
+            };
+            if (lo..=hi).contains(&p(&next)) {
+                found = Some((next, iterations));
+            } else {
+                // It bends out of the range within the step.
+                (s, last) = (s * ((bound - p(here)) / (p(&next) - p(here))).clamp(0.0, 1.0), true);
+            }
+        }
+        let (mut next, iterations) = match found {
+            Some(found) => found,
+            None => self.to_bound(here, s, bound, 0.5 * h)?,
+        };
+        if last {
+            next.balance.place.p[0] = bound;
+        }
+        let middle = self.beside(here, 0.5 * self.ahead(here, &next), if leaving { 3.0 * s } else { 0.5 * s })?.0;
+        let cosine = self.problem.dot(&here.tangent, &next.tangent).clamp(-1.0, 1.0);
+        let angle = cosine.acos();
+        if !leaving && angle > TURN {
+            return Err(Missed::Far);
+        }
+        if last {
+            return Ok(Step::Last(Box::new(middle), Box::new(next)));
+        }
+        let by_angle = if angle > 0.0 { (AIM / angle).clamp(0.5, 2.0) } else { 2.0 };
+        let by_effort = if iterations > 6 { 0.5 } else { 2.0 };
+        let after = if leaving { h } else { h * by_angle.min(by_effort) };
+        Ok(Step::Taken(Box::new(middle), Box::new(next), after))
+    }
+
+    /// The place at the end of the range, about so far along the tangent.
+    fn to_bound(&self, here: &Sample<M>, s: f64, bound: f64, reach: f64) -> Result<(Sample<M>, usize), Missed> {
+        let mut guess = self.problem.moved(here.place(), &here.tangent.scaled(s));
+        guess.p[0] = bound;
+        let normal = Direction { q: &here.tangent.q * 0.0, p: [1.0, 0.0] };
+        let arrived = self.problem.solve(&guess, here.coordinates(), Some((&normal, &guess)), None, reach)?;
+        Ok((self.sample(arrived.balance, &here.tangent)?, arrived.iterations))
+    }
+
+    /// How far a place is ahead along the tangent of another.
+    pub(super) fn ahead(&self, from: &Sample<M>, to: &Sample<M>) -> f64 {
+        self.problem.dot(&from.tangent, &self.problem.between(from.place(), to.place()))
+    }
+
+    /// Whether the step passes the first point, in its direction; angles on which the model depends with period 2π count by what is left of turns.
+    fn closes(&self, origin: &Place<M::State>, direction: &Direction, here: &Sample<M>, next: &Sample<M>) -> bool {
+        if self.points.len() < 4 || self.problem.dot(direction, &next.tangent) < 0.5 {
+            return false;
+        }
+        let gone = |to: &Sample<M>| {
+            let mut by = self.problem.between(origin, to.place());
+            for (q, _) in by.q.iter_mut().zip(self.periodic).filter(|(_, periodic)| **periodic) {
+                *q -= TAU * (*q / TAU).round();
+            }
+            by
+        };
+        let (before, after) = (gone(here), gone(next));
+        let (a, b) = (self.problem.dot(direction, &before), self.problem.dot(direction, &after));
+        let length = self.problem.distance(here.place(), next.place());
+        if !(a < 0.0 && b >= 0.0) || self.problem.norm(&after) > 2.0 * length {
+            return false;
+        }
+        // Where the chord passes it: a step bends less than this away from its chord.
+        let part = -a / (b - a);
+        let mix = |x: [f64; 2], k: usize| (1.0 - part) * x[0] + part * if k == 0 { x[1] } else { 0.0 };
+        let q = &before.q * (1.0 - part) + &after.q * part;
+        let p = [mix([before.p[0], after.p[0]], 0), 0.0];
+        self.problem.norm(&Direction { q, p }) <= 0.1 * length
+    }
+
+    fn push(&mut self, sample: &Sample<M>, gone: f64) {
+        let arclength = self.points.last().map_or(0.0, |last| last.arclength) + gone;
+        let (place, model) = (sample.place(), &sample.balance.model);
+        self.unsure = self.unsure.max(sample.balance.unsure);
+        let stability = model.stability(&place.state);
+        self.points.push(BranchPoint { parameter: place.p[0], state: place.state, arclength, stability });
+    }
+
+    /// The length of the branch up to a place beside its last point.
+    pub(super) fn arclength(&self, place: &Place<M::State>) -> f64 {
+        self.points.last().map_or(0.0, |last| {
+            last.arclength + self.problem.distance(&Place { state: last.state, p: [last.parameter, place.p[1]] }, place)
+        })
+    }
+
+    fn finish(self, end: BranchEnd) -> Branch<M::State> {
+        let mut special = self.special;
+        special.sort_by(|a, b| a.arclength.total_cmp(&b.arclength));
+        Branch {
+            points: self.points,
+            special,
+            end,
+            parameter: self.options.name.clone(),
+            coordinates: M::COORDINATES,
+            rejected: self.rejected,
+            derivative_error: self.unsure,
+        }
+    }
+
+    /// Why no step can be taken.
+    fn ended(self, here: &Sample<M>, step: f64, missed: Missed) -> ContinuationError<M::State> {
+        let parameter = here.place().p[0];
+        if self.options.load_control
+            && let Some((limit, at)) = self.limit(here)
+        {
+            let (name, branch) = (self.options.name.clone(), self.finish(BranchEnd::Points));
+            return ContinuationError::LimitLoad { parameter: name, limit, at: Box::new(at), branch: Box::new(branch) };
+        }
+        let branch = Box::new(self.finish(BranchEnd::Points));
+        match missed {
+            Missed::Model(reason) => ContinuationError::Model { parameter, reason, branch },
+            Missed::Far => ContinuationError::Stuck { parameter, step, branch },
+        }
+    }
+
+    /// The fold just ahead.
+    fn limit(&self, here: &Sample<M>) -> Option<(f64, M::State)> {
+        let singular = Singular::beside(self.problem, &here.balance, false)?;
+        let found = self.problem.solve(here.place(), here.coordinates(), None, Some(&singular), 0.1).ok()?;
+        let place = found.balance.place;
+        Some((place.p[0], place.state))
+    }
+}
+
+/// Zeros but in the coordinates of a direction, the largest of them 1.
+pub(super) fn shape<V: Vector>(of: &Direction) -> V {
+    let mut out = V::zeros();
+    let most = of.q.amax();
+    let first = of.q.iter().find(|x| x.abs() >= 0.999_999 * most).copied().unwrap_or(1.0);
+    if most > 0.0 {
+        out.as_mut_slice().iter_mut().zip(of.q.iter()).for_each(|(x, q)| *x = q / first + 0.0);
+    }
+    out
+}
+
+/// The start of a branch: a state in balance.
+pub(super) fn check_near<S: ModelState>(
+    start: &S,
+    found: &S,
+    scales: &[f64],
+    uncertainty: &[f64],
+    names: &'static [crate::model::Quantity],
+) -> Result<(), ContinuationError<S>> {
+    let off = |i: usize| (start.q().as_slice()[i] - found.q().as_slice()[i]).abs();
+    let worst = (0..scales.len()).max_by(|i, j| (off(*i) / scales[*i]).total_cmp(&(off(*j) / scales[*j])));
+    match worst {
+        Some(i) if off(i) > 1e-6 * scales[i] + 10.0 * uncertainty[i] => {
+            Err(ContinuationError::NotInBalance { coordinate: names[i].name, off: off(i), nearest: *found })
+        }
+        _ => Ok(()),
+    }
+}

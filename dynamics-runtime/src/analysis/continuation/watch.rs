@@ -1,0 +1,153 @@
+//! What is watched along a branch: which directions resist, and which do not.
+//!
+//! At folds and branch points a stiffness μ of K x = μ M x passes zero. The sign of a determinant tells an odd number of them from an even one, not two from none,
+//! so each μ is followed by its shape x: two that pass zero in one step, to the same side or to opposite ones, are two. Where shapes turn too far in a step for
+//! that, and where numbers alone are not enough, the step is cut until they do. At a fold the parameter turns round, too; at a branch point it need not.
+
+use alloc::vec::Vec;
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::problem::{Balance, Direction, Problem};
+use crate::analysis::equilibria::{EquilibriumError, Statics};
+use crate::analysis::linearize::{LinearizeError, general};
+use crate::model::Constraints;
+
+/// Shapes that agree less than this, cos² of their angle, may be others.
+const SAME_SHAPE: f64 = 0.6;
+/// Elements that differ by less than this part of the largest are one: a stiffness of a potential is symmetric.
+const SYMMETRIC: f64 = 1e-10;
+/// Imaginary parts below this part are rounding: where two real ones meet, each is off by the root of it.
+const REAL: f64 = 1e-6;
+
+/// Stiffnesses per inertia at a place.
+#[derive(Clone, Debug)]
+pub(super) struct Watch {
+    /// dp/ds of the branch, of the first parameter in its measure.
+    pub(super) slope: f64,
+    /// Real μ, ascending.
+    pub(super) squares: Vec<f64>,
+    /// How many pairs are not real.
+    complex: usize,
+    /// Their shapes, orthonormal in M; none where K is not symmetric.
+    shapes: Option<DMatrix<f64>>,
+    mass: DMatrix<f64>,
+    coordinates: Vec<usize>,
+}
+
+/// What happens between two places.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Changes {
+    /// The μ that pass zero, by their number in the first place.
+    pub(super) crossing: Vec<usize>,
+    /// Whether the parameter turns round.
+    pub(super) turns: bool,
+    /// Whether each μ could be followed.
+    pub(super) sure: bool,
+}
+
+impl Watch {
+    pub(super) fn of<M: Constraints>(
+        problem: &Problem<'_, M>,
+        balance: &Balance<M>,
+        tangent: &Direction,
+    ) -> Result<Self, EquilibriumError> {
+        let found = Self::of_statics(&balance.statics, &balance.free)?;
+        Ok(Self { slope: tangent.p[0] / problem.widths[0], ..found })
+    }
+
+    fn of_statics<R: crate::model::Vector>(statics: &Statics<R>, free: &[usize]) -> Result<Self, EquilibriumError> {
+        let part = |m: &DMatrix<f64>| m.select_rows(free).select_columns(free);
+        let (k, mass) = (part(&statics.stiffness), part(&statics.mass));
+        let coordinates = free.iter().map(|k| statics.tangent.coordinates[*k]).collect();
+        let lower = mass.clone().cholesky().ok_or(LinearizeError::Inertia)?.unpack();
+        let half = lower.solve_lower_triangular(&k).ok_or(LinearizeError::Inertia)?;
+        let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?.transpose();
+        let n = reduced.nrows();
+        if (&reduced - reduced.transpose()).amax() > SYMMETRIC * reduced.amax() {
+            let all = general(reduced)?;
+            let is_real = |x: &&Complex<f64>| x.im.abs() <= REAL * x.norm();
+            let mut squares: Vec<f64> = all.iter().filter(is_real).map(|x| x.re).collect();
+            squares.sort_by(f64::total_cmp);
+            let complex = (n - squares.len()) / 2;
+            return Ok(Self { slope: 0.0, squares, complex, shapes: None, mass, coordinates });
+        }
+        let symmetric = 0.5 * (&reduced + reduced.transpose());
+        let eigen = symmetric.try_symmetric_eigen(f64::EPSILON, 300 * n.max(1));
+        let eigen = eigen.ok_or(LinearizeError::NoConvergence { size: n })?;
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|i, j| eigen.eigenvalues[*i].total_cmp(&eigen.eigenvalues[*j]));
+        let shapes = lower.tr_solve_lower_triangular(&eigen.eigenvectors.select_columns(&order));
+        let squares = order.iter().map(|i| eigen.eigenvalues[*i]).collect();
+        Ok(Self { slope: 0.0, squares, complex: 0, shapes, mass, coordinates })
+    }
+
+    /// How many directions do not resist.
+    pub(super) fn negative(&self) -> usize {
+        self.squares.iter().filter(|x| **x < 0.0).count()
+    }
+
+    /// The number of the μ next to zero.
+    pub(super) fn softest(&self) -> Option<usize> {
+        (0..self.squares.len()).min_by(|i, j| self.squares[*i].abs().total_cmp(&self.squares[*j].abs()))
+    }
+
+    /// cos² of the angles between all shapes of two places, a row for each of this one.
+    fn agreement(&self, other: &Self) -> Option<DMatrix<f64>> {
+        let (Some(a), Some(b)) = (&self.shapes, &other.shapes) else { return None };
+        (self.coordinates == other.coordinates).then(|| (a.tr_mul(&(&other.mass * b))).map(|x| x * x))
+    }
+
+    /// The μ of another place that has the shape of the k-th one here; where shapes say nothing, the k-th.
+    pub(super) fn like(&self, k: usize, other: &Self) -> Option<f64> {
+        let of_shape = self.agreement(other).map(|all| all.row(k).transpose().imax());
+        let index = match of_shape {
+            Some(index) => Some(index),
+            None => other.softest(),
+        };
+        index.and_then(|index| other.squares.get(index)).copied()
+    }
+
+    pub(super) fn changes(&self, other: &Self) -> Changes {
+        let turns = self.slope * other.slope < 0.0;
+        let negative = |x: &f64| *x < 0.0;
+        let Some(agreement) = self.agreement(other) else {
+            return self.by_number(other, turns);
+        };
+        let (mut crossing, mut sure) = (Vec::new(), true);
+        let mut taken = DVector::from_element(other.squares.len(), false);
+        for (k, square) in self.squares.iter().enumerate() {
+            let row = agreement.row(k).transpose();
+            let index = row.imax();
+            // Shapes of one sign may turn into each other as they like.
+            let of_sign = |sign: bool| -> f64 {
+                row.iter().zip(&other.squares).filter(|(_, x)| negative(x) == sign).map(|(part, _)| *part).sum()
+            };
+            let stays = of_sign(negative(square));
+            if stays >= SAME_SHAPE {
+                continue;
+            }
+            sure &= of_sign(!negative(square)) >= SAME_SHAPE && !taken[index];
+            taken[index] = true;
+            crossing.push(k);
+        }
+        let balance = |one: &Self| one.negative() as i64;
+        let net: i64 = crossing.iter().map(|k| if negative(&self.squares[*k]) { -1 } else { 1 }).sum();
+        sure &= balance(other) - balance(self) == net;
+        Changes { crossing, turns, sure }
+    }
+
+    /// Where shapes say nothing, by the number of those that do not resist.
+    fn by_number(&self, other: &Self, turns: bool) -> Changes {
+        let (before, after) = (self.negative(), other.negative());
+        let count = match self.complex == other.complex {
+            true => before.abs_diff(after),
+            // Those that became complex leave in pairs.
+            false => before.abs_diff(after) % 2,
+        };
+        let mut order: Vec<usize> = (0..self.squares.len()).collect();
+        order.sort_by(|i, j| self.squares[*i].abs().total_cmp(&self.squares[*j].abs()));
+        order.truncate(count);
+        Changes { crossing: order, turns, sure: true }
+    }
+}

@@ -1,0 +1,90 @@
+//! Where a branch ends, and what is said there.
+
+use super::*;
+
+#[test]
+fn load_control_fails_at_the_limit_load() {
+    let family = |load: f64| Truss { load, ..TRUSS };
+    let start = TRUSS.state().z(0.5).build().unwrap();
+    let controlled = continuation(family).from(&start, 0.0).until(0.0..=0.06).named("load").load_controlled();
+    let error = controlled.run().unwrap_err();
+    let ContinuationError::LimitLoad { limit, ref at, ref branch, .. } = error else { panic!("{error}") };
+    assert!((limit / LIMIT[0] - 1.0).abs() < 1e-13 && (at.z() - LIMIT[1]).abs() < 1e-12, "{error}");
+    // It has all up to there, and has not jumped to the other side.
+    let last = branch.points.last().unwrap();
+    assert!(branch.points.len() > 5 && last.parameter <= limit && limit - last.parameter < 1e-9 * limit, "{branch}");
+    assert!(branch.points.iter().all(|point| point.state.z() > LIMIT[1]), "{branch}");
+    assert!(error.to_string().starts_with("the load cannot be carried beyond load = 0.03838373981"), "{error}");
+    assert_eq!(error.branch(), Some(&**branch));
+    // Below it there is nothing to be said.
+    let within = continuation(family).from(&start, 0.0).until(0.0..=0.038).load_controlled().run().unwrap();
+    assert_eq!(within.end, BranchEnd::Range, "{within}");
+}
+
+#[test]
+fn a_model_that_stops_being_one() {
+    // A mass that becomes negative on the way, and a half span that does.
+    let family = |m: f64| Truss { m, load: 0.01, ..TRUSS };
+    let model = family(1.0);
+    let start = model.equilibrium(&model.state().z(0.5).build().unwrap()).unwrap().state;
+    let error = continuation(family).from(&start, 1.0).until(-1.0..=1.0).run().unwrap_err();
+    let ContinuationError::Model { parameter, ref reason, ref branch } = error else { panic!("{error}") };
+    assert!((0.0..1e-6).contains(&parameter) && branch.points.len() > 5, "{error}\n{branch}");
+    assert_eq!(*reason, EquilibriumError::Derivatives(LinearizeError::Inertia), "{error}");
+    assert!(branch.points.iter().all(|point| point.parameter > 0.0), "{branch}");
+    // A parameter that is not a number.
+    let family = |p: f64| Truss { load: (0.02 - p).sqrt() * 0.1, ..TRUSS };
+    let model = family(0.0);
+    let start = model.equilibrium(&model.state().z(0.5).build().unwrap()).unwrap().state;
+    let error = continuation(family).from(&start, 0.0).until(0.0..=0.06).run().unwrap_err();
+    let ContinuationError::Model { parameter, ref reason, ref branch } = error else { panic!("{error}") };
+    assert!((0.019..=0.02).contains(&parameter) && branch.points.len() > 3, "{error}\n{branch}");
+    assert!(matches!(reason, EquilibriumError::State(_)) && error.to_string().contains("`load`"), "{error}");
+}
+
+#[test]
+fn starts_that_are_none() {
+    let family = |load: f64| Truss { load, ..TRUSS };
+    let from = |z: f64, load: f64| {
+        let start = TRUSS.state().z(z).build().unwrap();
+        continuation(family).from(&start, load).until(0.0..=0.06).run().unwrap_err()
+    };
+    let ContinuationError::NotInBalance { coordinate: "z", off, nearest } = from(0.45, 0.0) else { panic!() };
+    assert!((off - 0.05).abs() < 1e-12 && (nearest.z() - 0.5).abs() < 1e-12);
+    assert!(matches!(from(0.3, 0.05), ContinuationError::Start(_) | ContinuationError::NotInBalance { .. }));
+    assert_eq!(from(0.5, 0.07), ContinuationError::Range { range: [0.0, 0.06], start: 0.07 });
+    let start = TRUSS.state().z(0.5).build().unwrap();
+    let error = continuation(family).from(&start, 0.0).run().unwrap_err();
+    assert!(matches!(error, ContinuationError::Range { start: 0.0, .. }), "{error}");
+    let error = continuation(family).from(&start, 0.0).until(0.0..=1.0).longest_step(-1.0).run().unwrap_err();
+    assert_eq!(error, ContinuationError::Option { name: "longest_step", value: -1.0 });
+    // What nothing holds rests anywhere.
+    let free = |p: f64| Apart { m: 1.0, first: p, second: 0.0 };
+    let start = free(1.0).state().build().unwrap();
+    let error = continuation(free).from(&start, 1.0).until(0.5..=2.0).run().unwrap_err();
+    assert!(matches!(error, ContinuationError::NotIsolated { .. }), "{error}");
+}
+
+#[test]
+fn a_branch_that_comes_back() {
+    let family = |p: f64| Circle { m: 1.0, p };
+    let start = family(0.0).state().x(1.0).build().unwrap();
+    for longest in [0.02, 0.05, 0.1] {
+        let branch = continuation(family).from(&start, 0.0).until(-2.0..=2.0).longest_step(longest).run().unwrap();
+        assert_eq!((branch.end, branch.folds().count(), branch.special.len()), (BranchEnd::Closed, 2, 2), "{branch}");
+        for (fold, wanted) in branch.folds().zip([1.0, -1.0]) {
+            assert!((fold.parameter - wanted).abs() < 1e-14 && fold.state.x().abs() < 1e-14, "{fold:?}");
+        }
+        // Once round, and not once more.
+        let turned = |a: &BranchPoint, b: &BranchPoint| {
+            let angle = |point: &BranchPoint| point.parameter.atan2(point.state.x());
+            (angle(b) - angle(a)).rem_euclid(std::f64::consts::TAU)
+        };
+        let whole: f64 = branch.points.windows(2).map(|pair| turned(&pair[0], &pair[1])).sum();
+        assert!(whole < std::f64::consts::TAU && whole > std::f64::consts::PI, "{whole}");
+    }
+    let few = continuation(family).from(&start, 0.0).until(-2.0..=2.0).points(5).run().unwrap();
+    assert_eq!((few.end, few.points.len()), (BranchEnd::Points, 5));
+}
+
+type BranchPoint = dynamics::analysis::BranchPoint<<Circle as dynamics::model::Model>::State>;

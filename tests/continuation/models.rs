@@ -1,0 +1,314 @@
+//! Structures with closed forms, and forces made up for what they do to a branch.
+
+use dynamics::prelude::*;
+
+/// Two bars to an apex that a load presses down; R. von Mises, ZAMM 3 (1923) 406.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(z: m)]
+#[units(m: kg, stiffness: N, half_span: m, height: m, load: N)]
+pub(crate) struct Truss {
+    pub(crate) m: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) half_span: f64,
+    pub(crate) height: f64,
+    pub(crate) load: f64,
+}
+#[dynamics]
+impl Truss {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.z.dt().powi(2)
+    }
+    #[potential]
+    fn bars(&self, q: &Coordinates<Self>) -> Expr {
+        let free = (self.half_span.powi(2) + self.height.powi(2)).sqrt();
+        let length = (q.z.powi(2) + self.half_span.powi(2)).sqrt();
+        self.stiffness / free * (length - free).powi(2)
+    }
+    #[force]
+    fn load(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.z, -self.load)
+    }
+}
+pub(crate) const TRUSS: Truss = Truss { m: 1.0, stiffness: 1.0, half_span: 1.0, height: 0.5, load: 0.0 };
+/// Limit load and height, to 30 digits.
+pub(crate) const LIMIT: [f64; 2] = [0.038_383_739_817_434_71, 0.277_880_091_075_164_76];
+
+/// The same truss by its apex and the length of its bars, said twice.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, z: m, length: m)]
+#[units(m: kg, stiffness: N, half_span: m, free: m, load: N)]
+pub(crate) struct Bars {
+    pub(crate) m: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) half_span: f64,
+    pub(crate) free: f64,
+    pub(crate) load: f64,
+}
+#[dynamics]
+impl Bars {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.z.dt().powi(2) + 0.1 * q.length.dt().powi(2))
+    }
+    #[potential]
+    fn bars(&self, q: &Coordinates<Self>) -> Expr {
+        self.stiffness / self.free * (q.length - self.free).powi(2)
+    }
+    #[holonomic]
+    fn closure(&self, q: &Coordinates<Self>) -> [Expr; 2] {
+        [q.x, 0.5 * (q.length.powi(2) - q.z.powi(2) - self.half_span.powi(2))]
+    }
+    #[holonomic]
+    #[redundant]
+    fn again(&self, q: &Coordinates<Self>) -> Expr {
+        q.length - (q.z.powi(2) + self.half_span.powi(2)).sqrt()
+    }
+    #[force]
+    fn load(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.z, -self.load)
+    }
+}
+
+/// The truss below a spring whose upper end is pressed down: snap-back, where the spring is the softer.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(z: m)]
+#[units(m: kg, stiffness: N, half_span: m, height: m, spring: N / m, down: m)]
+pub(crate) struct SnapBack {
+    pub(crate) m: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) half_span: f64,
+    pub(crate) height: f64,
+    pub(crate) spring: f64,
+    pub(crate) down: f64,
+}
+#[dynamics]
+impl SnapBack {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.z.dt().powi(2)
+    }
+    #[potential]
+    fn bars(&self, q: &Coordinates<Self>) -> Expr {
+        let free = (self.half_span.powi(2) + self.height.powi(2)).sqrt();
+        let length = (q.z.powi(2) + self.half_span.powi(2)).sqrt();
+        self.stiffness / free * (length - free).powi(2)
+    }
+    #[potential]
+    fn in_series(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.spring * (self.down - (self.height - q.z)).powi(2)
+    }
+}
+
+/// Rigid links with springs between them, clamped at the foot, under a dead load; H. Hencky, Der Eisenbau 11 (1920) 437.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: [rad; 5])]
+#[units(m: kg, l: m, k: N * m, p: N)]
+pub(crate) struct Chain {
+    pub(crate) m: f64,
+    pub(crate) l: f64,
+    pub(crate) k: f64,
+    pub(crate) p: f64,
+}
+#[dynamics]
+impl Chain {
+    fn end(&self, q: &Coordinates<Self>, links: usize) -> Vec2 {
+        let mut place = vec2(Expr::ZERO, Expr::ZERO);
+        for i in 0..links {
+            place += self.l * vec2(q.theta[i].sin(), q.theta[i].cos());
+        }
+        place
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..5 {
+            sum += 0.5 * self.m * self.end(q, i + 1).dt().norm_squared();
+        }
+        sum
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = 0.5 * self.k * q.theta[0].powi(2);
+        for i in 1..5 {
+            sum += 0.5 * self.k * (q.theta[i] - q.theta[i - 1]).powi(2);
+        }
+        sum
+    }
+    #[force]
+    fn load(&self, q: &Coordinates<Self>) -> Force {
+        Force::at(self.end(q, 5), vec2(0.0, -self.p))
+    }
+}
+/// (4k/l) sin²((2j−1)π/22).
+pub(crate) fn hencky(j: usize) -> f64 {
+    4.0 * ((2 * j - 1) as f64 * std::f64::consts::PI / 22.0).sin().powi(2)
+}
+
+/// A bead on a hoop that is turned at a given speed.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad)]
+#[units(m: kg, g: m / s^2, radius: m, speed: rad / s)]
+pub(crate) struct Hoop {
+    pub(crate) m: f64,
+    pub(crate) g: f64,
+    pub(crate) radius: f64,
+    pub(crate) speed: f64,
+}
+#[dynamics]
+impl Hoop {
+    fn bead(&self, q: &Coordinates<Self>) -> Vec3 {
+        let angle = self.speed * q.t;
+        let out = self.radius * q.theta.sin();
+        vec3(out * angle.cos(), out * angle.sin(), -self.radius * q.theta.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.bead(q).dt().norm_squared()
+    }
+    #[potential]
+    fn weight(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * self.bead(q).z
+    }
+}
+
+/// A double pendulum under a force that follows its second link; H. Ziegler, Ing.-Archiv 20 (1952) 49.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(phi: [rad; 2])]
+#[units(m: kg, l: m, k: N * m, c: N * m * s, p: N)]
+pub(crate) struct Ziegler {
+    pub(crate) m: f64,
+    pub(crate) l: f64,
+    pub(crate) k: f64,
+    pub(crate) c: f64,
+    pub(crate) p: f64,
+}
+#[dynamics]
+impl Ziegler {
+    fn joints(&self, q: &Coordinates<Self>) -> [Vec2; 2] {
+        let first = self.l * vec2(q.phi[0].cos(), q.phi[0].sin());
+        [first, first + self.l * vec2(q.phi[1].cos(), q.phi[1].sin())]
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let [a, b] = self.joints(q);
+        self.m * a.dt().norm_squared() + 0.5 * self.m * b.dt().norm_squared()
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.k * (q.phi[0].powi(2) + (q.phi[1] - q.phi[0]).powi(2))
+    }
+    #[dissipation]
+    fn dampers(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.c * (q.phi[0].dt().powi(2) + (q.phi[1] - q.phi[0]).dt().powi(2))
+    }
+    #[force]
+    fn follower(&self, q: &Coordinates<Self>) -> Force {
+        let [_, end] = self.joints(q);
+        Force::at(end, -self.p * vec2(q.phi[1].cos(), q.phi[1].sin()))
+    }
+}
+
+/// A rigid bar upright on a hinge, held at its head by a level spring, `offset` (as a part of its length) out of the upright when nothing pulls; Z. P. Bažant & L. Cedolin, *Stability
+/// of Structures*, §4.5.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad)]
+#[units(m: kg, length: m, spring: N / m, offset: 1, load: N)]
+pub(crate) struct Level {
+    pub(crate) m: f64,
+    pub(crate) length: f64,
+    pub(crate) spring: f64,
+    pub(crate) offset: f64,
+    pub(crate) load: f64,
+}
+#[dynamics]
+impl Level {
+    fn head(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.length * vec2(q.theta.sin(), q.theta.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.head(q).dt().norm_squared()
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.spring * (self.head(q).x - self.length * self.offset).powi(2)
+    }
+    #[force]
+    fn load(&self, q: &Coordinates<Self>) -> Force {
+        Force::at(self.head(q), vec2(0.0, -self.load))
+    }
+}
+
+/// The same bar, held by a spring at 45°: it resists to one side more than to the other.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad)]
+#[units(m: kg, length: m, spring: N / m, offset: 1, load: N)]
+pub(crate) struct Inclined {
+    pub(crate) m: f64,
+    pub(crate) length: f64,
+    pub(crate) spring: f64,
+    pub(crate) offset: f64,
+    pub(crate) load: f64,
+}
+#[dynamics]
+impl Inclined {
+    fn head(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.length * vec2(q.theta.sin(), q.theta.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.head(q).dt().norm_squared()
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        let foot = vec2(-self.length, 0.0);
+        let free = self.length * (2.0 * (1.0 + self.offset)).sqrt();
+        0.5 * self.spring * ((self.head(q) - foot).norm() - free).powi(2)
+    }
+    #[force]
+    fn load(&self, q: &Coordinates<Self>) -> Force {
+        Force::at(self.head(q), vec2(0.0, -self.load))
+    }
+}
+
+/// Equilibria on a circle in the plane of coordinate and parameter.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+pub(crate) struct Circle {
+    pub(crate) m: f64,
+    pub(crate) p: f64,
+}
+#[dynamics]
+impl Circle {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn push(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, 1.0 - self.p.powi(2) - q.x.powi(2))
+    }
+}
+
+/// Two coordinates whose stiffnesses are `first` and `second`, with springs that harden.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+pub(crate) struct Apart {
+    pub(crate) m: f64,
+    pub(crate) first: f64,
+    pub(crate) second: f64,
+}
+#[dynamics]
+impl Apart {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        // Coupled, so that shapes turn.
+        let (a, b) = (q.x + 0.3 * q.y, q.y - 0.3 * q.x);
+        0.5 * (self.first * a.powi(2) + self.second * b.powi(2)) + 0.25 * (a.powi(4) + b.powi(4))
+    }
+}
