@@ -36,7 +36,12 @@ fn a_model_that_stops_being_one() {
     let family = |p: f64| Truss { load: (0.02 - p).sqrt() * 0.1, ..TRUSS };
     let model = family(0.0);
     let start = model.equilibrium(&model.state().z(0.5).build().unwrap()).unwrap().state;
-    let error = continuation(family).from(&start, 0.0).until(0.0..=0.06).run().unwrap_err();
+    let error = continuation(family).from(&start, 0.0).until(0.0..=0.06).run();
+    if let Ok(b) = &error {
+        println!("{b}");
+        b.points.iter().for_each(|p| println!("{:?} {:?}", p.parameter, p.state.q()));
+    }
+    let error = error.unwrap_err();
     let ContinuationError::Model { parameter, ref reason, ref branch } = error else { panic!("{error}") };
     assert!((0.019..=0.02).contains(&parameter) && branch.points.len() > 3, "{error}\n{branch}");
     assert!(matches!(reason, EquilibriumError::State(_)) && error.to_string().contains("`load`"), "{error}");

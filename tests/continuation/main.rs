@@ -89,17 +89,17 @@ fn a_soft_spring_in_series_snaps_back() {
     let free = 1.25_f64.sqrt();
     // d = h − z + P(z)/k turns round where P′ = k: ℓ³ = ℓ₀/(1 + k ℓ₀/2), if the spring is softer than the truss at its softest, P′(0) = 2(1 − 1/ℓ₀).
     for (spring, folds) in [(0.05, 2), (0.1, 2), (0.3, 0)] {
-        let branch = continuation(series(spring)).from(&start, 0.0).until(0.0..=3.0).run().unwrap();
+        let branch = continuation(series(spring)).from(&start, 0.0).until(-2.0..=3.0).run().unwrap();
         assert_eq!((branch.folds().count(), branch.special.len()), (folds, folds), "{spring}: {branch}");
         let length = (free / (1.0 + 0.5 * spring * free)).cbrt();
         for (fold, sign) in branch.folds().zip([1.0, -1.0]) {
             let z = sign * (length * length - 1.0).sqrt();
             let down = 0.5 - z + load_at(z) / spring;
-            assert!((fold.parameter - down).abs() < 1e-13 * down && (fold.state.z() - z).abs() < 1e-12, "{fold:?}");
+            assert!((fold.parameter - down).abs() < 1e-13 && (fold.state.z() - z).abs() < 1e-12, "{fold:?}");
         }
         // Controlled by the displacement it snaps all the same: the load falls while the displacement goes back.
         let [lo, hi] = branch.range();
-        assert!(lo == 0.0 && hi == 3.0, "{branch}");
+        assert!(lo <= 0.0 && hi == 3.0, "{branch}");
         for point in &branch.points {
             let z = point.state.z();
             assert!((0.5 - z + load_at(z) / spring - point.parameter).abs() < 1e-13, "{point:?}");

@@ -82,8 +82,8 @@ fn critical<M: Constraints>(
     let column = |k: DMatrix<f64>| DVector::from_column_slice(k.as_slice());
     let (slope, _) = difference(0.0, problem.widths[0], |change| at(change).map(column))?;
     let slope = DMatrix::from_column_slice(n, n, slope.as_slice());
-    let size = here.amax();
-    if (&here - here.transpose()).amax() > 1e-10 * size {
+    let skew = |k: &DMatrix<f64>| (k - k.transpose()).amax() > 1e-9 * k.amax();
+    if skew(&here) || skew(&slope) {
         return Err(none("the loads have no potential, and flutter may come first; follow the branch with `.run()`"));
     }
     let even = |k: &DMatrix<f64>| 0.5 * (k + k.transpose());

@@ -16,43 +16,44 @@ use crate::model::{Constraints, Powers, Vector};
 const HALVED: usize = 24;
 /// How often it is halved for shapes alone to be told apart.
 const FOLLOWED: usize = 6;
-/// β of a branch point, against the forces that the parameter makes: more is a near miss.
-const UNFOLDED: f64 = 1e-7;
+/// β b of a branch point, against the forces that unit changes make: more is a near miss, of branches that do not meet.
+const UNFOLDED: f64 = 1e-10;
 /// Changes of the parameter below this part of its range and size are rounding.
 const NEUTRAL: f64 = 1e-12;
 /// How far the other branch is followed from a branch point, and if there is nothing, how far then.
 const ASIDE: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 impl<M: Constraints + Powers> Tracer<'_, M> {
-    /// Looks for folds and branch points between two places.
-    pub(super) fn inspect(&mut self, a: &Sample<M>, b: &Sample<M>, depth: usize) {
+    /// Looks for folds and branch points between two places; false where what is there could not be made out, as where the step led to another branch
+    /// that does not meet this one.
+    pub(super) fn inspect(&mut self, a: &Sample<M>, b: &Sample<M>, depth: usize) -> bool {
         let changes = a.watch.changes(&b.watch);
         let count = changes.crossing.len();
         // A branch that turns round where nothing passes zero does so in a branch point, as the arms of a pitchfork.
         let alone = changes.sure && count <= 1;
         if changes.sure && count == 0 && !changes.turns {
-            return;
+            return true;
         }
         if alone {
             return self.locate(a, b, changes.crossing.first().copied(), changes.turns);
         }
         if count == 0 && !changes.turns && depth >= FOLLOWED {
-            return;
+            return true;
         }
         if depth < HALVED
             && let Ok((middle, _)) = self.beside(a, 0.5 * self.ahead(a, b), self.ahead(a, b))
         {
-            self.inspect(a, &middle, depth + 1);
-            return self.inspect(&middle, b, depth + 1);
+            return self.inspect(a, &middle, depth + 1) && self.inspect(&middle, b, depth + 1);
         }
         let (from, to) = (a.place(), b.place());
         let uncertainty = (to.p[0] - from.p[0]).abs();
         let kind = SpecialKind::Several { count: count.max(1) };
         self.add(kind, &b.balance, uncertainty, None, None);
+        true
     }
 
-    /// One fold, or one branch point.
-    fn locate(&mut self, a: &Sample<M>, b: &Sample<M>, crossing: Option<usize>, turns: bool) {
+    /// One fold, or one branch point; false where there is neither.
+    fn locate(&mut self, a: &Sample<M>, b: &Sample<M>, crossing: Option<usize>, turns: bool) -> bool {
         let is_fold = turns && crossing.is_some();
         // At a fold the parameter is the better measure: its slope passes zero there, whatever the stiffness is made of.
         let test = |sample: &Sample<M>| match crossing {
@@ -67,6 +68,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             self.problem.solve(place, best.coordinates(), None, Some(&singular), reach).ok()
         });
         let polished = polished.filter(|found| found.unfolded <= UNFOLDED);
+        let sound = polished.is_some();
         let (balance, uncertainty) = match polished {
             Some(found) => {
                 let rounding = f64::EPSILON * found.balance.place.p[0].abs();
@@ -76,15 +78,18 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         };
         let plane = null_plane(self.problem, &balance);
         if is_fold {
-            return self.add(SpecialKind::Fold, &balance, uncertainty, plane.map(|[first, _]| first), None);
+            self.add(SpecialKind::Fold, &balance, uncertainty, plane.map(|[first, _]| first), None);
+            return sound;
         }
         let Some(plane) = plane else {
-            return self.add(SpecialKind::BranchPoint, &balance, uncertainty, None, None);
+            self.add(SpecialKind::BranchPoint, &balance, uncertainty, None, None);
+            return sound;
         };
         let ways = self.ways(&plane, &best.tangent);
         let kind = self.tell(&balance, &ways, a, b);
         let mode = without_parameter(self.problem, &plane);
         self.add(kind, &balance, uncertainty, Some(mode), Some(ways));
+        sound
     }
 
     /// A place next to where a test passes zero between two others, and how far it may be from there along the branch.

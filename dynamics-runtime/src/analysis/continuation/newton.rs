@@ -116,7 +116,7 @@ pub(super) struct Arrived<M: Constraints> {
     pub(super) iterations: usize,
     /// The last change of the first parameter.
     pub(super) change: f64,
-    /// β against the forces that the parameter makes.
+    /// β b against the forces that unit changes of coordinates and of the parameter make.
     pub(super) unfolded: f64,
 }
 
@@ -189,8 +189,8 @@ impl<M: Constraints> Problem<'_, M> {
                 }
                 let unfolded = match singular {
                     Some(singular) if singular.branching => {
-                        let size = balance.by_parameter(0).amax() * self.widths[0];
-                        (beta * singular.borders[0].amax()).abs() / size.max(f64::MIN_POSITIVE)
+                        let (_, rows, _) = self.balanced(&balance);
+                        (singular.borders[0].component_mul(&rows) * beta).amax()
                     }
                     _ => 0.0,
                 };

@@ -23,6 +23,12 @@ use crate::motion::progress::Progress;
 const AIM: f64 = 0.12;
 const TURN: f64 = 0.35;
 
+/// Steps longer than this in which something passes zero that is neither fold nor branch point are not taken.
+const UNSOUND: f64 = 1e-6;
+/// So many steps shorter than this one after the other come to no end.
+const CREEP: f64 = 1e-7;
+const CREPT: usize = 40;
+
 /// How a branch is followed.
 #[derive(Clone, Debug)]
 pub(super) struct Options {
@@ -115,7 +121,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let (mut here, mut h) = (first, self.options.first.min(self.options.longest));
         let (origin, direction) = (*here.place(), here.tangent.clone());
         self.push(&here, 0.0);
-        let mut missed = Missed::Far;
+        let (mut missed, mut crept) = (Missed::Far, 0);
         while self.points.len() < self.options.points {
             self.progress.at(self.points.len() as f64);
             let leaving = branching && self.points.len() == 1;
@@ -131,14 +137,25 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
                     continue;
                 }
             };
-            missed = Missed::Far;
+            if h > CREEP {
+                (missed, crept) = (Missed::Far, 0);
+            } else {
+                crept += 1;
+                if crept > CREPT {
+                    return Err(self.ended(&here, h, missed));
+                }
+            }
             let (middle, next, after, last) = match step {
                 Step::Taken(middle, next, after) => (middle, next, after, false),
                 Step::Last(middle, next) => (middle, next, h, true),
             };
-            if !leaving {
-                self.inspect(&here, &middle, 0);
-                self.inspect(&middle, &next, 0);
+            let known = self.special.len();
+            let sound = leaving || (self.inspect(&here, &middle, 0) && self.inspect(&middle, &next, 0));
+            if !sound && h > UNSOUND {
+                // Shorter steps follow the turn that this one cut.
+                self.special.truncate(known);
+                (self.rejected, h) = (self.rejected + 1, 0.5 * h);
+                continue;
             }
             let gone = self.problem.distance(here.place(), middle.place())
                 + self.problem.distance(middle.place(), next.place());
@@ -280,6 +297,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             let (name, branch) = (self.options.name.clone(), self.finish(BranchEnd::Points));
             return ContinuationError::LimitLoad { parameter: name, limit, at: Box::new(at), branch: Box::new(branch) };
         }
+        let beyond = self.problem.moved(here.place(), &here.tangent.scaled(1e-4));
+        let missed = self.problem.balance(&beyond, here.coordinates()).err().map_or(missed, Missed::Model);
         let branch = Box::new(self.finish(BranchEnd::Points));
         match missed {
             Missed::Model(reason) => ContinuationError::Model { parameter, reason, branch },
