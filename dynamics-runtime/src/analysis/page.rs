@@ -1,4 +1,4 @@
-//! Studies and comparisons side by side on one HTML page without network access.
+//! Studies, comparisons and bifurcation diagrams on one HTML page without network access.
 
 use alloc::format;
 use alloc::string::String;
@@ -6,8 +6,10 @@ use alloc::vec::Vec;
 use core::fmt::Write;
 use std::path::Path;
 
+use super::continuation::Diagram;
 use super::ladder::Comparison;
 use super::work_precision::{Cost, ErrorOf, Study};
+use crate::model::ModelState;
 use crate::motion::Simulate;
 use crate::output::file::{self, FileError};
 use crate::output::text::xml;
@@ -64,6 +66,34 @@ impl Page {
         self
     }
 
+    /// Adds a section of panels with words to them.
+    #[must_use]
+    pub fn panels(mut self, title: &str, words: &str, panels: impl IntoIterator<Item = Panel>) -> Self {
+        let mut html = String::new();
+        open_section(&mut html, title, words, "");
+        charts(&mut html, panels);
+        html.push_str("</section>\n");
+        self.sections.push(html);
+        self
+    }
+
+    /// Adds branches of equilibria: panels of them (see [`Diagram::panel`]), and their special points as a table.
+    #[must_use]
+    pub fn diagram<S: ModelState>(
+        mut self,
+        title: &str,
+        diagram: &Diagram<S>,
+        panels: impl IntoIterator<Item = Panel>,
+    ) -> Self {
+        let mut html = String::new();
+        open_section(&mut html, title, &diagram.heading(), DIAGRAM_LEGEND);
+        charts(&mut html, panels);
+        table(&mut html, &diagram.rows());
+        html.push_str("</section>\n");
+        self.sections.push(html);
+        self
+    }
+
     /// Adds models beside each other.
     #[must_use]
     pub fn comparison(mut self, comparison: &Comparison) -> Self {
@@ -102,7 +132,10 @@ impl Page {
 }
 
 fn open_section(html: &mut String, title: &str, heading: &str, legend: &str) {
-    let _ = writeln!(html, "<section>\n<h2>{}</h2>\n<p>{}</p>\n<p>{legend}</p>", xml(title), xml(heading));
+    let _ = writeln!(html, "<section>\n<h2>{}</h2>\n<p>{}</p>", xml(title), xml(heading));
+    if !legend.is_empty() {
+        let _ = writeln!(html, "<p>{legend}</p>");
+    }
 }
 
 fn charts(html: &mut String, panels: impl IntoIterator<Item = Panel>) {
@@ -136,6 +169,9 @@ fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     }
     html.push_str("</tr>\n");
 }
+
+const DIAGRAM_LEGEND: &str = "Solid curves stay, dashed ones do not: small disturbances grow. Grey is what linear theory leaves undecided. Signs stand where \
+                             equilibria appear, vanish or change their stability.";
 
 const STUDY_LEGEND: &str = "Further to the left is faster, further down is more accurate. Solid curves are this library's, dashed ones were measured \
                       with other solvers. The grey line is what the reference itself may be wrong by; hollow signs lie below it and say no more \

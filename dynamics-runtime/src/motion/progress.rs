@@ -13,6 +13,7 @@ pub(crate) struct Progress {
 struct Bar {
     start: f64,
     end: f64,
+    what: &'static str,
     begun: Instant,
     looked: Instant,
     bar: Option<indicatif::ProgressBar>,
@@ -30,8 +31,14 @@ impl Progress {
     /// For a run from start to end.
     #[cfg(feature = "progress")]
     pub(crate) fn new(start: f64, end: f64) -> Self {
+        Self::of("t", start, end)
+    }
+
+    /// For what counts from start to end.
+    #[cfg(feature = "progress")]
+    pub(crate) fn of(what: &'static str, start: f64, end: f64) -> Self {
         let now = Instant::now();
-        Self { bar: Some(Bar { start, end, begun: now, looked: now, bar: None }) }
+        Self { bar: Some(Bar { start, end, what, begun: now, looked: now, bar: None }) }
     }
 
     /// Notes that a run has come to time t.
@@ -67,7 +74,7 @@ impl Bar {
             bar
         });
         bar.set_position((share * Self::LENGTH as f64) as u64);
-        bar.set_message(format!("t = {t:.6}"));
+        bar.set_message(format!("{} = {t:.6}", self.what));
     }
 }
 

@@ -66,11 +66,12 @@ impl fmt::Display for BranchEnd {
     }
 }
 
-/// The pieces of the branch with their stability, and the special points between them.
-impl<S: ModelState> fmt::Display for Branch<S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut rows = alloc::vec![["", self.parameter.as_str()].map(String::from).into_iter().collect::<Vec<_>>()];
-        rows[0].extend(self.coordinates.iter().map(|q| q.name.to_string()));
+impl<S: ModelState> Branch<S> {
+    /// First point, special points and last point as rows of text, the names of the columns first.
+    fn rows(&self) -> Vec<Vec<String>> {
+        let names = self.coordinates.iter().map(|q| q.name.to_string());
+        let mut rows =
+            alloc::vec![["".to_string(), self.parameter.clone()].into_iter().chain(names).collect::<Vec<_>>()];
         let row = |name: String, parameter: f64, state: &S| {
             let values = state.q().as_slice().iter().map(|q| readable(q + 0.0, 9));
             [name, readable(parameter, 12)].into_iter().chain(values).collect::<Vec<_>>()
@@ -81,7 +82,51 @@ impl<S: ModelState> fmt::Display for Branch<S> {
             rows.push(row(special.kind.to_string(), special.parameter, &special.state));
         }
         rows.extend(last.map(|point| row(format!("to, {}", point.stays()), point.parameter, &point.state)));
-        f.write_str(&columns(&rows))?;
+        rows
+    }
+}
+
+impl<S: ModelState> Diagram<S> {
+    /// The rows of all branches.
+    pub(in crate::analysis) fn rows(&self) -> Vec<Vec<String>> {
+        let mut all: Vec<Vec<String>> = Vec::new();
+        for (k, branch) in self.branches.iter().enumerate() {
+            let rows = branch.rows().into_iter().enumerate().filter(|(i, _)| k == 0 || *i > 0);
+            all.extend(rows.map(|(i, mut row)| {
+                row[0] = if i == 0 { String::new() } else { format!("{}: {}", k + 1, row[0]) };
+                row
+            }));
+        }
+        all
+    }
+
+    /// How many branches there are, and what is missing.
+    pub(in crate::analysis) fn heading(&self) -> String {
+        let mut words = match self.branches.len() {
+            1 => "One branch".to_string(),
+            count => format!("{count} branches"),
+        };
+        if self.left_out > 0 {
+            let _ = write!(words, ", {} more left out", self.left_out);
+        }
+        words.push('.');
+        for (parameter, reason) in &self.failures {
+            let _ = write!(words, " From {}: {reason}.", readable(*parameter, 9));
+        }
+        words
+    }
+}
+
+impl<S: ModelState> From<Branch<S>> for Diagram<S> {
+    fn from(branch: Branch<S>) -> Self {
+        Self { branches: alloc::vec![branch], failures: Vec::new(), left_out: 0 }
+    }
+}
+
+/// The pieces of the branch with their stability, and the special points between them.
+impl<S: ModelState> fmt::Display for Branch<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&columns(&self.rows()))?;
         write!(f, "{} points, {} steps made shorter; it ends {}", self.points.len(), self.rejected, self.end)
     }
 }

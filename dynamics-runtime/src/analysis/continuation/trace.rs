@@ -82,7 +82,8 @@ enum Step<M: Constraints> {
 impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     pub(super) fn new(problem: &'t Problem<'t, M>, options: &'t Options, periodic: &'t [bool]) -> Self {
         #[cfg(feature = "progress")]
-        let progress = if options.progress { Progress::new(0.0, options.points as f64) } else { Progress::none() };
+        let progress =
+            if options.progress { Progress::of("points", 0.0, options.points as f64) } else { Progress::none() };
         #[cfg(not(feature = "progress"))]
         let progress = Progress::none();
         let (points, special) = (Vec::new(), Vec::new());

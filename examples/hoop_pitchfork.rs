@@ -1,0 +1,96 @@
+//! A bead on a hoop that is turned about a diameter, and about a line beside it: a pitchfork, what becomes of it, and where it is born.
+//!
+//!     T = ½ m (R² θ̇² + (e + R sin θ)² ω²),  V = −m g R cos θ:        m R (e + R sin θ) cos θ ω² = m g R sin θ
+//!
+//! On the diameter, e = 0, the bottom loses its stability at ω² = g/R to two positions aside, cos θ = g/(R ω²). With the slightest offset no branches meet any more: one goes
+//! over into the position aside smoothly, and the others are born together in a fold. The folds of all offsets lie on a curve with a cusp in the pitchfork
+//! (S. H. Strogatz, *Nonlinear Dynamics and Chaos*, §3.5 and §3.6).
+
+mod common;
+use dynamics::analysis::Page;
+use dynamics::prelude::*;
+
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad)]
+#[units(mass: kg, radius: m, offset: m, speed: rad / s, g: m / s^2)]
+struct Hoop {
+    mass: f64,
+    radius: f64,
+    offset: f64,
+    speed: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Hoop {
+    fn bead(&self, q: &Coordinates<Self>) -> Vec3 {
+        let turned = self.speed * q.t;
+        let out = self.offset + self.radius * q.theta.sin();
+        vec3(out * turned.cos(), out * turned.sin(), -self.radius * q.theta.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * self.bead(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * self.bead(q).z
+    }
+}
+
+fn main() -> common::Outcome {
+    let (radius, g) = (0.5_f64, 9.81);
+    let hoop = |speed: f64, offset: f64| Hoop { mass: 0.1, radius, offset, speed, g };
+    let critical = (g / radius).sqrt();
+    let angle = |state: &<Hoop as Model>::State| state.theta();
+
+    // About the diameter.
+    let start = hoop(0.0, 0.0).state().build()?;
+    let family = continuation(|speed| hoop(speed, 0.0)).from(&start, 0.0).until(0.0..=10.0).named("speed in rad/s");
+    let perfect = family.branches(5)?;
+    println!("{perfect}\n");
+    let [point] = &perfect.branches[0].special[..] else { return Err(perfect.to_string().into()) };
+    assert_eq!((point.kind, perfect.branches.len()), (SpecialKind::Pitchfork { supercritical: true }, 3));
+    assert!((point.parameter - critical).abs() < 1e-9);
+    for aside in perfect.branches[1..].iter().flat_map(|arm| &arm.points[1..]) {
+        assert!((aside.state.theta().cos() - g / (radius * aside.parameter.powi(2))).abs() < 1e-12);
+    }
+
+    // About a line 1 cm beside it: from rest, and from the other side, which is reached only from above.
+    let offset = 0.01;
+    let from = |speed: f64, theta: f64| {
+        let model = hoop(speed, offset);
+        model.equilibrium(&model.state().theta(theta).build()?).map_err(Box::<dyn std::error::Error>::from)
+    };
+    let family = |speed: f64| hoop(speed, offset);
+    let near =
+        continuation(family).from(&from(0.0, 0.0)?.state, 0.0).until(0.0..=10.0).named("speed in rad/s").run()?;
+    let far = continuation(family).from(&from(10.0, -1.3)?.state, 10.0).until(0.0..=10.0).run()?;
+    assert!(near.special.is_empty() && far.folds().count() == 1);
+    let fold = far.folds().next().ok_or("the far branches are born in a fold")?;
+    println!("1 cm beside the diameter, positions on the far side exist from {:.9} rad/s on\n", fold.parameter);
+
+    // Folds over the offset: sin³θ = −e/R and ω² cos³θ = g/R, to both sides of the cusp.
+    let curve = fold_curve(hoop, fold, offset).until(3.0..=10.0, -0.05..=0.05).backward().run()?;
+    for ([speed, offset], state) in &curve.points {
+        let sine = -(offset / radius).cbrt();
+        // At the cusp the cube root takes two thirds of the digits of the angle.
+        assert!((speed.powi(2) * state.theta().cos().powi(3) - g / radius).abs() < 1e-9);
+        assert!((state.theta().sin().powi(3) - sine.powi(3)).abs() < 1e-9);
+    }
+    let least = curve.points.iter().map(|([speed, _], _)| *speed).fold(f64::INFINITY, f64::min);
+    assert!(least >= critical - 1e-9 && least < 1.01 * critical);
+    println!("{} folds from offset 0.01 m through the cusp to −0.05 m", curve.points.len());
+
+    let mut files = common::Files::of("hoop_pitchfork");
+    let born = Panel::new(Axis::new("speed in rad/s"), Axis::new("offset in m"));
+    let born = born.line("folds", curve.points.iter().map(|([speed, offset], _)| (*speed, *offset)));
+    let imperfect = dynamics::analysis::Diagram { branches: vec![near, far], failures: Vec::new(), left_out: 0 };
+    Page::new("A bead on a hoop that is turned")
+        .diagram("About its diameter", &perfect, [perfect.panel("θ in rad", angle)])
+        .diagram("About a line 1 cm beside it", &imperfect, [imperfect.panel("θ in rad", angle)])
+        .panels("Where three positions are possible", "Right of the curve, whose cusp is the pitchfork.", [born])
+        .write_html(files.path("hoop_pitchfork.html"))?;
+    files.list();
+    Ok(())
+}
