@@ -70,21 +70,21 @@ fn main() -> common::Outcome {
     let fold = far.folds().next().ok_or("the far branches are born in a fold")?;
     println!("1 cm beside the diameter, positions on the far side exist from {:.9} rad/s on\n", fold.parameter);
 
-    // Folds over the offset: sin³θ = −e/R and ω² cos³θ = g/R, to both sides of the cusp.
-    let curve = fold_curve(hoop, fold, offset).until(3.0..=10.0, -0.05..=0.05).backward().run()?;
-    for ([speed, offset], state) in &curve.points {
-        let sine = -(offset / radius).cbrt();
-        // At the cusp the cube root takes two thirds of the digits of the angle.
+    // Folds over the offset, to both sides: sin³θ = −e/R and ω² cos³θ = g/R, through the cusp.
+    let folds = || fold_curve(hoop, fold, offset).until(3.0..=10.0, -0.05..=0.05);
+    let (up, through) = (folds().run()?, folds().backward().run()?);
+    let curve: Vec<_> = up.points[1..].iter().rev().chain(&through.points).collect();
+    for ([speed, offset], state) in &curve {
         assert!((speed.powi(2) * state.theta().cos().powi(3) - g / radius).abs() < 1e-9);
-        assert!((state.theta().sin().powi(3) - sine.powi(3)).abs() < 1e-9);
+        assert!((state.theta().sin().powi(3) + offset / radius).abs() < 1e-9);
     }
-    let least = curve.points.iter().map(|([speed, _], _)| *speed).fold(f64::INFINITY, f64::min);
+    let least = curve.iter().map(|([speed, _], _)| *speed).fold(f64::INFINITY, f64::min);
     assert!(least >= critical - 1e-9 && least < 1.01 * critical);
-    println!("{} folds from offset 0.01 m through the cusp to −0.05 m", curve.points.len());
+    println!("{} folds from offset 0.05 m through the cusp to −0.05 m", curve.len());
 
     let mut files = common::Files::of("hoop_pitchfork");
     let born = Panel::new(Axis::new("speed in rad/s"), Axis::new("offset in m"));
-    let born = born.line("folds", curve.points.iter().map(|([speed, offset], _)| (*speed, *offset)));
+    let born = born.line("folds", curve.iter().map(|([speed, offset], _)| (*speed, *offset)));
     let imperfect = dynamics::analysis::Diagram { branches: vec![near, far], failures: Vec::new(), left_out: 0 };
     Page::new("A bead on a hoop that is turned")
         .diagram("About its diameter", &perfect, [perfect.panel("θ in rad", angle)])

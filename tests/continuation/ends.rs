@@ -14,7 +14,7 @@ fn load_control_fails_at_the_limit_load() {
     let last = branch.points.last().unwrap();
     assert!(branch.points.len() > 5 && last.parameter <= limit && limit - last.parameter < 1e-9 * limit, "{branch}");
     assert!(branch.points.iter().all(|point| point.state.z() > LIMIT[1]), "{branch}");
-    assert!(error.to_string().starts_with("the load cannot be carried beyond load = 0.03838373981"), "{error}");
+    assert!(error.to_string().starts_with("the load cannot be carried beyond 0.03838373981"), "{error}");
     assert_eq!(error.branch(), Some(&**branch));
     // Below it there is nothing to be said.
     let within = continuation(family).from(&start, 0.0).until(0.0..=0.038).load_controlled().run().unwrap();

@@ -157,4 +157,17 @@ fn tables_and_words() {
     for name in ["stable", "unstable", "fold", "load, pressed", "stroke-dasharray"] {
         assert!(svg.contains(name), "{name}");
     }
+    // Branches of one stability are one series, with gaps between: nothing joins the end of one to the beginning of the next.
+    let family = |speed: f64| Hoop { m: 0.1, g: 9.81, radius: 0.5, speed };
+    let start = family(0.0).state().build().unwrap();
+    let diagram = continuation(family).from(&start, 0.0).until(0.0..=10.0).branches(3).unwrap();
+    let svg = Chart::from(diagram.panel("θ in rad", |state| state.theta())).to_svg();
+    let drawn = |color: &str| svg.matches(&format!("stroke=\"{color}\"")).count();
+    println!("{svg}");
+    assert_eq!((drawn("#1f6fb4"), drawn("#cf3f4f")), (1 + 3, 1 + 1), "{svg}");
+    assert!(!svg.contains("not finite"), "{svg}");
+    assert_eq!(
+        diagram.to_csv().lines().filter(|line| line.starts_with("3,")).count(),
+        diagram.branches[2].points.len()
+    );
 }

@@ -57,7 +57,7 @@ pub enum Mark {
     LineAndPoints,
 }
 
-/// A named sequence of points. A value that is not finite is a gap.
+/// A named sequence of points. A value that is not finite is a gap, and the chart says how many there are; a point (NaN, NaN) is a gap that is meant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     pub(super) name: String,

@@ -141,7 +141,7 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
             Self::Option { name, value } => write!(f, "`.{name}({value})` makes no sense; give a positive number"),
             Self::LimitLoad { parameter, limit, .. } => write!(
                 f,
-                "the load cannot be carried beyond {parameter} = {limit:.12}: equilibria end there in a fold; leave load control, and the branch is followed \
+                "the load cannot be carried beyond {limit:.12} ({parameter}): equilibria end there in a fold; leave load control, and the branch is followed \
                  through it, or simulate what happens beyond"
             ),
             Self::Model { parameter, reason, .. } => {

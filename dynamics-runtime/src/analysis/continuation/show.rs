@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 use core::fmt::{self, Write};
 use std::path::Path;
 
-use super::branch::{Branch, BranchEnd, Diagram, Special, SpecialKind, Stays};
+use super::branch::{Branch, BranchEnd, BranchPoint, Diagram, Special, SpecialKind, Stays};
 use super::buckling::Buckling;
 use crate::analysis::table::columns;
 use crate::model::{ModelState, Vector};
@@ -267,43 +267,47 @@ fn panel<S: ModelState>(branches: &[Branch<S>], title: &str, of: impl Fn(&S) -> 
 }
 
 /// The pieces of a branch on which it stays, or does not, each up to the special point that ends it; gaps between.
-fn pieces<S: ModelState>(branch: &Branch<S>, stays: Stays, of: &impl Fn(&S) -> f64) -> Vec<(f64, f64)> {
+fn pieces<S: ModelState>(branch: &Branch<S>, wanted: Stays, of: &impl Fn(&S) -> f64) -> Vec<(f64, f64)> {
     let mut out: Vec<(f64, f64)> = Vec::new();
-    let gap = (f64::NAN, f64::NAN);
-    let at = |k: usize| (branch.points[k].parameter, of(&branch.points[k].state));
-    for k in 1..branch.points.len() {
-        let [before, after] = [k - 1, k].map(|k| &branch.points[k]);
-        // Undecided in the very point in which the branch began, or met another one: as the rest of the step.
-        let [mut first, mut second] = [before.stays(), after.stays()];
-        let between = branch
-            .special
-            .iter()
-            .filter(|special| special.arclength > before.arclength && special.arclength <= after.arclength);
-        let middle: Vec<(f64, f64)> = between.map(|special| (special.parameter, of(&special.state))).collect();
-        if middle.is_empty() {
-            (first, second) = match (first, second) {
-                (Stays::Undecided, other) | (other, Stays::Undecided) => (other, other),
-                both => both,
-            };
+    for (from, to, stays) in branch.points.windows(2).flat_map(|pair| stretches(branch, &pair[0], &pair[1], of)) {
+        if stays != wanted {
+            continue;
         }
-        let cut = middle.first().copied();
-        for (is, ends) in [(first, [Some(at(k - 1)), cut]), (second, [middle.last().copied(), Some(at(k))])] {
-            if is != stays {
-                continue;
-            }
-            let ends = match (cut, ends) {
-                (None, _) if first == second => [at(k - 1), at(k)],
-                (Some(_), [Some(a), Some(b)]) => [a, b],
-                _ => continue,
-            };
-            if out.last() != Some(&ends[0]) {
-                out.push(gap);
-                out.push(ends[0]);
-            }
-            if out.last() != Some(&ends[1]) {
-                out.push(ends[1]);
-            }
+        if out.last() != Some(&from) {
+            // Branches follow each other in one series: the first piece of each begins with a gap, too.
+            out.push((f64::NAN, f64::NAN));
+            out.push(from);
         }
+        out.push(to);
     }
     out
+}
+
+/// What is drawn between two points: one stretch, or one up to the special points between them and one from there.
+fn stretches<S: ModelState>(
+    branch: &Branch<S>,
+    before: &BranchPoint<S>,
+    after: &BranchPoint<S>,
+    of: &impl Fn(&S) -> f64,
+) -> Vec<((f64, f64), (f64, f64), Stays)> {
+    let at = |parameter: f64, state: &S| (parameter, of(state));
+    let (from, to) = (at(before.parameter, &before.state), at(after.parameter, &after.state));
+    let is_between =
+        |special: &&Special<S>| special.arclength > before.arclength && special.arclength <= after.arclength;
+    let mut between = branch.special.iter().filter(is_between);
+    let (first, last) = (between.next(), branch.special.iter().rfind(is_between));
+    match (first, last) {
+        (Some(first), Some(last)) => {
+            let [first, last] = [first, last].map(|special| at(special.parameter, &special.state));
+            alloc::vec![(from, first, before.stays()), (first, last, after.stays()), (last, to, after.stays())]
+        }
+        // Undecided in a single point, as where it leaves another branch, is no stretch.
+        _ => {
+            let stays = match (before.stays(), after.stays()) {
+                (Stays::Undecided, other) | (other, Stays::Undecided) => other,
+                (_, later) => later,
+            };
+            alloc::vec![(from, to, stays)]
+        }
+    }
 }

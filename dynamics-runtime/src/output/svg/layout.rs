@@ -337,7 +337,9 @@ fn legend(panel: &Panel, curves: &[Curve<'_>], width: f64) -> Vec<Vec<Entry>> {
 fn notes(panel: &Panel, x: &Side, y: &Side) -> Vec<String> {
     let points = || panel.series.iter().flat_map(|series| &series.points);
     let finite = |point: &&[f64; 2]| point[0].is_finite() && point[1].is_finite();
-    let not_finite = points().filter(|point| !finite(point)).count();
+    // Where both are missing a gap is meant.
+    let is_gap = |point: &&[f64; 2]| point.iter().all(|x| x.is_nan());
+    let not_finite = points().filter(|point| !finite(point) && !is_gap(point)).count();
     let not_positive =
         points().filter(finite).filter(|point| (x.log && point[0] <= 0.0) || (y.log && point[1] <= 0.0)).count();
     let mut notes = Vec::new();
