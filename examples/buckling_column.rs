@@ -72,7 +72,7 @@ fn main() -> common::Outcome {
 
         // Imperfect ones.
         let mut panel = diagram.panel("θ in rad", |state| state.theta());
-        for imperfection in [0.01, 0.03, 0.1] {
+        for (imperfection, color) in [(0.01, Color::Green), (0.03, Color::Amber), (0.1, Color::Purple)] {
             let family = continuation(of(imperfection)).from(&from(imperfection)?.state, 0.0);
             let branch = family.until(0.0..=2.0 * critical).run()?;
             panel = panel.series(
@@ -80,7 +80,7 @@ fn main() -> common::Outcome {
                     format!("ε = {imperfection}"),
                     branch.points.iter().map(|p| (p.parameter, p.state.theta())),
                 )
-                .color(Color::Green)
+                .color(color)
                 .solid(),
             );
             assert_eq!(branch.folds().count(), usize::from(!supercritical));

@@ -78,6 +78,7 @@ fn main() -> common::Outcome {
         assert!((speed.powi(2) * state.theta().cos().powi(3) - g / radius).abs() < 1e-9);
         assert!((state.theta().sin().powi(3) + offset / radius).abs() < 1e-9);
     }
+    assert_eq!((up.cusps.len(), through.cusps.len()), (0, 1));
     let least = curve.iter().map(|([speed, _], _)| *speed).fold(f64::INFINITY, f64::min);
     assert!(least >= critical - 1e-9 && least < 1.01 * critical);
     println!("{} folds from offset 0.05 m through the cusp to −0.05 m", curve.len());

@@ -92,4 +92,58 @@ fn a_branch_that_comes_back() {
     assert_eq!((few.end, few.points.len()), (BranchEnd::Points, 5));
 }
 
+#[test]
+fn a_branch_that_comes_back_a_turn_further_on() {
+    // τ = m g l sin θ, turned round and round: closed, where angles count by what is left of turns.
+    let family = |torque: f64| Hinged { m: 1.0, length: 1.0, spring: 0.0, offset: 0.0, load: -1.0, torque };
+    let start = family(0.0).state().theta(0.0).build().unwrap();
+    let branch = continuation(family).from(&start, 0.0).until(-2.0..=2.0).run().unwrap();
+    assert_eq!((branch.end, branch.folds().count(), branch.special.len()), (BranchEnd::Closed, 2, 2), "{branch}");
+    for (fold, wanted) in branch.folds().zip([1.0, -1.0]) {
+        assert!((fold.parameter - wanted).abs() < 1e-14, "{fold:?}");
+    }
+}
+
+#[test]
+fn coordinates_take_turns_in_being_independent() {
+    // The bead follows gravity twice all round the hoop: each of its coordinates is useless twice on the way.
+    let family = |side: f64| Bead { m: 1.0, radius: 0.5, g: 9.81, side };
+    let start = family(0.0).state().z(-0.5).build().unwrap();
+    let turns = 4.0 * std::f64::consts::PI;
+    let branch = continuation(family).from(&start, 0.0).until(0.0..=turns).run().unwrap();
+    assert!(branch.special.is_empty() && branch.end == BranchEnd::Range, "{branch}");
+    for point in &branch.points {
+        let (x, z) = (point.state.x(), point.state.z());
+        let wanted = [0.5 * point.parameter.sin(), -0.5 * point.parameter.cos()];
+        assert!((x - wanted[0]).abs() < 1e-13 && (z - wanted[1]).abs() < 1e-13, "{point:?}");
+        assert_eq!(point.stays(), Stays::Stable, "{point:?}");
+    }
+}
+
+#[test]
+fn forces_with_a_corner() {
+    // The spring carries 1 at most, and its stiffness jumps from 1 to −1 there.
+    let family = |load: f64| Yields { m: 1.0, load };
+    let start = family(0.0).state().build().unwrap();
+    let spring = continuation(family).from(&start, 0.0).until(0.0..=1.5);
+    match spring.run() {
+        Ok(branch) => {
+            let fold = branch.folds().next().unwrap();
+            assert!((fold.parameter - 1.0).abs() <= fold.uncertainty.max(1e-12), "{fold:?}");
+            assert!(
+                branch
+                    .points
+                    .iter()
+                    .all(|point| (point.state.x().min(2.0 - point.state.x()) - point.parameter).abs() < 1e-13)
+            );
+        }
+        Err(error) => {
+            let branch = error.branch().unwrap_or_else(|| panic!("{error}"));
+            assert!(branch.points.iter().all(|point| (point.state.x() - point.parameter).abs() < 1e-13), "{error}");
+            assert!((branch.points.last().unwrap().parameter - 1.0).abs() < 1e-6, "{error}");
+            panic!("{error}");
+        }
+    }
+}
+
 type BranchPoint = dynamics::analysis::BranchPoint<<Circle as dynamics::model::Model>::State>;

@@ -145,7 +145,7 @@ fn a_bar_that_gives_way_to_both_sides() {
 
 #[test]
 fn zieglers_column_begins_to_flutter() {
-    let family = |c: f64| move |p: f64| Ziegler { m: 1.0, l: 1.0, k: 1.0, c, p };
+    let family = |c: f64| move |p: f64| Ziegler { follows: 1.0, m: 1.0, l: 1.0, k: 1.0, c, p };
     let start = family(0.0)(0.0).state().build().unwrap();
     let run = |c: f64| continuation(family(c)).from(&start, 0.0).until(0.0..=6.0).run().unwrap();
     let undamped = run(0.0);
@@ -169,4 +169,56 @@ fn zieglers_column_begins_to_flutter() {
     // No load makes a column that is followed by its load diverge: there is no buckling load to be found.
     let error = continuation(family(0.0)).from(&start, 0.0).until(0.0..=6.0).buckling().unwrap_err();
     assert!(matches!(error, ContinuationError::NoBuckling { .. }), "{error}");
+}
+
+#[test]
+fn a_force_that_follows_in_part_buckles_the_column() {
+    // (2 − P)(1 − (1 − η)P) = 1 − ηP: at η = ½ P = 1 and 2. The stiffness has no symmetry that shapes could be told by.
+    let family = |p: f64| Ziegler { follows: 0.5, m: 1.0, l: 1.0, k: 1.0, c: 0.05, p };
+    let start = family(0.0).state().build().unwrap();
+    for longest in [0.05, 1.0] {
+        let column = continuation(family).from(&start, 0.0).until(0.0..=2.5).longest_step(longest).first_step(longest);
+        let trunk = column.run().unwrap();
+        let points: Vec<_> = trunk.branch_points().collect();
+        assert_eq!(points.len(), 2, "{longest}: {trunk}");
+        for (point, wanted) in points.iter().zip([1.0, 2.0]) {
+            assert!((point.parameter - wanted).abs() < 1e-12, "{point:?}");
+        }
+        assert!(column.switch(points[0]).unwrap().iter().all(|arm| arm.points.len() > 3));
+    }
+}
+
+#[test]
+fn steps_do_not_cut_the_corner_that_an_imperfection_leaves() {
+    // P l sin θ = k (θ − ε): from 0 the bar goes over to its own side smoothly, however little it is out of the upright; the other branches do not meet this one.
+    for offset in [1e-2, 1e-4, 1e-6, 1e-8] {
+        for longest in [0.05, 0.3] {
+            let family = |load: f64| Hinged { m: 1.0, length: 1.0, spring: 1.0, offset, load, torque: 0.0 };
+            let start = family(0.0).state().theta(offset).build().unwrap();
+            let bar = continuation(family).from(&start, 0.0).until(0.0..=2.0).longest_step(longest);
+            let branch = bar.run().unwrap();
+            assert!(branch.special.is_empty(), "{offset}, {longest}: {branch}");
+            let last = branch.points.last().unwrap();
+            let load = (last.state.theta() - offset) / last.state.theta().sin();
+            assert!(last.state.theta() > 1.8 && (load - 2.0).abs() < 1e-13, "{offset}, {longest}: {branch}");
+        }
+    }
+}
+
+#[test]
+fn a_steady_motion_has_a_pitchfork_too() {
+    // At the same speed of the hoop, over g: R ω².
+    let family = |g: f64| Free { m: 0.1, g, radius: 0.5, inertia: 0.01 };
+    let start = family(12.0).state().phi_rate(4.0).build().unwrap();
+    let hoop = continuation(family).from(&start, 12.0).until(1.0..=12.0);
+    let diagram = hoop.branches(5).unwrap();
+    assert_eq!(diagram.branches.len(), 3, "{diagram}");
+    let point = &diagram.branches[0].special[0];
+    assert!(matches!(point.kind, SpecialKind::Pitchfork { .. }), "{diagram}");
+    assert!((point.parameter - 8.0).abs() < 1e-12, "{point:?}");
+    for arm in &diagram.branches[1..] {
+        for point in &arm.points {
+            assert!((point.state.theta().cos() - point.parameter / 8.0).abs() < 1e-7 && point.state.phi() == 0.0);
+        }
+    }
 }

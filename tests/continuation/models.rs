@@ -175,8 +175,10 @@ impl Hoop {
 /// A double pendulum under a force that follows its second link; H. Ziegler, Ing.-Archiv 20 (1952) 49.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(phi: [rad; 2])]
-#[units(m: kg, l: m, k: N * m, c: N * m * s, p: N)]
+#[units(m: kg, l: m, k: N * m, c: N * m * s, p: N, follows: 1)]
 pub(crate) struct Ziegler {
+    /// The part of the last link's angle that the force follows.
+    pub(crate) follows: f64,
     pub(crate) m: f64,
     pub(crate) l: f64,
     pub(crate) k: f64,
@@ -205,7 +207,8 @@ impl Ziegler {
     #[force]
     fn follower(&self, q: &Coordinates<Self>) -> Force {
         let [_, end] = self.joints(q);
-        Force::at(end, -self.p * vec2(q.phi[1].cos(), q.phi[1].sin()))
+        let angle = self.follows * q.phi[1];
+        Force::at(end, -self.p * vec2(angle.cos(), angle.sin()))
     }
 }
 
@@ -310,5 +313,107 @@ impl Apart {
         // Coupled, so that shapes turn.
         let (a, b) = (q.x + 0.3 * q.y, q.y - 0.3 * q.x);
         0.5 * (self.first * a.powi(2) + self.second * b.powi(2)) + 0.25 * (a.powi(4) + b.powi(4))
+    }
+}
+
+/// A bead on a hoop, in the plane, that gravity pulls to any side.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, z: m)]
+#[units(m: kg, radius: m, g: m / s^2, side: rad)]
+pub(crate) struct Bead {
+    pub(crate) m: f64,
+    pub(crate) radius: f64,
+    pub(crate) g: f64,
+    pub(crate) side: f64,
+}
+#[dynamics]
+impl Bead {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.z.dt().powi(2))
+    }
+    #[potential]
+    fn weight(&self, q: &Coordinates<Self>) -> Expr {
+        -self.m * self.g * (self.side.sin() * q.x - self.side.cos() * q.z)
+    }
+    #[holonomic]
+    fn hoop(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (q.x.powi(2) + q.z.powi(2) - self.radius.powi(2))
+    }
+}
+
+/// The bead on a hoop that turns freely: a steady motion, whose angle counts for nothing.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad, phi: rad)]
+#[units(m: kg, g: m / s^2, radius: m, inertia: kg * m^2)]
+pub(crate) struct Free {
+    pub(crate) m: f64,
+    pub(crate) g: f64,
+    pub(crate) radius: f64,
+    pub(crate) inertia: f64,
+}
+#[dynamics]
+impl Free {
+    fn bead(&self, q: &Coordinates<Self>) -> Vec3 {
+        let out = self.radius * q.theta.sin();
+        vec3(out * q.phi.cos(), out * q.phi.sin(), -self.radius * q.theta.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.bead(q).dt().norm_squared() + 0.5 * self.inertia * q.phi.dt().powi(2)
+    }
+    #[potential]
+    fn weight(&self, q: &Coordinates<Self>) -> Expr {
+        self.m * self.g * self.bead(q).z
+    }
+}
+
+/// A rigid bar on a hinge with a spring, `offset` out of the upright when nothing pulls.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad)]
+#[units(m: kg, length: m, spring: N * m, offset: rad, load: N, torque: N * m)]
+pub(crate) struct Hinged {
+    pub(crate) m: f64,
+    pub(crate) length: f64,
+    pub(crate) spring: f64,
+    pub(crate) offset: f64,
+    pub(crate) load: f64,
+    pub(crate) torque: f64,
+}
+#[dynamics]
+impl Hinged {
+    fn head(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.length * vec2(q.theta.sin(), q.theta.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.head(q).dt().norm_squared()
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.spring * (q.theta - self.offset).powi(2)
+    }
+    #[force]
+    fn loads(&self, q: &Coordinates<Self>) -> Force {
+        Force::at(self.head(q), vec2(0.0, -self.load)) + Force::along(q.theta, self.torque)
+    }
+}
+
+/// A spring that gives way at one: its force has a corner there.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+pub(crate) struct Yields {
+    pub(crate) m: f64,
+    pub(crate) load: f64,
+}
+#[dynamics]
+impl Yields {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn spring(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, self.load - q.x.min(2.0 - q.x))
     }
 }

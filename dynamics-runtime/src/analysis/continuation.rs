@@ -232,15 +232,11 @@ impl<M: Constraints> Problem<'_, M> {
         Ok(())
     }
 
-    /// The smallest singular value of [K, F_p] against the largest, and the coordinate that it lets move where that is none.
+    /// The smallest singular value of [K, F_p], weighed by inertia, against the largest, and the coordinate that it lets move where that is none.
     fn singular_values(&self, balance: &problem::Balance<M>) -> (f64, Option<usize>) {
-        let n = balance.size();
-        let scaled =
-            DMatrix::from_fn(n, balance.jacobian.ncols(), |i, j| balance.jacobian[(i, j)] * self.measure(balance, j));
-        let scaled = DMatrix::from_fn(n, scaled.ncols(), |i, j| {
-            let most = scaled.row(i).amax();
-            if most > 0.0 { scaled[(i, j)] / most } else { 0.0 }
-        });
+        let Some(weighed) = balance.weighed() else { return (0.0, None) };
+        let (n, unknowns) = weighed.shape();
+        let scaled = DMatrix::from_fn(n, unknowns, |i, j| weighed[(i, j)] * self.measure(balance, j));
         let values = scaled.clone().svd(false, false).singular_values;
         let part = values.min() / values.max().max(f64::MIN_POSITIVE);
         let soft = (part <= 1e-12).then(|| {

@@ -19,8 +19,9 @@ use crate::model::{Constraints, ModelState, Powers, Quantity, Vector};
 pub struct FoldCurve<S: ModelState> {
     /// Both parameters and the equilibrium in the fold, along the curve.
     pub points: Vec<([f64; 2], S)>,
-    /// Where the first parameter turns round against the second, numbers of points: cusps lie beside them.
-    pub turns: Vec<usize>,
+    /// Cusps, in which two curves of folds meet and vanish: each lies between the point of this number and the one before it, where both parameters
+    /// stand still.
+    pub cusps: Vec<usize>,
     /// Why it ends.
     pub end: BranchEnd,
     /// The coordinates.
@@ -92,9 +93,10 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
         let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
         let widths = self.ranges.map(|[lo, hi]| hi - lo);
         let scales = scales(M::COORDINATES, self.place.state.q().as_slice());
-        let problem = Problem { make: &make, count: 2, scales, widths, held: Vec::new() };
+        let mut problem = Problem { make: &make, count: 2, scales, widths, held: Vec::new() };
+        problem.held = problem.ignorable(&problem.balance(&self.place, &[])?);
         let balance = problem.balance(&self.place, &[])?;
-        let singular = Singular::beside(&problem, &balance, false).ok_or(ContinuationError::NoFold)?;
+        let singular = Singular::beside(&balance, false, None).ok_or(ContinuationError::NoFold)?;
         let along = |k: usize| {
             let mut way = super::none(balance.lift.nrows());
             way.p[k] = if self.backward { -widths[k] } else { widths[k] };
@@ -116,7 +118,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
     ) -> Result<FoldCurve<M::State>, ContinuationError<M::State>> {
         let mut here = start.balance;
         let mut curve =
-            FoldCurve { points: Vec::new(), turns: Vec::new(), end: BranchEnd::Points, coordinates: M::COORDINATES };
+            FoldCurve { points: Vec::new(), cusps: Vec::new(), end: BranchEnd::Points, coordinates: M::COORDINATES };
         curve.points.push((here.place.p, here.place.state));
         let (mut h, mut missed) = (0.2 * self.longest, Missed::Far);
         while curve.points.len() < self.points {
@@ -142,7 +144,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
                 guess.p[k] = bound;
                 let mut normal = super::none(here.lift.nrows());
                 normal.p[k] = 1.0;
-                let singular = Singular::beside(problem, &here, false);
+                let singular = Singular::beside(&here, false, None);
                 let last = problem.solve(&guess, &[], Some((&normal, &guess)), singular.as_ref(), h);
                 if let Ok(last) = last {
                     let mut place = last.balance.place;
@@ -153,8 +155,9 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
                 return Ok(curve);
             }
             let turn = problem.dot(&tangent, &along).clamp(-1.0, 1.0).acos();
-            if tangent.p[1] * along.p[1] < 0.0 {
-                curve.turns.push(curve.points.len());
+            let of_parameters = |k: usize| tangent.p[k] * along.p[k] / (problem.widths[k] * problem.widths[k]);
+            if of_parameters(0) + of_parameters(1) < 0.0 {
+                curve.cusps.push(curve.points.len());
             }
             (here, tangent, missed) = (next.balance, along, Missed::Far);
             curve.points.push((here.place.p, here.place.state));
@@ -172,7 +175,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
     ) -> Result<(Arrived<M>, Direction), Missed> {
         let guess = problem.moved(&here.place, &tangent.scaled(h));
         let coordinates = &here.statics.tangent.coordinates;
-        let singular = Singular::beside(problem, here, false).ok_or(Missed::Far)?;
+        let singular = Singular::beside(here, false, None).ok_or(Missed::Far)?;
         let next = problem.solve(&guess, coordinates, Some((tangent, &guess)), Some(&singular), 0.5 * h)?;
         let along = problem.tangent(&next.balance, tangent, Some(&singular)).ok_or(Missed::Far)?;
         if problem.dot(tangent, &along).clamp(-1.0, 1.0).acos() > 0.35 {

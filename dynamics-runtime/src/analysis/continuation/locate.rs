@@ -16,7 +16,7 @@ use crate::model::{Constraints, Powers, Vector};
 const HALVED: usize = 24;
 /// How often it is halved for shapes alone to be told apart.
 const FOLLOWED: usize = 6;
-/// β b of a branch point, against the forces that unit changes make: more is a near miss, of branches that do not meet.
+/// β of a branch point, against the forces that stiffness makes: more is a near miss, of branches that do not meet.
 const UNFOLDED: f64 = 1e-10;
 /// Changes of the parameter below this part of its range and size are rounding.
 const NEUTRAL: f64 = 1e-12;
@@ -61,13 +61,18 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             _ => Some(sample.watch.slope),
         };
         let (best, width) = self.enclose(a, b, &test);
-        let uncertainty = (b.place().p[0] - a.place().p[0]).abs().min(width * self.problem.widths[0]);
+        let uncertainty = width * self.problem.widths[0];
         let reach = 0.2 * self.problem.distance(a.place(), b.place()) + 10.0 * width;
-        let polished = Singular::beside(self.problem, &best.balance, !is_fold).and_then(|singular| {
+        let soft = crossing.and_then(|k| a.watch.like(k, &best.watch));
+        let polished = Singular::beside(&best.balance, !is_fold, soft).and_then(|singular| {
             let place = best.place();
             self.problem.solve(place, best.coordinates(), None, Some(&singular), reach).ok()
         });
-        let polished = polished.filter(|found| found.unfolded <= UNFOLDED);
+        // β pushes along a shape of unit inertia: beside the force of the stiffness that comes and goes here, at the size of displacements.
+        let stiffness = [a, b].map(|end| crossing.and_then(|k| a.watch.like(k, &end.watch)).or(end.watch.stiffest()));
+        let stiffness = stiffness.into_iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let push = stiffness * self.size(&best.balance);
+        let polished = polished.filter(|found| found.beta.abs() <= UNFOLDED * push);
         let sound = polished.is_some();
         let (balance, uncertainty) = match polished {
             Some(found) => {
@@ -92,12 +97,21 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         sound
     }
 
+    /// What displacements are measured by, weighed by inertia.
+    fn size(&self, balance: &Balance<M>) -> f64 {
+        let of = |j: usize| {
+            let k = balance.free[j];
+            balance.statics.mass[(k, k)].sqrt() * self.problem.measure(balance, j)
+        };
+        (0..balance.size()).map(of).fold(0.0, f64::max)
+    }
+
     /// A place next to where a test passes zero between two others, and how far it may be from there along the branch.
     fn enclose(&self, a: &Sample<M>, b: &Sample<M>, test: &dyn Fn(&Sample<M>) -> Option<f64>) -> (Sample<M>, f64) {
         let length = self.ahead(a, b);
         let (mut lo, mut hi) = (0.0, length);
         let (mut at_lo, mut at_hi) = (test(a).unwrap_or(0.0), test(b).unwrap_or(0.0));
-        let mut best: Option<(Sample<M>, f64)> = None;
+        let mut best: Option<(Sample<M>, f64, f64)> = None;
         let mut side = 0;
         for count in 0..60 {
             if hi - lo <= 1e-4 * length && count > 4 {
@@ -109,8 +123,8 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             let s = if inside { falsi } else { 0.5 * (lo + hi) };
             let Ok((sample, _)) = self.beside(a, s, 0.5 * length) else { break };
             let Some(value) = test(&sample) else { break };
-            if best.as_ref().is_none_or(|(_, least)| value.abs() < *least) {
-                best = Some((sample, value.abs()));
+            if best.as_ref().is_none_or(|(_, least, _)| value.abs() < *least) {
+                best = Some((sample, value.abs(), s));
             }
             if value == 0.0 {
                 (lo, hi) = (s, s);
@@ -126,13 +140,12 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
                 side = -1;
             }
         }
-        let width = hi - lo;
         match best {
-            Some((sample, _)) => (sample, width),
+            Some((sample, _, s)) => (sample, (hi - s).abs().max((s - lo).abs())),
             None => {
                 let nearer =
                     if test(a).map_or(f64::MAX, f64::abs) < test(b).map_or(f64::MAX, f64::abs) { a } else { b };
-                (self.copied(nearer), width)
+                (self.copied(nearer), length)
             }
         }
     }
@@ -218,10 +231,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
 pub(super) fn null_plane<M: Constraints>(problem: &Problem<'_, M>, balance: &Balance<M>) -> Option<[Direction; 2]> {
     let (unknowns, n) = (balance.jacobian.ncols(), balance.size());
     let measures = DVector::from_fn(unknowns, |j, _| problem.measure(balance, j));
-    let scaled = &balance.jacobian * DMatrix::from_diagonal(&measures);
-    let size = |i: usize| scaled.row(i).amax();
-    let rows = DVector::from_fn(n, |i, _| if size(i) > 0.0 { 1.0 / size(i) } else { 1.0 });
-    let scaled = DMatrix::from_diagonal(&rows) * scaled;
+    let scaled = balance.weighed()? * DMatrix::from_diagonal(&measures);
     // Thin decompositions leave the null space out: a row of zeros more has it in.
     let square = scaled.insert_row(n, 0.0);
     let svd = square.try_svd(false, true, f64::EPSILON, 1000)?;

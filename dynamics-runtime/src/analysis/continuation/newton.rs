@@ -17,6 +17,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::problem::{Balance, Direction, Place, Problem};
 use crate::analysis::equilibria::EquilibriumError;
+use crate::analysis::linearize::general;
 use crate::model::Constraints;
 
 /// Most corrections. More than eight mean that the step was too long.
@@ -37,18 +38,19 @@ pub(super) struct Singular {
 }
 
 impl Singular {
-    /// With the borders that suit a place near which K is singular: its last singular vectors, rows and columns balanced.
-    pub(super) fn beside<M: Constraints>(
-        problem: &Problem<'_, M>,
-        balance: &Balance<M>,
-        branching: bool,
-    ) -> Option<Self> {
-        let (k, rows, columns) = problem.balanced(balance);
-        let svd = k.try_svd(true, true, f64::EPSILON, 1000)?;
+    /// With the borders that suit a place near which K is singular: the shapes, by columns and by rows, of the stiffness per inertia μ that is nearest to `soft`, to zero if none is
+    /// given. They are those of forces and displacements weighed by inertia, so that units play no part, and what is soft is told from what vanishes.
+    pub(super) fn beside<M: Constraints>(balance: &Balance<M>, branching: bool, soft: Option<f64>) -> Option<Self> {
+        let (lower, k) = balance.per_inertia()?;
+        let n = k.nrows();
+        let real = general(k.clone()).ok()?.into_iter().filter(|x| x.im == 0.0).map(|x| x.re);
+        let wanted = soft.unwrap_or(0.0);
+        let mu = real.min_by(|a, b| (a - wanted).abs().total_cmp(&(b - wanted).abs()))?;
+        let svd = (k - DMatrix::identity(n, n) * mu).try_svd(true, true, f64::EPSILON, 1000)?;
         let least = svd.singular_values.imin();
-        let b = svd.u?.column(least).component_div(&rows);
-        let c = svd.v_t?.row(least).transpose().component_div(&columns);
-        Some(Self { branching, borders: [b, c], coordinates: balance.statics.tangent.coordinates.clone() })
+        let (left, right) = (svd.u?.column(least).into_owned(), svd.v_t?.row(least).transpose());
+        let coordinates = balance.statics.tangent.coordinates.clone();
+        Some(Self { branching, borders: [&lower * left, lower * right], coordinates })
     }
 
     /// How many equations this adds.
@@ -116,8 +118,8 @@ pub(super) struct Arrived<M: Constraints> {
     pub(super) iterations: usize,
     /// The last change of the first parameter.
     pub(super) change: f64,
-    /// β b against the forces that unit changes of coordinates and of the parameter make.
-    pub(super) unfolded: f64,
+    /// β.
+    pub(super) beta: f64,
 }
 
 /// Why it did not.
@@ -136,18 +138,6 @@ impl<M: Constraints> Problem<'_, M> {
             Some(k) => self.widths[k],
             None => self.scales[balance.statics.tangent.coordinates[balance.free[j]]],
         }
-    }
-
-    /// K with columns by what coordinates are measured by, and rows by their largest element; and what rows and columns were multiplied by.
-    pub(super) fn balanced(&self, balance: &Balance<M>) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
-        let n = balance.size();
-        let columns = DVector::from_fn(n, |j, _| self.measure(balance, j));
-        // By forces that the parameter makes, too: at a fold of one coordinate K itself vanishes.
-        let all = DVector::from_fn(balance.jacobian.ncols(), |j, _| self.measure(balance, j));
-        let size = |i: usize| (0..all.len()).fold(0.0, |m: f64, j| m.max((balance.jacobian[(i, j)] * all[j]).abs()));
-        let rows = DVector::from_fn(n, |i, _| if size(i) > 0.0 { 1.0 / size(i) } else { 1.0 });
-        let k = DMatrix::from_diagonal(&rows) * balance.stiffness() * DMatrix::from_diagonal(&columns);
-        (k, rows, columns)
     }
 
     /// ⟨n, ·⟩ of the unknowns.
@@ -169,12 +159,13 @@ impl<M: Constraints> Problem<'_, M> {
         singular: Option<&Singular>,
         reach: f64,
     ) -> Result<Arrived<M>, Missed> {
-        let (mut place, mut last, mut beta, mut moved) = (*guess, f64::INFINITY, 0.0, f64::INFINITY);
+        let (mut place, mut last, mut beta) = (*guess, f64::INFINITY, 0.0);
         for iterations in 0..MOST {
             let balance = self.balance(&place, preferred).map_err(Missed::Model)?;
             let (matrix, right) = self.system(&balance, plane, singular, beta).ok_or(Missed::Far)?;
             let n = balance.size();
-            let step = linear(&matrix, &-right).ok_or(Missed::Far)?;
+            let step = linear(&matrix, &-&right).ok_or(Missed::Far)?;
+            let scales = DVector::from_fn(n + self.count, |j, _| self.measure(&balance, j));
             let by = balance.direction(&step, self.count);
             let by = Direction { q: &by.q + &balance.offset, ..by };
             let change = self.norm(&by);
@@ -187,16 +178,12 @@ impl<M: Constraints> Problem<'_, M> {
                 if !balance.is_balanced(change).map_err(Missed::Model)? {
                     return Err(Missed::Far);
                 }
-                let unfolded = match singular {
-                    Some(singular) if singular.branching => {
-                        let (_, rows, _) = self.balanced(&balance);
-                        (singular.borders[0].component_mul(&rows) * beta).amax()
-                    }
-                    _ => 0.0,
-                };
-                return Ok(Arrived { balance, iterations, change: moved.min(by.p[0].abs()), unfolded });
+                if singular.is_some_and(|singular| !settled(&matrix, &right, n..n + singular.count(), &scales)) {
+                    return Err(Missed::Far);
+                }
+                return Ok(Arrived { balance, iterations, change: by.p[0].abs(), beta });
             }
-            (last, moved) = (change, by.p[0].abs());
+            last = change;
             if singular.is_some_and(|singular| singular.branching) {
                 beta += step[n + self.count];
             }
@@ -258,6 +245,14 @@ impl<M: Constraints> Problem<'_, M> {
         let norm = self.norm(&found);
         (norm > 0.0 && norm.is_finite()).then(|| found.scaled(1.0 / norm))
     }
+}
+
+/// Whether these equations are fulfilled as nearly as their slopes tell: where a slope is none, as beside a corner, small steps say nothing.
+fn settled(matrix: &DMatrix<f64>, right: &DVector<f64>, rows: core::ops::Range<usize>, scales: &DVector<f64>) -> bool {
+    rows.into_iter().all(|i| {
+        let slope = (0..scales.len()).fold(0.0, |most: f64, j| most.max((matrix[(i, j)] * scales[j]).abs()));
+        right[i].abs() <= 1e-7 * slope
+    })
 }
 
 /// The solution of a square system, rows and columns balanced; directions in which it is singular stand still.

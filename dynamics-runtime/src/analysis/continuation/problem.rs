@@ -209,6 +209,21 @@ impl<M: Constraints> Balance<M> {
         self.jacobian.columns(0, self.size()).into_owned()
     }
 
+    /// L of M = L Lᵀ, and L⁻¹ K L⁻ᵀ, of the free coordinates.
+    pub(super) fn per_inertia(&self) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+        let mass = self.statics.mass.select_rows(&self.free).select_columns(&self.free);
+        let lower = mass.cholesky()?.unpack();
+        let half = lower.solve_lower_triangular(&self.stiffness())?;
+        let reduced = lower.solve_lower_triangular(&half.transpose())?.transpose();
+        Some((lower, reduced))
+    }
+
+    /// L⁻¹ [K, F_p]: forces of all units weighed alike.
+    pub(super) fn weighed(&self) -> Option<DMatrix<f64>> {
+        let mass = self.statics.mass.select_rows(&self.free).select_columns(&self.free);
+        mass.cholesky()?.unpack().solve_lower_triangular(&self.jacobian)
+    }
+
     /// F_p of a parameter.
     pub(super) fn by_parameter(&self, k: usize) -> DVector<f64> {
         self.jacobian.column(self.size() + k).into_owned()

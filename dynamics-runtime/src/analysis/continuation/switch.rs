@@ -126,12 +126,11 @@ fn place<S: ModelState>(special: &Special<S>) -> Place<S> {
     Place { state: special.state, p: [special.parameter, 0.0] }
 }
 
-/// Whether a branch goes where another one went: its first points after the one in which they meet lie on that.
+/// Whether a branch goes where another one went: its first points after the one in which they meet all lie on that.
 fn lies_on<M: Constraints>(problem: &Problem<'_, M>, branch: &Branch<M::State>, other: &Branch<M::State>) -> bool {
     let points: Vec<Place<M::State>> =
         branch.points.iter().map(|point| Place { state: point.state, p: [point.parameter, 0.0] }).collect();
-    let looked = points.len().min(6);
-    (looked.min(3)..looked).any(|k| on_chord(problem, &points[k], other))
+    points.len() > 1 && points.iter().take(6).skip(1).all(|point| on_chord(problem, point, other))
 }
 
 fn on_chord<M: Constraints>(problem: &Problem<'_, M>, point: &Place<M::State>, other: &Branch<M::State>) -> bool {

@@ -29,6 +29,9 @@ const UNSOUND: f64 = 1e-6;
 const CREEP: f64 = 1e-7;
 const CREPT: usize = 40;
 
+/// Dependent coordinates that move so many times more than independent ones take their place.
+const STEEP: f64 = 5.0;
+
 /// How a branch is followed.
 #[derive(Clone, Debug)]
 pub(super) struct Options {
@@ -167,12 +170,26 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             if !leaving {
                 self.inspect_flutter(&here, &next);
             }
-            (here, h) = (*next, after.min(self.options.longest));
+            (here, h) = (self.well_placed(*next), after.min(self.options.longest));
             if last {
                 return Ok(self.finish(BranchEnd::Range));
             }
         }
         Ok(self.finish(BranchEnd::Points))
+    }
+
+    /// In other independent coordinates, where others have come to move much more than they do.
+    fn well_placed(&self, sample: Sample<M>) -> Sample<M> {
+        let measures = &self.problem.scales;
+        let lift = |j: usize, i: usize| {
+            (sample.balance.lift[(i, j)] * self.problem.measure(&sample.balance, j) / measures[i]).abs()
+        };
+        let most = (0..sample.balance.size()).flat_map(|j| (0..measures.len()).map(move |i| (j, i)));
+        if most.map(|(j, i)| lift(j, i)).fold(0.0, f64::max) <= STEEP {
+            return sample;
+        }
+        let again = self.problem.balance(sample.place(), &[]).map_err(Missed::Model);
+        again.and_then(|balance| self.sample(balance, &sample.tangent)).unwrap_or(sample)
     }
 
     /// One step of length h, or what is left of it up to the end of the range.
@@ -309,7 +326,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
 
     /// The fold just ahead.
     fn limit(&self, here: &Sample<M>) -> Option<(f64, M::State)> {
-        let singular = Singular::beside(self.problem, &here.balance, false)?;
+        let singular = Singular::beside(&here.balance, false, None)?;
         let found = self.problem.solve(here.place(), here.coordinates(), None, Some(&singular), 0.1).ok()?;
         let place = found.balance.place;
         Some((place.p[0], place.state))

@@ -92,6 +92,11 @@ impl Watch {
         (0..self.squares.len()).min_by(|i, j| self.squares[*i].abs().total_cmp(&self.squares[*j].abs()))
     }
 
+    /// The largest μ by size.
+    pub(super) fn stiffest(&self) -> Option<f64> {
+        self.squares.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))
+    }
+
     /// cos² of the angles between all shapes of two places, a row for each of this one.
     fn agreement(&self, other: &Self) -> Option<DMatrix<f64>> {
         let (Some(a), Some(b)) = (&self.shapes, &other.shapes) else { return None };
