@@ -222,3 +222,65 @@ fn a_steady_motion_has_a_pitchfork_too() {
         }
     }
 }
+
+#[test]
+fn a_tall_truss_buckles_aside_before_it_snaps() {
+    let family = |load: f64| Tall { m: 1.0, stiffness: 1.0, half_span: 1.0, height: 3.0, load };
+    let start = family(0.0).state().z(3.0).build().unwrap();
+    let diagram = continuation(family).from(&start, 0.0).until(-4.0..=4.0).branches(12).unwrap();
+    // On the symmetric branch x resists no more where ℓ³ = ℓ₀ z², and z where ℓ³ = ℓ₀ b².
+    let free = 10.0_f64.sqrt();
+    let trunk = &diagram.branches[0];
+    assert_eq!((trunk.folds().count(), trunk.branch_points().count(), trunk.special.len()), (2, 4, 6), "{trunk}");
+    for special in &trunk.special {
+        let z = special.state.z();
+        let length = (1.0 + z * z).sqrt();
+        let missed = match special.kind {
+            SpecialKind::Fold => length.powi(3) - free,
+            _ => length.powi(3) - free * z * z,
+        };
+        assert!(missed.abs() < 1e-11 && special.state.x().abs() < 1e-12, "{special:?}");
+        assert!((special.parameter - 2.0 * z * (free / length - 1.0)).abs() < 1e-13, "{special:?}");
+    }
+    // Aside: one closed curve through both of the outer ones, found once, every point of it in balance.
+    let closed: Vec<_> = diagram.branches.iter().filter(|branch| branch.end == BranchEnd::Closed).collect();
+    let [loop_] = closed[..] else { panic!("{diagram}") };
+    for point in &loop_.points {
+        let (x, z) = (point.state.x(), point.state.z());
+        let bar = |from: f64| {
+            let length = ((x - from).powi(2) + z * z).sqrt();
+            [x - from, z].map(|along| (length - free) * along / length)
+        };
+        let (left, right) = (bar(-1.0), bar(1.0));
+        assert!(
+            (left[0] + right[0]).abs() < 1e-12 && (left[1] + right[1] + point.parameter).abs() < 1e-12,
+            "{point:?}"
+        );
+    }
+    assert!(
+        loop_.points.iter().any(|point| point.state.x() > 0.5)
+            && loop_.points.iter().any(|point| point.state.x() < -0.5)
+    );
+    // Through the inner ones branches go to where the apex meets a foot, and a bar has no length: there the model ends, and each says so.
+    assert_eq!((diagram.branches.len(), diagram.failures.len()), (2 + 1 + 4, 4), "{diagram}");
+    for branch in &diagram.branches[3..] {
+        let last = &branch.points.last().unwrap().state;
+        assert!((last.x().abs() - 1.0).abs() < 1e-6 && last.z().abs() < 1e-6, "{branch}");
+    }
+}
+
+#[test]
+fn units_make_no_difference() {
+    // In millimetres and tonnes, and in kilometres and grammes.
+    for (length, mass) in [(1e3, 1e-3), (1e-3, 1e6), (1e-6, 1e-6)] {
+        let force = mass * length;
+        let family = |load: f64| Truss { m: mass, stiffness: force, half_span: length, height: 0.5 * length, load };
+        let start = family(0.0).state().z(0.5 * length).build().unwrap();
+        let branch = continuation(family).from(&start, 0.0).until(-0.06 * force..=0.06 * force).run().unwrap();
+        assert_eq!((branch.folds().count(), branch.special.len()), (2, 2), "{branch}");
+        for (fold, sign) in branch.folds().zip([1.0, -1.0]) {
+            assert!((sign * fold.parameter / (LIMIT[0] * force) - 1.0).abs() < 1e-12, "{fold:?}");
+        }
+        assert!((40..200).contains(&branch.points.len()), "{branch}");
+    }
+}

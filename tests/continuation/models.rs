@@ -417,3 +417,33 @@ impl Yields {
         Force::along(q.x, self.load - q.x.min(2.0 - q.x))
     }
 }
+
+/// Two bars to an apex that may go aside: tall ones buckle to the side before they snap.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, z: m)]
+#[units(m: kg, stiffness: N / m, half_span: m, height: m, load: N)]
+pub(crate) struct Tall {
+    pub(crate) m: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) half_span: f64,
+    pub(crate) height: f64,
+    pub(crate) load: f64,
+}
+#[dynamics]
+impl Tall {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.z.dt().powi(2))
+    }
+    #[potential]
+    fn bars(&self, q: &Coordinates<Self>) -> Expr {
+        let free = (self.half_span.powi(2) + self.height.powi(2)).sqrt();
+        let left = vec2(q.x + self.half_span, q.z).norm();
+        let right = vec2(q.x - self.half_span, q.z).norm();
+        0.5 * self.stiffness * ((left - free).powi(2) + (right - free).powi(2))
+    }
+    #[force]
+    fn load(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.z, -self.load)
+    }
+}

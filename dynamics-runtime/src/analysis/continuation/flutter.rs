@@ -80,7 +80,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
     fn enclose_flutter(&self, a: &Sample<M>, b: &Sample<M>, counts: [usize; 2]) -> Option<Enclosed<M>> {
         let (mut lo, mut hi) = (0.0, self.ahead(a, b));
         let begins = counts[1] > counts[0];
-        let mut flutter = self.copied(if begins { b } else { a });
+        let mut flutter = self.copied(if begins { b } else { a })?;
         for _ in 0..50 {
             let s = 0.5 * (lo + hi);
             if s <= lo || s >= hi {

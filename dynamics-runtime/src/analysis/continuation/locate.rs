@@ -60,7 +60,11 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             Some(k) if !is_fold => a.watch.like(k, &sample.watch),
             _ => Some(sample.watch.slope),
         };
-        let (best, width) = self.enclose(a, b, &test);
+        let Some((best, width)) = self.enclose(a, b, &test) else {
+            let kind = if is_fold { SpecialKind::Fold } else { SpecialKind::BranchPoint };
+            self.add(kind, &b.balance, self.ahead(a, b) * self.problem.widths[0], None, None);
+            return false;
+        };
         let uncertainty = width * self.problem.widths[0];
         let reach = 0.2 * self.problem.distance(a.place(), b.place()) + 10.0 * width;
         let soft = crossing.and_then(|k| a.watch.like(k, &best.watch));
@@ -107,7 +111,12 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
     }
 
     /// A place next to where a test passes zero between two others, and how far it may be from there along the branch.
-    fn enclose(&self, a: &Sample<M>, b: &Sample<M>, test: &dyn Fn(&Sample<M>) -> Option<f64>) -> (Sample<M>, f64) {
+    fn enclose(
+        &self,
+        a: &Sample<M>,
+        b: &Sample<M>,
+        test: &dyn Fn(&Sample<M>) -> Option<f64>,
+    ) -> Option<(Sample<M>, f64)> {
         let length = self.ahead(a, b);
         let (mut lo, mut hi) = (0.0, length);
         let (mut at_lo, mut at_hi) = (test(a).unwrap_or(0.0), test(b).unwrap_or(0.0));
@@ -140,21 +149,13 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
                 side = -1;
             }
         }
-        match best {
-            Some((sample, _, s)) => (sample, (hi - s).abs().max((s - lo).abs())),
-            None => {
-                let nearer =
-                    if test(a).map_or(f64::MAX, f64::abs) < test(b).map_or(f64::MAX, f64::abs) { a } else { b };
-                (self.copied(nearer), length)
-            }
-        }
+        best.map(|(sample, _, s)| (sample, (hi - s).abs().max((s - lo).abs())))
     }
 
     /// The same place once more.
-    pub(super) fn copied(&self, sample: &Sample<M>) -> Sample<M> {
-        let again = self.problem.balance(sample.place(), sample.coordinates());
-        let balance = again.unwrap_or_else(|_| unreachable!("it was computed before, with the same numbers"));
-        Sample { balance, tangent: sample.tangent.clone(), watch: sample.watch.clone() }
+    pub(super) fn copied(&self, sample: &Sample<M>) -> Option<Sample<M>> {
+        let balance = self.problem.balance(sample.place(), sample.coordinates()).ok()?;
+        Some(Sample { balance, tangent: sample.tangent.clone(), watch: sample.watch.clone() })
     }
 
     /// Of the plane in which branches meet, the direction of this branch, and the one normal to it.

@@ -164,6 +164,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             let gone = self.problem.distance(here.place(), middle.place())
                 + self.problem.distance(middle.place(), next.place());
             if !last && self.closes(&origin, &direction, &here, &next) {
+                self.close(here.place());
                 return Ok(self.finish(BranchEnd::Closed));
             }
             self.push(&next, gone);
@@ -275,6 +276,18 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let q = &before.q * (1.0 - part) + &after.q * part;
         let p = [mix([before.p[0], after.p[0]], 0), 0.0];
         self.problem.norm(&Direction { q, p }) <= 0.1 * length
+    }
+
+    /// Ends with the first point once more.
+    fn close(&mut self, here: &Place<M::State>) {
+        let [first, .., last] = &self.points[..] else { return };
+        let first = first.clone();
+        let there = Place { state: first.state, p: [first.parameter, 0.0] };
+        let mut by = self.problem.between(here, &there);
+        by.q.iter_mut().zip(self.periodic).filter(|(_, p)| **p).for_each(|(q, _)| *q -= TAU * (*q / TAU).round());
+        let arclength = last.arclength + self.problem.norm(&by);
+        let state = self.problem.moved(here, &by).state;
+        self.points.push(BranchPoint { arclength, state, ..first });
     }
 
     fn push(&mut self, sample: &Sample<M>, gone: f64) {
