@@ -59,7 +59,7 @@ impl Singular {
     }
 
     /// g, and f.
-    fn tests<M: Constraints>(&self, k: &DMatrix<f64>, by_p: impl Fn() -> Option<DVector<f64>>) -> Option<Vec<f64>> {
+    fn tests(&self, k: &DMatrix<f64>, by_p: impl Fn() -> Option<DVector<f64>>) -> Option<Vec<f64>> {
         let (n, [b, c]) = (k.nrows(), &self.borders);
         let mut bordered = DMatrix::zeros(n + 1, n + 1);
         bordered.view_mut((0, 0), (n, n)).copy_from(k);
@@ -79,12 +79,12 @@ impl Singular {
         if self.branching {
             let there = problem.balance(place, &self.coordinates).ok()?;
             (there.statics.tangent.coordinates == self.coordinates)
-                .then(|| self.tests::<M>(&there.stiffness(), || Some(there.by_parameter(0))))?
+                .then(|| self.tests(&there.stiffness(), || Some(there.by_parameter(0))))?
         } else {
             let there = problem.statics(place, &self.coordinates).ok()?;
             let free = problem.free(&there);
             let k = there.stiffness.select_rows(&free).select_columns(&free);
-            (there.tangent.coordinates == self.coordinates).then(|| self.tests::<M>(&k, || None))?
+            (there.tangent.coordinates == self.coordinates).then(|| self.tests(&k, || None))?
         }
     }
 
@@ -94,7 +94,7 @@ impl Singular {
         problem: &Problem<'_, M>,
         balance: &Balance<M>,
     ) -> Option<(Vec<f64>, DMatrix<f64>)> {
-        let here = self.tests::<M>(&balance.stiffness(), || Some(balance.by_parameter(0)))?;
+        let here = self.tests(&balance.stiffness(), || Some(balance.by_parameter(0)))?;
         let unknowns = balance.lift.ncols();
         let mut slopes = DMatrix::zeros(self.count(), unknowns);
         for j in 0..unknowns {

@@ -283,13 +283,16 @@ fn pieces<S: ModelState>(branch: &Branch<S>, wanted: Stays, of: &impl Fn(&S) -> 
     out
 }
 
+/// From where to where on a chart, and whether it stays there.
+type Stretch = ((f64, f64), (f64, f64), Stays);
+
 /// What is drawn between two points: one stretch, or one up to the special points between them and one from there.
 fn stretches<S: ModelState>(
     branch: &Branch<S>,
     before: &BranchPoint<S>,
     after: &BranchPoint<S>,
     of: &impl Fn(&S) -> f64,
-) -> Vec<((f64, f64), (f64, f64), Stays)> {
+) -> Vec<Stretch> {
     let at = |parameter: f64, state: &S| (parameter, of(state));
     let (from, to) = (at(before.parameter, &before.state), at(after.parameter, &after.state));
     let is_between =
