@@ -70,6 +70,21 @@ fn what_passes_zero_to_opposite_sides_in_one_step_is_seen() {
         assert!((loads[0] - 1.0).abs() < 1e-12 && (loads[1] - 1.0 - apart).abs() < 1e-12, "{loads:?}");
         assert!(branch.special.iter().all(|point| matches!(point.kind, SpecialKind::Pitchfork { .. })), "{branch}");
     }
+    // One that passes and comes back within a step, and one that only comes near.
+    for apart in [1e-2, 1e-3, 1e-4] {
+        for longest in [0.02, 0.05, 0.2] {
+            let family = |p: f64| Apart { m: 1.0, first: (p - 1.03).powi(2) - apart * apart, second: 1.0 };
+            let start = family(0.0).state().build().unwrap();
+            let branch = continuation(family).from(&start, 0.0).until(0.0..=3.0).longest_step(longest).run().unwrap();
+            let loads: Vec<f64> = branch.special.iter().map(|point| point.parameter).collect();
+            assert_eq!(loads.len(), 2, "{apart}, {longest}: {branch}");
+            assert!((loads[0] - 1.03 + apart).abs() < 1e-11 && (loads[1] - 1.03 - apart).abs() < 1e-11, "{loads:?}");
+        }
+    }
+    let family = |p: f64| Apart { m: 1.0, first: (p - 1.03).powi(2) + 1e-6, second: 1.0 };
+    let start = family(0.0).state().build().unwrap();
+    let branch = continuation(family).from(&start, 0.0).until(0.0..=3.0).run().unwrap();
+    assert!(branch.special.is_empty(), "{branch}");
     // What passes at the very same load is said to be several, and nothing is made up about them.
     let family = |p: f64| Apart { m: 1.0, first: 1.0 - p, second: 1.0 - p };
     let start = family(0.0).state().build().unwrap();

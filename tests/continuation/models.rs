@@ -447,3 +447,28 @@ impl Tall {
         Force::along(q.z, -self.load)
     }
 }
+
+/// A sleigh held by a spring: it rests in many positions.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, phi: rad)]
+#[units(m: kg, gyration: m, stiffness: N / m)]
+pub(crate) struct Sleigh {
+    pub(crate) gyration: f64,
+    pub(crate) m: f64,
+    pub(crate) stiffness: f64,
+}
+#[dynamics]
+impl Sleigh {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (vec2(q.x, q.y).dt().norm_squared() + self.gyration.powi(2) * q.phi.dt().powi(2))
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiffness * (q.x.powi(2) + q.y.powi(2) + (self.gyration * q.phi).powi(2))
+    }
+    #[nonholonomic]
+    fn blade(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.dt() * q.phi.sin() - q.y.dt() * q.phi.cos()
+    }
+}

@@ -40,6 +40,7 @@ pub use error::ContinuationError;
 pub use fold_curve::{FoldCurve, FoldCurves, fold_curve};
 
 use super::equilibria::{Asked, find, periodic, scales};
+use crate::constrain::held::active_rows;
 use crate::model::{Constraints, ModelState, Powers, Vector};
 use locate::null_plane;
 use problem::{Direction, Place, Problem};
@@ -175,6 +176,9 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
                 return Err(ContinuationError::Option { name, value });
             }
         }
+        if rolls::<M>(&self.start) {
+            return Err(ContinuationError::Nonholonomic);
+        }
         let make = |p: [f64; 2]| (self.make)(p[0]);
         let model = make([self.value, 0.0]);
         let scales = scales(M::COORDINATES, self.start.q().as_slice());
@@ -215,10 +219,6 @@ impl<M: Constraints> Problem<'_, M> {
     /// Finds what stands still, and what coordinates are measured by that are 0 at the start.
     fn prepare(&mut self, place: &Place<M::State>) -> Result<(), ContinuationError<M::State>> {
         let balance = self.balance(place, &[])?;
-        let tangent = &balance.statics.tangent;
-        if tangent.rates.len() != tangent.coordinates.len() {
-            return Err(ContinuationError::Nonholonomic);
-        }
         self.held = self.ignorable(&balance);
         let balance = self.balance(place, &[])?;
         if balance.size() == 0 {
@@ -290,6 +290,11 @@ impl<M: Constraints> Problem<'_, M> {
         let measures: alloc::vec::Vec<f64> = (0..q.len()).map(found).collect();
         self.scales.iter_mut().zip(measures).filter(|(_, found)| *found > 0.0).for_each(|(s, found)| *s = found);
     }
+}
+
+/// Whether a row on velocities holds, which leaves more positions than velocities.
+fn rolls<M: Constraints>(state: &M::State) -> bool {
+    active_rows::<M>(state.modes(), false).any(|row| row >= M::Residual::LEN)
 }
 
 /// No direction at all.

@@ -90,6 +90,9 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
                 return Err(ContinuationError::Range { range, start });
             }
         }
+        if super::rolls::<M>(&self.place.state) {
+            return Err(ContinuationError::Nonholonomic);
+        }
         let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
         let widths = self.ranges.map(|[lo, hi]| hi - lo);
         let scales = scales(M::COORDINATES, self.place.state.q().as_slice());

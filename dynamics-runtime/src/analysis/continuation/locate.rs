@@ -4,6 +4,8 @@
 //! solution of equations that are regular there (`newton.rs`). Where branches meet, the null space of [K, F_p] is a plane: the direction in it normal to this
 //! branch leads to the other one (Keller's method IV), which is followed a little way to both sides to see how the two meet.
 
+use alloc::vec::Vec;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::branch::{Special, SpecialKind};
@@ -24,6 +26,19 @@ const NEUTRAL: f64 = 1e-12;
 const ASIDE: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 impl<M: Constraints + Powers> Tracer<'_, M> {
+    /// Looks for folds and branch points in a step, of which the middle is known, and where something seems to dip to zero; false as in [`Tracer::inspect`].
+    pub(super) fn inspect_step(&mut self, a: &Sample<M>, middle: &Sample<M>, b: &Sample<M>) -> bool {
+        let length = self.ahead(a, b);
+        let mut dips = Vec::new();
+        for part in a.watch.dips(&middle.watch, &b.watch) {
+            dips.extend(self.beside(a, part * length, length).map(|(sample, _)| (part, sample)).ok());
+        }
+        let (before, after): (Vec<_>, Vec<_>) = dips.iter().partition(|(part, _)| *part < 0.5);
+        let between = before.into_iter().map(|(_, s)| s).chain([middle]).chain(after.into_iter().map(|(_, s)| s));
+        let places: Vec<&Sample<M>> = [a].into_iter().chain(between).chain([b]).collect();
+        places.windows(2).all(|pair| self.inspect(pair[0], pair[1], 0))
+    }
+
     /// Looks for folds and branch points between two places; false where what is there could not be made out, as where the step led to another branch
     /// that does not meet this one.
     pub(super) fn inspect(&mut self, a: &Sample<M>, b: &Sample<M>, depth: usize) -> bool {
@@ -80,7 +95,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let sound = polished.is_some();
         let (balance, uncertainty) = match polished {
             Some(found) => {
-                let rounding = f64::EPSILON * found.balance.place.p[0].abs();
+                let rounding = self.rounding(&found.balance, [a, b], crossing, is_fold);
                 (found.balance, found.change + rounding)
             }
             None => (best.balance, uncertainty),
@@ -99,6 +114,25 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let mode = without_parameter(self.problem, &plane);
         self.add(kind, &balance, uncertainty, Some(mode), Some(ways));
         sound
+    }
+
+    /// How far the parameter of a singular place may be off for rounding: of forces along the shape in a fold, of stiffnesses elsewhere.
+    fn rounding(&self, balance: &Balance<M>, [a, b]: [&Sample<M>; 2], crossing: Option<usize>, is_fold: bool) -> f64 {
+        let own = f64::EPSILON * balance.place.p[0].abs();
+        let (Some(singular), Ok(noise)) =
+            (Singular::beside(balance, false, None), balance.statics.noise(&balance.model, &balance.place.state))
+        else {
+            return own;
+        };
+        if is_fold {
+            let mass = balance.statics.mass.select_rows(&balance.free).select_columns(&balance.free);
+            let Some(left) = mass.cholesky().map(|mass| mass.solve(&singular.borders[0])) else { return own };
+            let noise: f64 = balance.free.iter().zip(left.iter()).map(|(k, x)| noise[*k] * x.abs()).sum();
+            return own + noise / left.dot(&balance.by_parameter(0)).abs().max(f64::MIN_POSITIVE);
+        }
+        let change = |k: usize| Some(a.watch.like(k, &b.watch)? - a.watch.squares[k]);
+        let per_stiffness = crossing.and_then(change).map_or(0.0, |d| ((b.place().p[0] - a.place().p[0]) / d).abs());
+        own + 8.0 * f64::EPSILON * a.watch.stiffest().map_or(0.0, f64::abs) * per_stiffness
     }
 
     /// What displacements are measured by, weighed by inertia.
@@ -236,7 +270,7 @@ pub(super) fn null_plane<M: Constraints>(problem: &Problem<'_, M>, balance: &Bal
     // Thin decompositions leave the null space out: a row of zeros more has it in.
     let square = scaled.insert_row(n, 0.0);
     let svd = square.try_svd(false, true, f64::EPSILON, 1000)?;
-    let mut order: alloc::vec::Vec<usize> = (0..unknowns).collect();
+    let mut order: Vec<usize> = (0..unknowns).collect();
     order.sort_by(|i, j| svd.singular_values[*i].total_cmp(&svd.singular_values[*j]));
     let v_t = svd.v_t?;
     let way = |k: usize| balance.direction(&v_t.row(k).transpose().component_mul(&measures), problem.count);

@@ -3,7 +3,8 @@
 //! A step goes along the tangent and returns to the branch in the plane normal to it (Keller's pseudo-arclength; the plane of one value of the parameter under
 //! load control). Its length follows the angle between tangents and the corrections that it took (E. L. Allgower & K. Georg, *Introduction to Numerical
 //! Continuation Methods*, chapter 6); it is cut where the tangent turns too far, so that the branch is not left for another one nearby. The middle of each
-//! step is computed, too: what passes zero and comes back within a step is seen there.
+//! step is computed, too, and the place where a stiffness or the slope of the parameter seems to be least: what passes zero and comes back within a step is
+//! seen there.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -29,6 +30,8 @@ const UNSOUND: f64 = 1e-6;
 const CREEP: f64 = 1e-7;
 const CREPT: usize = 40;
 
+/// The fold in which load control ends is nearer than this.
+const NEAR_LIMIT: f64 = 1e-2;
 /// Dependent coordinates that move so many times more than independent ones take their place.
 const STEEP: f64 = 5.0;
 
@@ -154,7 +157,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
                 Step::Last(middle, next) => (middle, next, h, true),
             };
             let known = self.special.len();
-            let sound = leaving || (self.inspect(&here, &middle, 0) && self.inspect(&middle, &next, 0));
+            let sound = leaving || self.inspect_step(&here, &middle, &next);
             if !sound && h > UNSOUND {
                 // Shorter steps follow the turn that this one cut.
                 self.special.truncate(known);
@@ -340,7 +343,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     /// The fold just ahead.
     fn limit(&self, here: &Sample<M>) -> Option<(f64, M::State)> {
         let singular = Singular::beside(&here.balance, false, None)?;
-        let found = self.problem.solve(here.place(), here.coordinates(), None, Some(&singular), 0.1).ok()?;
+        let found = self.problem.solve(here.place(), here.coordinates(), None, Some(&singular), NEAR_LIMIT).ok()?;
         let place = found.balance.place;
         Some((place.p[0], place.state))
     }

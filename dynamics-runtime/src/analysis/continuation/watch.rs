@@ -17,6 +17,8 @@ use crate::model::Constraints;
 const SAME_SHAPE: f64 = 0.6;
 /// Elements that differ by less than this part of the largest are one: a stiffness of a potential is symmetric.
 const SYMMETRIC: f64 = 1e-10;
+/// A dip to less than this part of the values beside it is looked at.
+const LOW: f64 = 0.3;
 /// Imaginary parts below this part are rounding: where two real ones meet, each is off by the root of it.
 const REAL: f64 = 1e-6;
 
@@ -142,6 +144,17 @@ impl Watch {
         Changes { crossing, turns, sure }
     }
 
+    /// Parts of the way from here over the middle to an end at which a μ, or the slope of the parameter, seems to dip to zero, or past it, and come back: those of the
+    /// parabolas through three places.
+    pub(super) fn dips(&self, middle: &Self, end: &Self) -> Vec<f64> {
+        let of_squares =
+            (0..self.squares.len()).filter_map(|k| Some([self.squares[k], self.like(k, middle)?, self.like(k, end)?]));
+        let all = of_squares.chain([[self.slope, middle.slope, end.slope]]);
+        let mut found: Vec<f64> = all.filter_map(dip).collect();
+        found.sort_by(f64::total_cmp);
+        found
+    }
+
     /// Where shapes say nothing, by the number of those that do not resist.
     fn by_number(&self, other: &Self, turns: bool) -> Changes {
         let (before, after) = (self.negative(), other.negative());
@@ -155,4 +168,17 @@ impl Watch {
         order.truncate(count);
         Changes { crossing: order, turns, sure: true }
     }
+}
+
+/// Where a parabola through values at 0, ½ and 1 of one sign comes near zero, or passes it, between them.
+fn dip([first, middle, last]: [f64; 3]) -> Option<f64> {
+    // As signs count where changes are looked for: what is exactly zero has not passed it.
+    let one_sign = [middle, last].iter().all(|x| (*x < 0.0) == (first < 0.0));
+    let bend = 2.0 * (first - 2.0 * middle + last);
+    let rise = last - first - bend;
+    let at = -0.5 * rise / bend;
+    let least = first - 0.25 * rise * rise / bend;
+    let near = least * first <= 0.0 || least.abs() < LOW * first.abs().min(last.abs());
+    let bends_away = (bend < 0.0) == (first < 0.0);
+    (one_sign && bends_away && at > 0.0 && at < 1.0 && near).then_some(at)
 }
