@@ -118,6 +118,14 @@ fn coordinates_take_turns_in_being_independent() {
         assert!((x - wanted[0]).abs() < 1e-13 && (z - wanted[1]).abs() < 1e-13, "{point:?}");
         assert_eq!(point.stays(), Stays::Stable, "{point:?}");
     }
+    // The end where one of them says next to nothing.
+    for beside in [1e-5, 1e-7, -1e-8] {
+        let end = 0.5 * std::f64::consts::PI + beside;
+        let branch = continuation(family).from(&start, 0.0).until(0.0..=end).run().unwrap();
+        let last = branch.points.last().unwrap();
+        assert!((last.state.x() - 0.5 * end.sin()).abs() < 1e-15 && (last.state.z() + 0.5 * end.cos()).abs() < 1e-15);
+        assert_eq!(last.stays(), Stays::Stable, "{last:?}");
+    }
 }
 
 #[test]
@@ -137,6 +145,26 @@ fn forces_with_a_corner() {
     let error = spring.load_controlled().run().unwrap_err();
     let ContinuationError::Stuck { parameter, ref branch, .. } = error else { panic!("{error}") };
     assert!((parameter - 1.0).abs() < 1e-8 && branch.points.len() > 5, "{error}");
+}
+
+#[test]
+fn a_branch_beside_others_is_not_left() {
+    for apart in [0.3, 0.05, 0.01] {
+        for longest in [0.05, 0.3, 1.0] {
+            let family = |p: f64| Grooves { m: 1.0, apart, p };
+            let start = family(0.0).state().build().unwrap();
+            let grooves =
+                continuation(family).from(&start, 0.0).until(0.0..=3.0).longest_step(longest).first_step(longest);
+            let branch = grooves.run().unwrap();
+            assert!(branch.special.is_empty(), "{apart}, {longest}: {branch}");
+            for point in &branch.points {
+                assert!(
+                    (point.state.x() - (4.0 * point.parameter).sin()).abs() < 1e-12,
+                    "{apart}, {longest}: {point:?}"
+                );
+            }
+        }
+    }
 }
 
 #[test]

@@ -472,3 +472,23 @@ impl Sleigh {
         q.x.dt() * q.phi.sin() - q.y.dt() * q.phi.cos()
     }
 }
+
+/// A groove among many like it, side by side, that wind as the parameter changes.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+pub(crate) struct Grooves {
+    pub(crate) m: f64,
+    pub(crate) apart: f64,
+    pub(crate) p: f64,
+}
+#[dynamics]
+impl Grooves {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn sides(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, (((4.0 * self.p).sin() - q.x) / self.apart).sin())
+    }
+}

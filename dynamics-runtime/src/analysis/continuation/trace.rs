@@ -35,6 +35,11 @@ const NEAR_LIMIT: f64 = 1e-2;
 /// Dependent coordinates that move so many times more than independent ones take their place.
 const STEEP: f64 = 5.0;
 
+/// The middle of a step may lie beside the cubic through its ends by this part of the step.
+const BESIDE: f64 = 0.01;
+/// A branch that comes back to its first point does so to this distance.
+const CLOSED: f64 = 1e-6;
+
 /// How a branch is followed.
 #[derive(Clone, Debug)]
 pub(super) struct Options {
@@ -229,7 +234,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let middle = self.beside(here, 0.5 * self.ahead(here, &next), if leaving { 3.0 * s } else { 0.5 * s })?.0;
         let cosine = self.problem.dot(&here.tangent, &next.tangent).clamp(-1.0, 1.0);
         let angle = cosine.acos();
-        if !leaving && angle > TURN {
+        if !leaving && (angle > TURN || self.leaps(here, &middle, &next)) {
             return Err(Missed::Far);
         }
         if last {
@@ -239,6 +244,22 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let by_effort = if iterations > 6 { 0.5 } else { 2.0 };
         let after = if leaving { h } else { h * by_angle.min(by_effort) };
         Ok(Step::Taken(Box::new(middle), Box::new(next), after))
+    }
+
+    /// Whether the middle of a step lies beside the cubic through its ends (Hermite): it then leads to another branch, or cuts a bend.
+    fn leaps(&self, here: &Sample<M>, middle: &Sample<M>, next: &Sample<M>) -> bool {
+        let length = self.problem.distance(here.place(), next.place());
+        let chord = self.problem.between(here.place(), next.place());
+        let to = self.problem.between(here.place(), middle.place());
+        let (a, b) = (&here.tangent, &next.tangent);
+        let cubic = |c: f64, a: f64, b: f64| 0.5 * c + 0.125 * length * (a - b);
+        let off = Direction {
+            q: &to.q - &chord.q * 0.5 - (&a.q - &b.q) * (0.125 * length),
+            p: [to.p[0] - cubic(chord.p[0], a.p[0], b.p[0]), 0.0],
+        };
+        // The middle is one along the tangent at the beginning, and so may stand a little before or after that of the cubic.
+        let along = self.problem.dot(&off, &middle.tangent);
+        (self.problem.dot(&off, &off) - along * along).max(0.0).sqrt() > BESIDE * length
     }
 
     /// The place at the end of the range, about so far along the tangent.
@@ -278,7 +299,17 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let mix = |x: [f64; 2], k: usize| (1.0 - part) * x[0] + part * if k == 0 { x[1] } else { 0.0 };
         let q = &before.q * (1.0 - part) + &after.q * part;
         let p = [mix([before.p[0], after.p[0]], 0), 0.0];
-        self.problem.norm(&Direction { q, p }) <= 0.1 * length
+        if self.problem.norm(&Direction { q, p }) > 0.1 * length {
+            return false;
+        }
+        // What only passes near it is another piece of the branch.
+        let Ok((there, _)) = self.beside(here, part * self.ahead(here, next), 0.5 * length) else { return false };
+        let back = there.tangent.scaled(-self.problem.dot(&there.tangent, &gone(&there)));
+        let left = gone(&there);
+        let missed = Direction { q: &left.q + &back.q, p: [left.p[0] + back.p[0], 0.0] };
+        let along = self.problem.norm(&back);
+        // To first order the rest is along the branch, to second order it bends away from its tangent.
+        self.problem.norm(&missed) <= CLOSED + along * along / length
     }
 
     /// Ends with the first point once more.
