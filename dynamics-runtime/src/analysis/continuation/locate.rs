@@ -15,7 +15,7 @@ use super::trace::{Sample, Tracer, shape};
 use crate::model::{Constraints, Powers, Vector};
 
 /// How often an interval is halved for what happens in it to stand alone.
-const HALVED: usize = 24;
+const HALVED: usize = 32;
 /// How often it is halved for shapes alone to be told apart.
 const FOLLOWED: usize = 6;
 /// β of a branch point, against the forces that stiffness makes: more is a near miss, of branches that do not meet.

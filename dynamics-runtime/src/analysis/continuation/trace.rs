@@ -32,9 +32,6 @@ const CREPT: usize = 40;
 
 /// The fold in which load control ends is nearer than this.
 const NEAR_LIMIT: f64 = 1e-2;
-/// Dependent coordinates that move so many times more than independent ones take their place.
-const STEEP: f64 = 5.0;
-
 /// The middle of a step may lie beside the cubic through its ends by this part of the step.
 const BESIDE: f64 = 0.01;
 /// A branch that comes back to its first point does so to this distance.
@@ -179,26 +176,12 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             if !leaving {
                 self.inspect_flutter(&here, &next);
             }
-            (here, h) = (self.well_placed(*next), after.min(self.options.longest));
+            (here, h) = (*next, after.min(self.options.longest));
             if last {
                 return Ok(self.finish(BranchEnd::Range));
             }
         }
         Ok(self.finish(BranchEnd::Points))
-    }
-
-    /// In other independent coordinates, where others have come to move much more than they do.
-    fn well_placed(&self, sample: Sample<M>) -> Sample<M> {
-        let measures = &self.problem.scales;
-        let lift = |j: usize, i: usize| {
-            (sample.balance.lift[(i, j)] * self.problem.measure(&sample.balance, j) / measures[i]).abs()
-        };
-        let most = (0..sample.balance.size()).flat_map(|j| (0..measures.len()).map(move |i| (j, i)));
-        if most.map(|(j, i)| lift(j, i)).fold(0.0, f64::max) <= STEEP {
-            return sample;
-        }
-        let again = self.problem.balance(sample.place(), &[]).map_err(Missed::Model);
-        again.and_then(|balance| self.sample(balance, &sample.tangent)).unwrap_or(sample)
     }
 
     /// One step of length h, or what is left of it up to the end of the range.
