@@ -66,7 +66,7 @@ pub mod prelude {
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::{
         Analyze as _, Equilibria as _, Equilibrium, EquilibriumError, Linearization, LinearizeError, SmallMotions as _,
-        Stability, StabilityVerdict, Undecided,
+        Stability, StabilityVerdict, StateSpace, Undecided, Vibration as _, VibrationError,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;

@@ -13,6 +13,7 @@ mod linearize;
 mod page;
 mod runs;
 mod table;
+mod vibration;
 mod work_precision;
 
 pub use equilibria::{
@@ -23,6 +24,11 @@ pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
 pub use page::Page;
 pub use work_precision::{
     Cost, Curve, ErrorOf, Errors, Measured, OutsideError, Point, Reference, Study, WorkPrecision, WorkPrecisionError,
+};
+
+pub use vibration::{
+    Excitation, FrequencyResponse, Gain, Lqr, LqrDesign, Peak, Reach, Signal, StateSpace, Vibration, VibrationError,
+    frequencies,
 };
 
 use crate::motion::Simulate;

@@ -174,6 +174,24 @@ pub(super) fn variations(
     })
 }
 
+/// Derivatives of outputs by all that they may contain; as many coordinates, rows and inputs as given.
+pub(super) fn output_variations(
+    g: &mut Graph,
+    outputs: &[NodeId],
+    (n, rows, inputs): (usize, usize, usize),
+) -> Vec<NodeId> {
+    let mut by =
+        |count: usize, symbol: fn(u32) -> Symbol| derivatives(g, outputs, &symbols(count, symbol), Sweep::Reverse);
+    let all = [
+        by(n, Symbol::Coordinate),
+        by(n, Symbol::Rate),
+        by(n, Symbol::Acceleration),
+        by(rows, Symbol::Multiplier),
+        by(inputs, Symbol::Input),
+    ];
+    all.into_iter().flatten().flatten().collect()
+}
+
 /// ∂roots/∂by, a row per root.
 fn derivatives(g: &mut Graph, roots: &[NodeId], by: &[Symbol], sweep: Sweep) -> Vec<Vec<NodeId>> {
     let one = g.one();

@@ -1,0 +1,6 @@
+//! Linear vibration and control of derived models, against closed forms, published values and the nonlinear motion; and where the methods fail.
+
+mod control;
+mod harmonic;
+mod models;
+mod state_space;
