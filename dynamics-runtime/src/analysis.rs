@@ -27,8 +27,9 @@ pub use work_precision::{
 };
 
 pub use vibration::{
-    Excitation, FrequencyResponse, Gain, Lqr, LqrDesign, Peak, Reach, Signal, StateSpace, Vibration, VibrationError,
-    frequencies,
+    Banded, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load, LowestModes, Lqr, LqrDesign, ModeFilm,
+    NormalModes, Onset, Peak, Reach, RotorMode, Signal, Spectrum, StateSpace, TimeResponse, Vibration, VibrationError,
+    Window, frequencies, lowest_modes,
 };
 
 use crate::motion::Simulate;

@@ -2,5 +2,9 @@
 
 mod control;
 mod harmonic;
+mod large;
 mod models;
+mod normal;
+mod rotor;
 mod state_space;
+mod time;

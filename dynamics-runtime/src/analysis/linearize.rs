@@ -37,7 +37,7 @@ use crate::constrain::{check_start, solve_once};
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
 pub(super) use modes::eigenvector;
 pub(super) use reduce::{Tangent, scales};
-pub(super) use spectrum::general;
+pub(super) use spectrum::{general, symmetric as undamped};
 
 /// Models whose small motions can be asked for: all.
 pub trait SmallMotions: Constraints {

@@ -98,7 +98,7 @@ fn derivatives<M: Outputs>(suffix: &str, power: &str) -> impl Iterator<Item = Co
 }
 
 /// `theta_rate`, `theta_rate[3]`: the accessors' names.
-fn suffixed(name: &str, suffix: &str) -> String {
+pub(crate) fn suffixed(name: &str, suffix: &str) -> String {
     match name.split_once('[') {
         Some((name, index)) => format!("{name}{suffix}[{index}"),
         None => format!("{name}{suffix}"),

@@ -76,11 +76,11 @@ pub enum VibrationError {
         /// The least singular value of [σ − A; C], in parts of the largest.
         distance: f64,
     },
-    /// An output that is to be weighted contains a control directly.
+    /// An output that is to be weighted, or asked for its response to an impulse, contains the input directly.
     Feedthrough {
         /// The output.
         output: String,
-        /// The control.
+        /// The input.
         input: String,
     },
     /// Nothing was given a weight.
@@ -177,7 +177,7 @@ impl fmt::Display for VibrationError {
             ),
             Self::Feedthrough { output, input } => write!(
                 f,
-                "`{output}` contains the control `{input}` directly, so that its weight would couple both; give weights to coordinates, rates and controls"
+                "`{output}` contains `{input}` directly, so that a weight would couple both, and an impulse stand in it; choose coordinates or rates"
             ),
             Self::NoWeight { of } => write!(f, "no weight was given to any of the {of}; name one by `.weight(name, value)`"),
             Self::NoConvergence { what, iterations, residual } => write!(

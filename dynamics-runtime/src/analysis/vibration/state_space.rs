@@ -36,11 +36,6 @@ impl Signal {
     pub(super) fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { name: name.into(), unit: unit.into() }
     }
-
-    /// `name in unit`.
-    pub(super) fn title(&self) -> String {
-        if self.unit.is_empty() { self.name.clone() } else { format!("{} in {}", self.name, self.unit) }
-    }
 }
 
 /// Where the value of a state stands in a model's state.
