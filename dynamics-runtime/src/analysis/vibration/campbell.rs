@@ -18,6 +18,8 @@ use crate::output::{Axis, Chart, Mark, Panel, Series};
 
 /// Eigenvalues nearer than this to each other, in parts of their size, belong to one plane of motions, whose whirl is not told apart.
 const EQUAL: f64 = 1e-8;
+/// Speeds nearer than this to each other, in parts of their size, are one.
+const SAME: f64 = 1e-10;
 
 /// A mode at a speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +48,7 @@ impl RotorMode {
     }
 }
 
-/// A speed at which an unbalance, or what else turns with the rotor, meets a natural frequency.
+/// A speed at which an unbalance, or what else turns with the rotor, meets the frequency of a mode; of two modes with one frequency each has its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CriticalSpeed {
     /// Ω, in the unit of the speeds that were given.
@@ -55,8 +57,6 @@ pub struct CriticalSpeed {
     pub order: f64,
     /// The mode.
     pub mode: RotorMode,
-    /// How many modes meet the line there: 2 where an isotropic rotor has two of one frequency.
-    pub modes: usize,
 }
 
 /// A speed at which a mode begins, or ceases, to grow.
@@ -132,11 +132,16 @@ impl Campbell {
     {
         let above =
             |speed: f64, modes: &[RotorMode]| modes.iter().filter(|mode| mode.eigenvalue.im > order * speed).count();
+        let mut last = f64::NEG_INFINITY;
         for (speed, modes) in self.changes(study, &above)? {
+            // Modes of one frequency cross together; rounding makes several places of it.
+            if speed - last <= SAME * speed {
+                continue;
+            }
+            last = speed;
             let off = |mode: &RotorMode| (mode.eigenvalue.im - order * speed).abs();
-            let near: Vec<RotorMode> = modes.iter().copied().filter(|mode| off(mode) <= 1e-9 * order * speed).collect();
-            let Some(mode) = modes.into_iter().min_by(|x, y| off(x).total_cmp(&off(y))) else { continue };
-            self.critical.push(CriticalSpeed { speed, order, mode, modes: near.len().max(1) });
+            let there = modes.into_iter().filter(|mode| off(mode) <= 10.0 * SAME * order * speed);
+            self.critical.extend(there.map(|mode| CriticalSpeed { speed, order, mode }));
         }
         Ok(())
     }
@@ -149,9 +154,14 @@ impl Campbell {
         for (speed, modes) in self.changes(study, &growing)? {
             let next = study.modes(speed * (1.0 + 1e-6) + 1e-12)?;
             let before = study.modes(speed * (1.0 - 1e-6))?;
-            let off = |mode: &RotorMode| mode.eigenvalue.re.abs();
-            let Some(mode) = modes.into_iter().min_by(|x, y| off(x).total_cmp(&off(y))) else { continue };
             let unstable_above = growing(speed, &next) > growing(speed, &before);
+            // The one that has just begun to grow, not one that only stands on the limit all the time.
+            let side = if unstable_above { &next } else { &before };
+            let slowest =
+                side.iter().filter(|mode| mode.grows()).min_by(|x, y| x.eigenvalue.re.total_cmp(&y.eigenvalue.re));
+            let Some(grown) = slowest.map(|mode| mode.eigenvalue) else { continue };
+            let off = |mode: &RotorMode| (mode.eigenvalue - grown).norm();
+            let Some(mode) = modes.into_iter().min_by(|x, y| off(x).total_cmp(&off(y))) else { continue };
             self.onsets.push(Onset { speed, unstable_above, mode });
         }
         Ok(())
@@ -268,9 +278,8 @@ fn whirl(mode: &Mode, planes: &[(&str, &str)]) -> Result<Option<f64>, VibrationE
 impl fmt::Display for Campbell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut lines: Vec<String> = Vec::new();
-        for CriticalSpeed { speed, order, mode, modes } in &self.critical {
-            let both = if *modes > 1 { format!(", {modes} modes") } else { String::new() };
-            lines.push(format!("critical speed of order {order}: {speed:.9} ({}{both})", mode.direction()));
+        for CriticalSpeed { speed, order, mode } in &self.critical {
+            lines.push(format!("critical speed of order {order}: {speed:.9} ({})", mode.direction()));
         }
         for Onset { speed, unstable_above, mode } in &self.onsets {
             let side = if *unstable_above { "above" } else { "below" };
