@@ -146,9 +146,13 @@ fn main() -> common::Outcome {
         .panel(panel("32 rad/s").line("first 4 s", orbit(&above, 0.0)).line("after 20 s", orbit(&above, 20.0)))
         .panel_height(330.0)
         .write_svg(files.path("orbits.svg"))?;
+    let [slow, fast] = rotors.each_ref().map(|rotor| -> Result<_, Box<dyn std::error::Error>> {
+        Ok(rotor.simulate(rotor.state().x(8e-3).build()?).until(12.0).tolerance(1e-9).run()?)
+    });
     Animation::new()
-        .add(&below, "20 rad/s")
-        .add(&above, "32 rad/s")
+        .add(slow?, "20 rad/s")
+        .add(fast?, "32 rad/s")
+        .speed(0.5)
         .plot(["x"])
         .write_html(files.path("whirl.html"))?;
     files.list();

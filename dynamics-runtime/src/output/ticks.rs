@@ -180,6 +180,10 @@ fn decimal(multiple: i64, exponent: i32) -> String {
     if (-3..9).contains(&top) && exponent <= 0 {
         return text::trimmed(&fixed(multiple, exponent));
     }
+    // 10 and 2000 are shorter than 1×10 and 2×10³.
+    if exponent > 0 && top < 4 {
+        return fixed(multiple, exponent);
+    }
     let sign = if multiple < 0 { "−" } else { "" };
     let (whole, part) = digits.split_at(1);
     let mantissa = text::trimmed(&format!("{whole}.{part}0"));
