@@ -69,7 +69,6 @@ impl Rotor {
             .tail("centre", centre, 3.0)
             .line(vec2(0.0, 0.0), centre)
             .circle(centre, 0.5)
-            .color(Color::Red)
             .disc(centre + self.out(q) * 0.35, 0.06)
     }
 }

@@ -191,3 +191,35 @@ fn weights_that_cannot_be_are_refused() {
     let refused = space.lqr().weight("x_acceleration", 1.0).weight("force", 1.0).solve().unwrap_err();
     assert_eq!(refused, VibrationError::Feedthrough { output: "x_acceleration".into(), input: "force".into() });
 }
+
+/// Ten masses in a row, steered at one end: twenty states, and the cost that X promises is that of the closed loop, by its Lyapunov equation.
+#[test]
+fn twenty_states() {
+    let chain = crate::normal::Chain::between([1.0, 0.0], 0.01, 0.0);
+    let space = chain.state_space(&chain.rest()).unwrap();
+    let control = space.lqr().weight("x[9]", 1.0).weight("x[0]", 0.5).weight("push", 0.01).solve().unwrap();
+    assert!(control.residual < 1e-12 && control.closed_loop.last().unwrap().re < -0.01, "{control}");
+    // X of the closed loop ∫ e^{Aᵀt} (Q + KᵀRK) e^{At} dt, by Simpson's rule over exponentials.
+    let column = space.b.column(0).into_owned();
+    let closed = &space.a - &column * &control.gain;
+    let mut q = control.gain.tr_mul(&control.gain) * 0.01;
+    q[(9, 9)] += 1.0;
+    q[(0, 0)] += 0.5;
+    let h = 0.05;
+    let step = (closed * h).exp();
+    let (mut at, mut sum) = (DMatrix::identity(20, 20), DMatrix::zeros(20, 20));
+    let count = 16_000;
+    for k in 0..=count {
+        let weight = if k == 0 || k == count {
+            1.0
+        } else if k % 2 == 1 {
+            4.0
+        } else {
+            2.0
+        };
+        sum += at.transpose() * &q * &at * (weight * h / 3.0);
+        at = &step * at;
+    }
+    let off = (&sum - &control.riccati).amax() / control.riccati.amax();
+    assert!(at.amax() < 1e-6 && off < 1e-6, "{off:e} {:e}", at.amax());
+}

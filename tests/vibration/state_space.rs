@@ -1,8 +1,12 @@
 //! A, B, C, D against hand results, and against differences of the nonlinear model's own outputs.
 
+use dynamics::analysis::Withheld;
 use dynamics::prelude::*;
 
 use crate::models::{CartPole, Oscillator, RodCart};
+
+#[path = "../models/bicycle.rs"]
+mod bicycle;
 
 #[test]
 fn matrices_of_an_oscillator() {
@@ -152,7 +156,7 @@ fn reactions_that_are_not_unique_are_no_outputs_but_what_is_unique_of_them() {
     let found = space.frequency_response("lift", "both", &[1.0]).unwrap().values[0];
     assert!((found.re + 1.0).abs() < 1e-14 && found.im == 0.0, "{found}");
     let refused = space.frequency_response("lift", "one", &[1.0]).unwrap_err();
-    assert_eq!(refused, VibrationError::NotUnique { name: "one".into() });
+    assert_eq!(refused, VibrationError::NoRow { name: "one".into(), why: Withheld::NotUnique });
     assert!(refused.to_string().contains("not unique"));
 }
 
@@ -166,4 +170,97 @@ fn names_that_are_not_known_get_a_hint_and_moving_states_are_refused() {
     assert!(unknown.to_string().contains("did you mean `x_rate`?"), "{unknown}");
     let beside = model.state().x(0.1).force(0.0).base(0.0).base_rate(0.0).build().unwrap();
     assert!(matches!(model.state_space(&beside), Err(VibrationError::Linearize(LinearizeError::Accelerates { .. }))));
+}
+
+mod corners {
+    use super::*;
+
+    /// A hanging mass; outputs with corners, at rest or elsewhere, and with none.
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m)]
+    #[inputs(force: N)]
+    #[units(m: kg, k: N / m, g: m / s^2)]
+    pub(super) struct Hung {
+        pub(super) m: f64,
+        pub(super) k: f64,
+        pub(super) g: f64,
+    }
+    #[dynamics]
+    impl Hung {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * q.x.dt().powi(2)
+        }
+        #[potential]
+        fn spring(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * q.x.powi(2) - self.m * self.g * q.x
+        }
+        #[force]
+        fn hand(&self, q: &Coordinates<Self>) -> Force {
+            Force::along(q.x, q.force)
+        }
+        #[output]
+        fn distance(&self, q: &Coordinates<Self>) -> Expr {
+            q.x.abs()
+        }
+        #[output]
+        fn swiftness(&self, q: &Coordinates<Self>) -> Expr {
+            q.x.dt().abs()
+        }
+        #[output]
+        fn drag(&self, q: &Coordinates<Self>) -> Expr {
+            q.x.dt().abs() * q.x.dt() + 1e3 * q.x.dt().powi(2)
+        }
+        #[output]
+        fn jerked(&self, q: &Coordinates<Self>) -> Expr {
+            q.x.dt().dt().max(0.0 * q.x.dt().dt())
+        }
+    }
+}
+
+/// |ẋ| has no derivative at rest; |x| has none where x = 0, |ẋ| ẋ has one everywhere.
+#[test]
+fn outputs_with_corners_are_refused_there_and_only_there() {
+    let at = |g: f64| {
+        let model = corners::Hung { m: 2.0, k: 8.0, g };
+        model.state_space(&model.state().x(2.0 * g / 8.0).force(0.0).build().unwrap()).unwrap()
+    };
+    let of = |g: f64, output: &str| at(g).frequency_response("force", output, &[1.0]).map(|found| found.values[0].re);
+    assert!(
+        (of(9.81, "distance").unwrap() - 1.0 / 6.0).abs() < 1e-15
+            && (of(-9.81, "distance").unwrap() + 1.0 / 6.0).abs() < 1e-15
+    );
+    let corner = |name: &str| Err(VibrationError::NoRow { name: name.into(), why: Withheld::Corner });
+    assert_eq!(of(0.0, "distance"), corner("distance"));
+    assert_eq!(of(9.81, "swiftness"), corner("swiftness"));
+    assert_eq!(of(9.81, "jerked"), corner("jerked"));
+    assert_eq!(of(9.81, "drag"), Ok(0.0));
+    assert!(of(0.0, "distance").unwrap_err().to_string().contains("corner"));
+}
+
+/// Rolling: the rows of rates and accelerations of the independent coordinates are those of A, by another way through the equations.
+#[test]
+fn a_bicycle_in_state_space() {
+    let model = bicycle::model();
+    let space = model.state_space(&model.running(4.6)).unwrap();
+    let linear = model.linearize(&model.running(4.6)).unwrap();
+    assert_eq!(space.a, linear.state_matrix().unwrap());
+    let row = |name: &str| space.outputs.iter().position(|s| s.name == name).unwrap();
+    let size = space.a.amax();
+    for (k, q) in linear.coordinates.iter().enumerate() {
+        let rates = space.c.row(row(&format!("{}_rate", q.name)));
+        assert!((rates - space.a.row(k)).amax() < 1e-12 * size, "{}", q.name);
+    }
+    for (k, q) in linear.velocities.iter().enumerate() {
+        let found = row(&format!("{}_acceleration", q.name));
+        let of = linear.coordinates.len() + k;
+        assert!((space.c.row(found) - space.a.row(of)).amax() < 1e-12 * size, "{}", q.name);
+        assert!((space.d.row(found) - space.b.row(of)).amax() < 1e-12 * space.b.amax());
+    }
+    // Both wheels touch the ground: what the constraints hold does not accelerate away from them. A torque on the steer is felt by the frame.
+    let push = space.frequency_response("steer", "roll", &[3.0]).unwrap().values[0];
+    let back = space.frequency_response("roll", "steer", &[3.0]).unwrap().values[0];
+    assert!(push.norm() > 1e-4 && back.norm() > 1e-4);
+    // At rest M and K would make them equal (Maxwell); rolling does not.
+    assert!((push - back).norm() > 1e-3 * push.norm());
 }

@@ -36,7 +36,7 @@ pub use frequency_response::{Excitation, FrequencyResponse, frequencies};
 pub use lowest::{LowestModes, lowest_modes};
 pub use normal_modes::NormalModes;
 pub use resonance::{Gain, Peak};
-pub use state_space::{Signal, StateSpace};
+pub use state_space::{Signal, StateSpace, Withheld};
 pub use time_response::{Load, TimeResponse};
 
 use crate::analysis::linearize::Mode;

@@ -10,11 +10,12 @@ impl FrequencyResponse {
     /// Magnitude and phase over frequency: the Bode diagram.
     #[must_use]
     pub fn bode(&self) -> Chart {
+        let of = |unit: &str| if unit.contains(['/', '*', ' ']) { format!("({unit})") } else { unit.into() };
         let unit = match (self.output.unit.as_str(), self.input.unit.as_str()) {
             (out, cause) if out == cause => String::new(),
             (out, "") => format!(" in {out}"),
-            ("", cause) => format!(" in 1/({cause})"),
-            (out, cause) => format!(" in ({out})/({cause})"),
+            ("", cause) => format!(" in 1/{}", of(cause)),
+            (out, cause) => format!(" in {}/{}", of(out), of(cause)),
         };
         let with = |values: alloc::vec::Vec<f64>| self.frequencies.iter().copied().zip(values);
         let degrees = self.phase().into_iter().map(f64::to_degrees).collect();

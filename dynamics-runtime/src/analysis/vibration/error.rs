@@ -6,6 +6,7 @@ use core::fmt;
 
 use nalgebra::Complex;
 
+use super::Withheld;
 use crate::analysis::LinearizeError;
 
 /// Why a question about vibrations has no answer.
@@ -28,10 +29,12 @@ pub enum VibrationError {
         /// A known one that is similar.
         nearest: Option<String>,
     },
-    /// An output depends on reactions that are not unique.
-    NotUnique {
+    /// An output has no linear equation.
+    NoRow {
         /// Its name.
         name: String,
+        /// Why.
+        why: Withheld,
     },
     /// The derivatives of the outputs are too large to be generated, or take fourth derivatives of a curve.
     NoOutputDerivatives,
@@ -143,10 +146,17 @@ impl fmt::Display for VibrationError {
             Self::UnknownName { what, name, nearest: Some(nearest) } => {
                 write!(f, "no {what} is called `{name}`; did you mean `{nearest}`?")
             }
-            Self::NotUnique { name } => write!(
+            Self::NoRow { name, why: Withheld::NotUnique } => write!(
                 f,
                 "`{name}` depends on reactions that are not unique, as constraints repeat each other; leave rows out that only repeat others"
             ),
+            Self::NoRow { name, why: Withheld::Corner } => write!(
+                f,
+                "`{name}` has a corner at this very state, so that each side has a derivative of its own; ask for what it is made of, or move the state to one side"
+            ),
+            Self::NoRow { name, why: Withheld::NotFinite } => {
+                write!(f, "the derivative of `{name}` is not finite at this state; ask for what it is made of")
+            }
             Self::NoOutputDerivatives => f.write_str(
                 "the outputs have no exact derivatives: the model is written by hand, they are too large to be generated, or they take fourth derivatives of a curve; \
                  declare fewer outputs",

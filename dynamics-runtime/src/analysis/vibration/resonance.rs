@@ -98,16 +98,21 @@ impl StateSpace {
                 break;
             }
             let crossings = self.reaching(row, column, bound)?;
-            let Some(middle) = crossings.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).next() else { break };
-            let found = size(middle)?;
-            if found <= bound {
+            let mut found = best;
+            for middle in crossings.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])) {
+                let there = size(middle)?;
+                if there > found.1 {
+                    found = (middle, there);
+                }
+            }
+            if found.1 <= bound {
                 break;
             }
             if iterations > 100 {
-                let residual = found / best.1 - 1.0;
+                let residual = found.1 / best.1 - 1.0;
                 return Err(VibrationError::NoConvergence { what: "the largest response", iterations, residual });
             }
-            best = (middle, found);
+            best = found;
         }
         Ok(Gain { frequency: best.0, magnitude: best.1, bound: best.1 * (1.0 + CERTAIN) })
     }

@@ -17,7 +17,7 @@ use alloc::vec::Vec;
 use nalgebra::{Complex, DMatrix};
 
 use super::VibrationError;
-use crate::analysis::linearize::{Linearization, LinearizeError, Read, SmallMotions, Tangent, general};
+use crate::analysis::linearize::{Linearization, LinearizeError, Read, SmallMotions, Tangent, general, scales};
 use crate::constrain::held::active_rows;
 use crate::model::{Constraints, ModelState, Outputs, Quantity, Vector};
 use crate::motion::suggest;
@@ -36,6 +36,17 @@ impl Signal {
     pub(super) fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { name: name.into(), unit: unit.into() }
     }
+}
+
+/// Why an output has no linear equation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Withheld {
+    /// It depends on reactions that are not unique, as constraints repeat each other.
+    NotUnique,
+    /// It has a corner at the state of reference: each side has a derivative of its own.
+    Corner,
+    /// Its derivative is not finite there.
+    NotFinite,
 }
 
 /// Where the value of a state stands in a model's state.
@@ -62,8 +73,8 @@ pub struct StateSpace {
     pub inputs: Vec<Signal>,
     /// The model's outputs, then all coordinates, their rates, and their accelerations.
     pub outputs: Vec<Signal>,
-    /// Outputs that depend on reactions that are not unique: their rows are not numbers.
-    pub(super) not_unique: Vec<usize>,
+    /// Outputs that have no row, and why: theirs is not a number.
+    withheld: Vec<(usize, Withheld)>,
     /// Where the states stand in the model's state, and their values, and those of the model's inputs, in the reference; empty for matrices of one's own.
     pub(super) places: Vec<(Place, f64)>,
     pub(super) input_values: Vec<f64>,
@@ -93,7 +104,7 @@ impl StateSpace {
             states: named("x", n),
             inputs: named("w", w),
             outputs: named("y", y),
-            not_unique: Vec::new(),
+            withheld: Vec::new(),
             places: Vec::new(),
             input_values: Vec::new(),
             a,
@@ -121,10 +132,10 @@ impl StateSpace {
     /// Index of the output of this name.
     pub(super) fn output(&self, name: &str) -> Result<usize, VibrationError> {
         let index = find(&self.outputs, name, "output, coordinate, rate or acceleration")?;
-        if self.not_unique.contains(&index) {
-            return Err(VibrationError::NotUnique { name: name.into() });
+        match self.withheld.iter().find(|(row, _)| *row == index) {
+            Some((_, why)) => Err(VibrationError::NoRow { name: name.into(), why: *why }),
+            None => Ok(index),
         }
-        Ok(index)
     }
 }
 
@@ -167,7 +178,7 @@ pub(super) fn of_model<M: Constraints + Outputs>(model: &M, state: &M::State) ->
     let b = by_forces(&linear, &tangent, &forces)?;
     let [q, u, accelerations] = motions(&read, &tangent, &linear, &a, &b);
     let reactions = reactions(&read, [&q, &u, &accelerations], &forces);
-    let (declared, not_unique) = declared(model, state, &read, [&q, &u, &accelerations], &reactions)?;
+    let (declared, withheld) = declared(model, state, &read, [&q, &u, &accelerations], &reactions)?;
     let stacked = |of: fn(&By) -> &DMatrix<f64>| {
         let rows = [&declared, &q, &u, &accelerations].map(of);
         DMatrix::from_fn(rows.iter().map(|m| m.nrows()).sum(), rows[1].ncols(), |i, j| {
@@ -189,7 +200,7 @@ pub(super) fn of_model<M: Constraints + Outputs>(model: &M, state: &M::State) ->
         states,
         inputs: signals(names::plain(M::INPUTS).chain(names::forces::<M>())),
         outputs: signals(names::plain(M::OUTPUTS).chain(of_coordinates)),
-        not_unique,
+        withheld,
         places,
         input_values: state.inputs().as_slice().to_vec(),
     })
@@ -241,49 +252,105 @@ fn pseudo_inverse(m: &DMatrix<f64>) -> DMatrix<f64> {
     svd.pseudo_inverse(least).unwrap_or_else(|_| DMatrix::from_element(m.ncols(), m.nrows(), f64::NAN))
 }
 
-/// Rows of the declared outputs, and which of them depend on what is not unique.
+/// Rows of the declared outputs, and which of them have none.
+#[allow(clippy::type_complexity)]
 fn declared<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
     read: &Read,
     [q, u, accelerations]: [&By; 3],
     (lambda, projector): &(By, DMatrix<f64>),
-) -> Result<(By, Vec<usize>), VibrationError> {
-    let (y, n, r, w) = (M::OUTPUTS.len(), M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
-    let mut values = alloc::vec![0.0; y * (3 * n + r + w)];
-    let (mut at, mut multipliers) = (M::Vector::zeros(), M::Rows::zeros());
-    at.as_mut_slice().copy_from_slice(read.accelerations.as_slice());
-    multipliers.as_mut_slice().copy_from_slice(read.multipliers.as_slice());
-    if y > 0 && !model.output_variations(state, &at, &multipliers, &mut values) {
-        return Err(VibrationError::NoOutputDerivatives);
-    }
-    let mut rest = values.as_slice();
-    let mut take = |columns: usize| {
-        let (matrix, after) = rest.split_at(y * columns);
-        rest = after;
-        DMatrix::from_row_slice(y, columns, matrix)
-    };
-    let (by_q, by_u, by_a, by_lambda, by_w) = (take(n), take(n), take(n), take(r), take(w));
+) -> Result<(By, Vec<(usize, Withheld)>), VibrationError> {
+    let (y, n) = (M::OUTPUTS.len(), M::Vector::LEN);
+    let at = Arguments::<M>::of(state, read);
+    let by = at.derivatives(model).ok_or(VibrationError::NoOutputDerivatives)?;
     let active: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
-    let by_lambda = by_lambda.select_columns(&active);
+    let by_lambda = by[3].select_columns(&active);
     let beside = &by_lambda - &by_lambda * projector;
-    let is_unique = |i: &usize| beside.row(*i).norm() <= 1e-9 * by_lambda.row(*i).norm();
-    let not_unique: Vec<usize> = (0..y).filter(|i| !is_unique(i)).collect();
-    let direct = join(&by_w, &DMatrix::zeros(y, n));
+    let direct = join(&by[4], &DMatrix::zeros(y, n));
     let mut found = By {
-        x: &by_q * &q.x + &by_u * &u.x + &by_a * &accelerations.x + &by_lambda * &lambda.x,
-        w: &by_a * &accelerations.w + &by_lambda * &lambda.w + direct,
+        x: &by[0] * &q.x + &by[1] * &u.x + &by[2] * &accelerations.x + &by_lambda * &lambda.x,
+        w: &by[2] * &accelerations.w + &by_lambda * &lambda.w + direct,
     };
-    for i in &not_unique {
+    let corners = at.corners(model);
+    let why = |i: usize| {
+        let all = found.x.row(i).iter().chain(found.w.row(i).iter()).all(|x| x.is_finite());
+        match () {
+            () if beside.row(i).norm() > 1e-9 * by_lambda.row(i).norm() => Some(Withheld::NotUnique),
+            () if !all => Some(Withheld::NotFinite),
+            () => corners[i].then_some(Withheld::Corner),
+        }
+    };
+    let withheld: Vec<_> = (0..y).filter_map(|i| Some((i, why(i)?))).collect();
+    for (i, _) in &withheld {
         found.x.row_mut(*i).fill(f64::NAN);
         found.w.row_mut(*i).fill(f64::NAN);
     }
-    let bad = (0..y).find(|i| {
-        !not_unique.contains(i) && !found.x.row(*i).iter().chain(found.w.row(*i).iter()).all(|x| x.is_finite())
-    });
-    match bad {
-        Some(_) => Err(LinearizeError::NotFinite.into()),
-        None => Ok((found, not_unique)),
+    Ok((found, withheld))
+}
+
+/// What outputs are functions of.
+struct Arguments<M: Constraints> {
+    state: M::State,
+    accelerations: M::Vector,
+    multipliers: M::Rows,
+}
+
+impl<M: Constraints + Outputs> Arguments<M> {
+    fn of(state: &M::State, read: &Read) -> Self {
+        let (mut accelerations, mut multipliers) = (M::Vector::zeros(), M::Rows::zeros());
+        accelerations.as_mut_slice().copy_from_slice(read.accelerations.as_slice());
+        multipliers.as_mut_slice().copy_from_slice(read.multipliers.as_slice());
+        Self { state: *state, accelerations, multipliers }
+    }
+
+    /// Derivatives by q, q̇, q̈, λ and inputs; `None` where there is no code for them.
+    fn derivatives(&self, model: &M) -> Option<[DMatrix<f64>; 5]> {
+        let (y, n, r, w) = (M::OUTPUTS.len(), M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
+        let mut values = alloc::vec![0.0; y * (3 * n + r + w)];
+        if y > 0 && !model.output_variations(&self.state, &self.accelerations, &self.multipliers, &mut values) {
+            return None;
+        }
+        let mut rest = values.as_slice();
+        Some([n, n, n, r, w].map(|columns| {
+            let (matrix, after) = rest.split_at(y * columns);
+            rest = after;
+            DMatrix::from_row_slice(y, columns, matrix)
+        }))
+    }
+
+    /// Of each output, whether its derivatives jump here: those on both sides differ as much for a step as for a sixteenth of it. A step changes everything that an output is a function
+    /// of, by different parts, so that it crosses whatever corner there is.
+    fn corners(&self, model: &M) -> Vec<bool> {
+        let difference = |step: f64| {
+            let sides = [step, -step].map(|step| self.beside(step).derivatives(model));
+            let [Some(above), Some(below)] = sides else { return Vec::new() };
+            let change = |i: usize| (0..5).map(|k| (above[k].row(i) - below[k].row(i)).abs().sum()).sum::<f64>();
+            let size =
+                |i: usize| (0..5).map(|k| above[k].row(i).abs().sum() + below[k].row(i).abs().sum()).sum::<f64>();
+            (0..M::OUTPUTS.len()).map(|i| (change(i), size(i))).collect::<Vec<_>>()
+        };
+        let (far, near) = (difference(1e-9), difference(1e-9 / 16.0));
+        let jumps = |((far, _), (near, size)): (&(f64, f64), &(f64, f64))| *near > 1e-7 * size && *near > 0.5 * far;
+        far.iter().zip(&near).map(jumps).collect()
+    }
+
+    fn beside(&self, step: f64) -> Self {
+        let mut moved = Self { ..*self };
+        let mut k = 0.0;
+        let mut shift = |values: &mut [f64], scales: &[f64]| {
+            for (i, value) in values.iter_mut().enumerate() {
+                k += 1.0;
+                let scale = scales.get(i).copied().unwrap_or_else(|| value.abs().max(1.0));
+                *value += step * scale * (1.0 + 0.618 * f64::sin(2.4 * k));
+            }
+        };
+        shift(moved.state.q_mut().as_mut_slice(), &scales(M::COORDINATES, self.state.q().as_slice()));
+        shift(moved.state.u_mut().as_mut_slice(), &[]);
+        shift(moved.state.inputs_mut().as_mut_slice(), &[]);
+        shift(moved.accelerations.as_mut_slice(), &[]);
+        shift(moved.multipliers.as_mut_slice(), &[]);
+        moved
     }
 }
 
