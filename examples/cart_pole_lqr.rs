@@ -95,9 +95,7 @@ fn main() -> common::Outcome {
     assert!(
         back.iter().all(|(tilt, rate)| back.iter().any(|(t, r)| (t + tilt).abs() < 1e-9 && (r + rate).abs() < 1e-9))
     );
-    assert!(
-        back.iter().any(|start| *start == (0.0, 0.0)) && back.iter().any(|(tilt, rate)| *rate == 0.0 && *tilt > 0.6)
-    );
+    assert!(back.contains(&(0.0, 0.0)) && back.iter().any(|(tilt, rate)| *rate == 0.0 && *tilt > 0.6));
 
     let mut files = common::Files::of("cart_pole_lqr");
     let history: Vec<_> = caught.sample(common::times(8.0, 1000)).collect();

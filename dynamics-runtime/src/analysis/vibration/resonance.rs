@@ -13,6 +13,8 @@ use super::frequency_response::{Channel, Excitation};
 use super::{StateSpace, VibrationError};
 use crate::analysis::linearize::general;
 
+/// Slope of |H|², in parts of |H| |H'|, that is rounding.
+const FLAT: f64 = 1e-11;
 /// How much above the largest peak that was found no higher one is proved to be.
 const CERTAIN: f64 = 1e-6;
 
@@ -54,9 +56,16 @@ impl StateSpace {
     pub fn resonances(&self, input: impl Into<Excitation>, output: &str) -> Result<Vec<Peak>, VibrationError> {
         let channel = Channel::new(self, &input.into(), self.output(output)?)?;
         let eigenvalues = self.dying()?;
-        let grid = grid(&eigenvalues);
         let rise = |frequency: f64| self.response_at(&channel, frequency).map(|found| found.rise());
-        let rises = grid.iter().map(|frequency| rise(*frequency)).collect::<Result<Vec<_>, _>>()?;
+        let (mut grid, mut rises) = (Vec::new(), Vec::new());
+        for frequency in self::grid(&eigenvalues) {
+            let found = self.response_at(&channel, frequency)?;
+            // Where |H| is flat to rounding the sign of its slope says nothing.
+            if found.rise().abs() > FLAT * (found.value.norm() * found.slope.norm()) {
+                grid.push(frequency);
+                rises.push(found.rise());
+            }
+        }
         // Turns of |H| between neighbours: where, and whether it is a peak.
         let mut turns = Vec::new();
         for k in 1..grid.len() {
@@ -64,10 +73,10 @@ impl StateSpace {
                 turns.push((bisect(grid[k - 1], grid[k], rise)?, rises[k] < 0.0));
             }
         }
-        let last = *grid.last().unwrap_or(&0.0);
+        let [first, last] = [grid.first(), grid.last()].map(|at| at.copied().unwrap_or(0.0));
         let mut peaks = Vec::new();
         for (k, (frequency, _)) in turns.iter().enumerate().filter(|(_, (_, is_peak))| *is_peak) {
-            let below = if k == 0 { grid[0] } else { turns[k - 1].0 };
+            let below = if k == 0 { first } else { turns[k - 1].0 };
             let above = turns.get(k + 1).map_or(last, |turn| turn.0);
             peaks.push(self.peak(&channel, *frequency, [below, above])?);
         }
