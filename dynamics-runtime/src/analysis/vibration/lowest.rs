@@ -214,3 +214,29 @@ fn absolute(of: &Banded) -> Banded {
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A set that lacks one mode, or whose last belongs to a pair, is told by the count.
+    #[test]
+    fn what_was_missed_is_counted() {
+        let n = 12;
+        let (mass, mut stiffness) = (Banded::diagonal(&[1.0; 12]), Banded::zeros(n, 1));
+        for i in 0..n {
+            stiffness.add(i, i, 2.0).expect("within the band");
+            if i > 0 {
+                stiffness.add(i, i - 1, -1.0).expect("within the band");
+            }
+        }
+        let square = |k: usize| (2.0 * (k as f64 * core::f64::consts::PI / 26.0).sin()).powi(2);
+        let all: Vec<f64> = (1..=n).map(square).collect();
+        assert_eq!(counted(&mass, &stiffness, &all, 0.0, 4), 4);
+        let missed = [&all[..2], &all[3..]].concat();
+        assert_eq!(counted(&mass, &stiffness, &missed, 0.0, 4), 5);
+        // The others of a cluster that goes on are no misses.
+        let pairs = Banded::diagonal(&[1.0, 1.0, 2.0, 2.0, 5.0]);
+        assert_eq!(counted(&Banded::diagonal(&[1.0; 5]), &pairs, &[1.0, 1.0, 2.0, 2.0], 0.0, 3), 3);
+    }
+}
