@@ -172,6 +172,60 @@ fn names_that_are_not_known_get_a_hint_and_moving_states_are_refused() {
     assert!(matches!(model.state_space(&beside), Err(VibrationError::Linearize(LinearizeError::Accelerates { .. }))));
 }
 
+mod blown {
+    use super::*;
+
+    /// A bob on a rod, in the plane, blown aside against a spring.
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m, y: m)]
+    #[inputs(wind: N)]
+    #[units(m: kg, k: N / m, length: m, g: m / s^2)]
+    pub(super) struct Blown {
+        pub(super) m: f64,
+        pub(super) k: f64,
+        pub(super) length: f64,
+        pub(super) g: f64,
+    }
+    #[dynamics]
+    impl Blown {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * vec2(q.x, q.y).dt().norm_squared()
+        }
+        #[potential]
+        fn potential(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.k * q.x.powi(2) + self.m * self.g * q.y
+        }
+        #[force]
+        fn blow(&self, q: &Coordinates<Self>) -> Force {
+            Force::along(q.x, q.wind)
+        }
+        #[holonomic]
+        fn rod(&self, q: &Coordinates<Self>) -> Expr {
+            q.x.powi(2) + q.y.powi(2) - self.length.powi(2)
+        }
+        #[output]
+        fn tension(&self, q: &Coordinates<Self>) -> Expr {
+            -2.0 * self.length * q.reaction(Self::rod)
+        }
+    }
+}
+
+/// T = m g cos θ + (F − k l sin θ) sin θ + m l θ̇²: beside an equilibrium ∂T/∂x = −k sin θ, ∂T/∂F = sin θ.
+#[test]
+fn the_tension_of_a_rod_that_leans() {
+    let model = blown::Blown { m: 2.0, k: 30.0, length: 0.5, g: 9.81 };
+    let start = model.state().x(0.2).y(-(0.25f64 - 0.04).sqrt()).wind(25.0).build().unwrap();
+    let rest = model.equilibrium(&start).unwrap().state;
+    let space = model.state_space(&rest).unwrap();
+    assert_eq!(space.states[0].name, "x");
+    let sin = rest.x() / 0.5;
+    assert!(sin > 0.3);
+    let row = space.c.row(0);
+    assert!((row[0] + 30.0 * sin).abs() < 1e-7 && row[1].abs() < 1e-12, "{row} {}", -30.0 * sin);
+    assert!((space.d[(0, 0)] - sin).abs() < 1e-12 && (space.d[(0, 1)] - sin).abs() < 1e-12);
+}
+
 mod corners {
     use super::*;
 
@@ -257,6 +311,21 @@ fn a_bicycle_in_state_space() {
         assert!((space.c.row(found) - space.a.row(of)).amax() < 1e-12 * size, "{}", q.name);
         assert!((space.d.row(found) - space.b.row(of)).amax() < 1e-12 * space.b.amax());
     }
+    // Every coordinate, dependent ones, too: its rate is the derivative of its place along the small motion, its acceleration that of its rate.
+    let along = |row: usize| (space.c.row(row) * &space.a, space.c.row(row) * &space.b);
+    let mut largest = 0.0f64;
+    for coordinate in linear.all {
+        let rows = ["", "_rate", "_acceleration"].map(|suffix| row(&format!("{}{suffix}", coordinate.name)));
+        for pair in rows.windows(2) {
+            let (c, d) = along(pair[0]);
+            assert!((space.c.row(pair[1]) - c).amax() < 1e-10 * size, "{}", coordinate.name);
+            assert!((space.d.row(pair[1]) - d).amax() < 1e-10 * space.b.amax(), "{}", coordinate.name);
+        }
+        let is_free = linear.velocities.iter().any(|q| q.name == coordinate.name);
+        largest =
+            largest.max(if is_free { 0.0 } else { space.c.row(rows[2]).columns(0, linear.coordinates.len()).amax() });
+    }
+    assert!(largest > 1.0, "dependent coordinates accelerate with the places of the others");
     // Both wheels touch the ground: what the constraints hold does not accelerate away from them. A torque on the steer is felt by the frame.
     let push = space.frequency_response("steer", "roll", &[3.0]).unwrap().values[0];
     let back = space.frequency_response("roll", "steer", &[3.0]).unwrap().values[0];
