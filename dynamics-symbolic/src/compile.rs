@@ -328,7 +328,7 @@ fn fitting_output_variations(model: &mut Model) -> Option<Program> {
     if model.outputs.is_empty() {
         return None;
     }
-    let all = output_variations(model);
+    let all = output_variations(model).ok()?;
     fitting(&model.graph, "output_variations", &all)
 }
 
