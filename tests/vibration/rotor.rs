@@ -49,7 +49,7 @@ fn closed(speed: f64) -> [Complex<f64>; 2] {
 
 #[test]
 fn jeffcotts_rotor_with_internal_damping() {
-    let speeds: Vec<f64> = (0..=40).map(|k| f64::from(k)).collect();
+    let speeds: Vec<f64> = (0..=40).map(f64::from).collect();
     let found = Campbell::new(&speeds, &[1.0, 2.0], &[("x", "y")], jeffcott).unwrap();
     for (speed, modes) in speeds.iter().zip(&found.modes) {
         assert_eq!(modes.len(), 2);
