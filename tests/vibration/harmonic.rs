@@ -73,6 +73,33 @@ fn peaks_and_bandwidths() {
     assert!(gain.frequency.is_infinite() && (gain.magnitude - 1.0 / 3.0).abs() < 1e-15);
 }
 
+/// A base that shakes (Rao, §3.6): the peak of transmissibility is at r² = (√(1 + 8ζ²) − 1)/(4ζ²), for every ζ, and dies out nowhere.
+#[test]
+fn peaks_of_what_a_shaking_base_transmits() {
+    for ratio in [0.01f64, 0.3, 1.0, 2.0] {
+        let peaks = Oscillator::damped(ratio).space().resonances(Excitation::moved("base", "base_rate"), "x").unwrap();
+        let z = ratio * ratio;
+        let r = (((1.0 + 8.0 * z).sqrt() - 1.0) / (4.0 * z)).sqrt();
+        let wanted = ((1.0 + 4.0 * z * r * r) / ((1.0 - r * r).powi(2) + 4.0 * z * r * r)).sqrt();
+        assert_eq!(peaks.len(), 1, "{ratio}: {peaks:?}");
+        assert!(
+            (peaks[0].frequency - 2.0 * r).abs() < 1e-10 && (peaks[0].magnitude - wanted).abs() < 1e-11 * wanted,
+            "{ratio}: {peaks:?} {r}"
+        );
+    }
+}
+
+/// A cause that enters by its place, its rate and its acceleration: s⁰, s¹ and s² of the three responses.
+#[test]
+fn three_inputs_of_one_cause() {
+    let space = Oscillator::damped(0.2).space();
+    let of = |input: Excitation| space.frequency_response(input, "to_ground", &[1.7]).unwrap().values[0];
+    let s = Complex::new(0.0, 1.7);
+    let wanted = of("base".into()) + s * of("base_rate".into()) + s * s * of("force".into());
+    let found = of(Excitation::moved("base", "base_rate").with_acceleration("force"));
+    assert!((found - wanted).norm() < 1e-14 * wanted.norm(), "{found} {wanted}");
+}
+
 #[test]
 fn the_phase_passes_half_a_turn_without_a_jump() {
     let space = Oscillator::damped(0.05).space();
