@@ -24,6 +24,7 @@ use std::time::Duration;
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use dynamics::analysis::{Banded, lowest_modes};
 use dynamics::prelude::*;
 use kepler::Kepler;
 use models::{Chain5, Chain10, DoublePendulum};
@@ -83,9 +84,23 @@ fn integration(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// The 20 lowest modes of a chain of 1,000 masses.
+fn vibration(criterion: &mut Criterion) {
+    let (mass, mut stiffness) = (Banded::diagonal(&[1.0; 1000]), Banded::zeros(1000, 1));
+    for i in 0..1000 {
+        stiffness.add(i, i, 2.0).expect("on the diagonal");
+        if i > 0 {
+            stiffness.add(i, i - 1, -1.0).expect("beside the diagonal");
+        }
+    }
+    criterion.bench_function("vibration/20 modes of 1,000 masses", |bencher| {
+        bencher.iter(|| lowest_modes(&mass, &stiffness, 20).expect("a definite chain"));
+    });
+}
+
 criterion_group! {
     name = all;
     config = Criterion::default().warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
-    targets = evaluation, integration
+    targets = evaluation, integration, vibration
 }
 criterion_main!(all);

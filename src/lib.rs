@@ -66,8 +66,8 @@ pub mod prelude {
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::{
         Analyze as _, Branch, BranchEnd, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError,
-        Linearization, LinearizeError, SmallMotions as _, SpecialKind, Stability, StabilityVerdict, Stays, Undecided,
-        continuation, fold_curve,
+        Linearization, LinearizeError, SmallMotions as _, SpecialKind, Stability, StabilityVerdict, StateSpace, Stays,
+        Undecided, Vibration as _, VibrationError, continuation, fold_curve,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;

@@ -15,6 +15,7 @@ mod linearize;
 mod page;
 mod runs;
 mod table;
+mod vibration;
 mod work_precision;
 
 pub use continuation::{
@@ -29,6 +30,12 @@ pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
 pub use page::Page;
 pub use work_precision::{
     Cost, Curve, ErrorOf, Errors, Measured, OutsideError, Point, Reference, Study, WorkPrecision, WorkPrecisionError,
+};
+
+pub use vibration::{
+    Banded, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load, LowestModes, Lqr, LqrDesign, ModeFilm,
+    NormalModes, Onset, Peak, Reach, RotorMode, Signal, Spectrum, StateSpace, TimeResponse, Vibration, VibrationError,
+    Window, Withheld, frequencies, lowest_modes,
 };
 
 use crate::motion::Simulate;

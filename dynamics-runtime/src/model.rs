@@ -391,6 +391,18 @@ pub trait Constraints: Dynamics {
     ) -> bool {
         false
     }
+    /// Derivatives of the outputs (Y of them, as [`Outputs::OUTPUTS`] has them) at given q̈ and λ: ∂y/∂q, ∂y/∂q̇, ∂y/∂q̈ (each Y×N), ∂y/∂λ (Y×R), ∂y/∂w (Y×W for W
+    /// inputs); by rows, one after the other. `false` where no code for them was generated.
+    #[inline]
+    fn output_variations(
+        &self,
+        _state: &Self::State,
+        _accelerations: &Self::Vector,
+        _multipliers: &Self::Rows,
+        _values: &mut [f64],
+    ) -> bool {
+        false
+    }
     /// The constraint whose function has this type: index into [`Constraints::CONSTRAINTS`].
     fn constraint_of(function: TypeId) -> Option<usize>;
 }

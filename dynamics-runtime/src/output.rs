@@ -21,7 +21,7 @@ pub(crate) mod file;
 #[cfg(test)]
 mod json_check;
 mod motion;
-mod names;
+pub(crate) mod names;
 mod reduce;
 mod svg;
 pub(crate) mod text;

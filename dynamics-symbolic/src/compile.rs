@@ -8,7 +8,7 @@ use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
 use crate::mechanics::{
     ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld, derive_on,
-    momentum_rates, variations,
+    momentum_rates, output_variations, variations,
 };
 use crate::schedule::{Program, Staging, schedule};
 use crate::series::{Series, Unexpandable, expand};
@@ -40,6 +40,9 @@ pub struct Programs {
     /// What [`Variations`](crate::mechanics::Variations) holds, one matrix after the other, by rows, reading accelerations and multipliers as
     /// symbols; `None` where it is too large to be emitted, or takes fourth derivatives of functions that are given by values. Not listed.
     pub variations: Option<Program>,
+    /// Derivatives of the outputs by q, q̇, q̈, λ and inputs, one matrix after the other, by rows, reading accelerations and multipliers as symbols; `None`
+    /// as for `variations`, and without outputs. Not listed.
+    pub output_variations: Option<Program>,
     /// Outputs, then, where any of them uses accelerations, Dᵢ and Mᵢᵢ for every pivot.
     pub outputs: Program,
     /// Events, likewise.
@@ -207,6 +210,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     report.push_str(&text::series_entry(&model, &programs.series));
     listing.push_str(&text::series_section(&model, &programs.series));
     programs.variations = fitting_variations(&mut model);
+    programs.output_variations = fitting_output_variations(&mut model);
     // Of all nodes that are printed: series bring choices of their own.
     programs.kinks = followed(&model.graph, &kinks, &of_reactions);
     Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
@@ -309,18 +313,31 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         kinks: followed(g, &[], &[]),
         momentum_rates: None,
         variations: None,
+        output_variations: None,
     }
 }
 
 /// Derivatives of the equations before they are solved, unless they are too large or ask smooth functions for more than these give.
 fn fitting_variations(model: &mut Model) -> Option<Program> {
     let all = variations(model).ok()?.all();
-    let g = &model.graph;
-    if fourth_derivatives(g, &all).next().is_some() {
+    fitting(&model.graph, "variations", &all)
+}
+
+/// Derivatives of the outputs, likewise.
+fn fitting_output_variations(model: &mut Model) -> Option<Program> {
+    if model.outputs.is_empty() {
+        return None;
+    }
+    let all = output_variations(model).ok()?;
+    fitting(&model.graph, "output_variations", &all)
+}
+
+fn fitting(g: &Graph, name: &str, all: &[NodeId]) -> Option<Program> {
+    if fourth_derivatives(g, all).next().is_some() {
         return None;
     }
     let fits = |program: &Program| program.cost.total() <= MOST_VARIATIONS;
-    Some(schedule(g, "variations", &all, Staging::Inline)).filter(fits)
+    Some(schedule(g, name, all, Staging::Inline)).filter(fits)
 }
 
 /// The functions of whose derivatives the fourth or a higher one is asked for.

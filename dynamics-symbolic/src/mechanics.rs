@@ -14,7 +14,7 @@ mod velocity_form;
 
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
-pub use derive::{Underivable, derive, derive_on, momentum_rates, variations};
+pub use derive::{Underivable, derive, derive_on, momentum_rates, output_variations, variations};
 pub use equations::{
     ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Released,
     Solution, Variations, Withheld,

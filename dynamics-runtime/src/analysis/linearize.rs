@@ -37,7 +37,7 @@ use crate::constrain::{check_start, solve_once};
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
 pub(super) use modes::eigenvector;
 pub(super) use reduce::{Tangent, scales};
-pub(super) use spectrum::general;
+pub(super) use spectrum::{general, symmetric as undamped};
 
 /// Models whose small motions can be asked for: all.
 pub trait SmallMotions: Constraints {
@@ -178,25 +178,27 @@ impl Linearization {
 }
 
 /// All that is read of a model at a state; matrices N×N where nothing else is said.
-struct Read {
-    mass: DMatrix<f64>,
+pub(super) struct Read {
+    pub(super) mass: DMatrix<f64>,
     /// ∂r/∂q and ∂r/∂q̇.
-    force_by: [DMatrix<f64>; 2],
+    pub(super) force_by: [DMatrix<f64>; 2],
     /// ∂r/∂w, N×W.
-    force_by_inputs: DMatrix<f64>,
+    pub(super) force_by_inputs: DMatrix<f64>,
     /// Φ_q joined by A, of the rows that hold.
-    jacobian: DMatrix<f64>,
+    pub(super) jacobian: DMatrix<f64>,
     /// ∂Φ̈/∂q and ∂Φ̈/∂q̇ of those rows.
-    gamma_by: [DMatrix<f64>; 2],
+    pub(super) gamma_by: [DMatrix<f64>; 2],
     /// ∂Φ̇/∂q of those rows.
-    velocity_by: DMatrix<f64>,
+    pub(super) velocity_by: DMatrix<f64>,
     /// How many of them are holonomic.
-    holonomic: usize,
-    accelerations: DVector<f64>,
+    pub(super) holonomic: usize,
+    pub(super) accelerations: DVector<f64>,
+    /// λ of all rows.
+    pub(super) multipliers: DVector<f64>,
 }
 
 impl Read {
-    fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, LinearizeError> {
+    pub(super) fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, LinearizeError> {
         let solved = solve_once(model, &model.constants().map_err(crate::error::SolveError::from)?, state)?;
         let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
         let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
@@ -229,6 +231,7 @@ impl Read {
             velocity_by: velocity_by.select_rows(&active),
             holonomic: active.iter().filter(|row| **row < M::Residual::LEN).count(),
             accelerations: DVector::from_column_slice(accelerations),
+            multipliers: DVector::from_column_slice(solved.multipliers.as_slice()),
         })
     }
 

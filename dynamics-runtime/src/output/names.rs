@@ -8,20 +8,20 @@ use crate::model::{Constraints, Dynamics, Outputs, Quantity, Vector};
 
 /// A named sequence of numbers.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Column {
-    pub(super) name: String,
-    pub(super) unit: String,
+pub(crate) struct Column {
+    pub(crate) name: String,
+    pub(crate) unit: String,
 }
 
 impl Column {
     /// `name in unit`.
-    pub(super) fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         text::with_unit(&self.name, &self.unit)
     }
 }
 
 /// The unit of time: seconds in every coherent system; none where the model has no units at all.
-pub(super) fn time_unit<M: Outputs>() -> &'static str {
+pub(crate) fn time_unit<M: Outputs>() -> &'static str {
     let any = [M::COORDINATES, M::INPUTS, M::PARAMETERS, M::OUTPUTS]
         .into_iter()
         .flatten()
@@ -29,37 +29,50 @@ pub(super) fn time_unit<M: Outputs>() -> &'static str {
     if any { "s" } else { "" }
 }
 
-pub(super) fn time<M: Outputs>() -> Column {
+pub(crate) fn time<M: Outputs>() -> Column {
     Column { name: "t".into(), unit: time_unit::<M>().into() }
 }
 
-pub(super) fn coordinates<M: Dynamics>() -> impl Iterator<Item = Column> {
+pub(crate) fn coordinates<M: Dynamics>() -> impl Iterator<Item = Column> {
     plain(M::COORDINATES)
 }
 
-pub(super) fn velocities<M: Outputs>() -> impl Iterator<Item = Column> {
+pub(crate) fn velocities<M: Outputs>() -> impl Iterator<Item = Column> {
     derivatives::<M>("_rate", "")
 }
 
-pub(super) fn accelerations<M: Outputs>() -> impl Iterator<Item = Column> {
+pub(crate) fn accelerations<M: Outputs>() -> impl Iterator<Item = Column> {
     derivatives::<M>("_acceleration", "^2")
 }
 
-pub(super) fn plain(quantities: &'static [Quantity]) -> impl Iterator<Item = Column> {
+pub(crate) fn plain(quantities: &'static [Quantity]) -> impl Iterator<Item = Column> {
     quantities.iter().map(|quantity| Column { name: quantity.name.into(), unit: quantity.unit.into() })
 }
 
 /// `lambda[closure.x]` in the unit of a generalized force for the row: λ·Φ is an energy, λ·(A q̇ + b) a power.
-pub(super) fn multipliers<M: Constraints + Outputs>() -> impl Iterator<Item = Column> {
-    let units = [M::COORDINATES, M::PARAMETERS, M::ROWS].into_iter().flatten();
-    let english =
-        units.into_iter().any(|quantity| ["ft", "lb", "slug"].iter().any(|unit| quantity.unit.contains(unit)));
-    let known = !time_unit::<M>().is_empty();
+pub(crate) fn multipliers<M: Constraints + Outputs>() -> impl Iterator<Item = Column> {
+    let (english, known) = (is_english::<M>(), !time_unit::<M>().is_empty());
     M::ROWS.iter().enumerate().map(move |(row, quantity)| {
         let per_time = row >= M::Residual::LEN;
         let unit = if known { force(quantity.unit, per_time, english) } else { String::new() };
         Column { name: format!("lambda[{}]", quantity.name), unit }
     })
+}
+
+/// Generalized forces, each called by the coordinate along which it does work.
+#[cfg(feature = "std")]
+pub(crate) fn forces<M: Constraints + Outputs>() -> impl Iterator<Item = Column> {
+    let (english, known) = (is_english::<M>(), !time_unit::<M>().is_empty());
+    M::COORDINATES.iter().map(move |quantity| {
+        let unit = if known { force(quantity.unit, false, english) } else { String::new() };
+        Column { name: quantity.name.into(), unit }
+    })
+}
+
+/// Whether units are feet and pounds.
+fn is_english<M: Constraints>() -> bool {
+    let mut units = [M::COORDINATES, M::PARAMETERS, M::ROWS].into_iter().flatten();
+    units.any(|quantity| ["ft", "lb", "slug"].iter().any(|unit| quantity.unit.contains(unit)))
 }
 
 /// Energy by the unit of Φ, or power by the unit of A q̇ + b.
@@ -85,7 +98,7 @@ fn derivatives<M: Outputs>(suffix: &str, power: &str) -> impl Iterator<Item = Co
 }
 
 /// `theta_rate`, `theta_rate[3]`: the accessors' names.
-fn suffixed(name: &str, suffix: &str) -> String {
+pub(crate) fn suffixed(name: &str, suffix: &str) -> String {
     match name.split_once('[') {
         Some((name, index)) => format!("{name}{suffix}[{index}"),
         None => format!("{name}{suffix}"),

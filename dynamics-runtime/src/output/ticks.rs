@@ -180,6 +180,10 @@ fn decimal(multiple: i64, exponent: i32) -> String {
     if (-3..9).contains(&top) && exponent <= 0 {
         return text::trimmed(&fixed(multiple, exponent));
     }
+    // 10 and 2000 are shorter than 1×10 and 2×10³.
+    if exponent > 0 && top < 4 {
+        return fixed(multiple, exponent);
+    }
     let sign = if multiple < 0 { "−" } else { "" };
     let (whole, part) = digits.split_at(1);
     let mantissa = text::trimmed(&format!("{whole}.{part}0"));
@@ -231,6 +235,12 @@ fn within_a_decade(range: Range, count: usize) -> Ticks {
             (at, decimal(i64::from(digit), exponent))
         })
         .collect();
+    // Of two decades the powers of ten themselves, where 2 and 5 would be too many: equal distances of the values would leave most of the axis without a label.
+    let tens: Vec<_> = round.iter().filter(|(at, _)| (at - libm::round(*at)).abs() < 1e-9).cloned().collect();
+    if round.len() > count.max(2) && tens.len() > 1 {
+        let minor = parts_of_decades(range).filter(|(_, digit)| *digit > 1).map(|(at, _)| at).collect();
+        return Ticks { major: tens, minor, factor: String::new() };
+    }
     let (lo, hi) = (power(range.lo), power(range.hi));
     if (2..=count.max(2)).contains(&round.len()) || lo < SMALLEST || hi > LARGEST {
         let minor =
@@ -253,6 +263,15 @@ mod tests {
 
     fn labels(ticks: &Ticks) -> Vec<&str> {
         ticks.major.iter().map(|(_, label)| label.as_str()).collect()
+    }
+
+    #[test]
+    fn two_decades_have_their_powers_of_ten_where_there_is_room_for_no_more() {
+        let range = Range { lo: libm::log10(0.49), hi: libm::log10(62.0) };
+        assert_eq!(labels(&logarithmic(range, 4)), ["1", "10"]);
+        assert_eq!(labels(&logarithmic(range, 7)), ["0.5", "1", "2", "5", "10", "20", "50"]);
+        let range = Range { lo: 3.1, hi: 5.05 };
+        assert_eq!(labels(&logarithmic(range, 3)), ["1×10⁴", "1×10⁵"]);
     }
 
     #[test]

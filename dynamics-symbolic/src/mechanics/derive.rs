@@ -144,6 +144,21 @@ pub fn variations(model: &mut Model) -> Result<Variations, usize> {
     })
 }
 
+/// Derivatives of the outputs as they were declared, by q, q̇, q̈, λ and inputs, one matrix after the other, by rows: what C and D of a state space are made of.
+///
+/// # Errors
+/// The nodes that were taken, where they are more than can end in programs that are emitted.
+pub fn output_variations(model: &mut Model) -> Result<Vec<NodeId>, usize> {
+    let roots: Vec<NodeId> = model.outputs.iter().flat_map(scalars).map(|output| output.node).collect();
+    let (n, inputs) = (model.coordinates.len(), model.inputs.len());
+    let rows = Rows::of(model).map_or(0, |rows| rows.named.len());
+    // On a copy, so that what is not taken leaves no trace.
+    let mut trial = model.graph.clone();
+    let found = inverse::output_variations(&mut trial, &roots, (n, rows, inputs))?;
+    model.graph = trial;
+    Ok(found)
+}
+
 /// q̇·∂L/∂q̇ − L. T + V is there already, so it stands for the energy function wherever the two are equal.
 fn energy_function(g: &mut Graph, momenta: &[NodeId], lagrangian: NodeId) -> NodeId {
     let twice = power(g, momenta);

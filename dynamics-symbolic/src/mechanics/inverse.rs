@@ -174,6 +174,30 @@ pub(super) fn variations(
     })
 }
 
+/// Derivatives of outputs by all that they may contain; as many coordinates, rows and inputs as given.
+///
+/// # Errors
+/// The nodes that were taken, where they are more than can end in programs that are emitted.
+pub(super) fn output_variations(
+    g: &mut Graph,
+    outputs: &[NodeId],
+    (n, rows, inputs): (usize, usize, usize),
+) -> Result<Vec<NodeId>, usize> {
+    let start = g.len();
+    let mut by = |count: usize, symbol: fn(u32) -> Symbol| {
+        let rows = derivatives(g, outputs, &symbols(count, symbol), Sweep::Reverse);
+        if g.len() - start > MOST_NODES { Err(g.len() - start) } else { Ok(rows) }
+    };
+    let all = [
+        by(n, Symbol::Coordinate)?,
+        by(n, Symbol::Rate)?,
+        by(n, Symbol::Acceleration)?,
+        by(rows, Symbol::Multiplier)?,
+        by(inputs, Symbol::Input)?,
+    ];
+    Ok(all.into_iter().flatten().flatten().collect())
+}
+
 /// ∂roots/∂by, a row per root.
 fn derivatives(g: &mut Graph, roots: &[NodeId], by: &[Symbol], sweep: Sweep) -> Vec<Vec<NodeId>> {
     let one = g.one();

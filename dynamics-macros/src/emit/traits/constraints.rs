@@ -4,7 +4,7 @@ use dynamics_symbolic::compile::{ConstraintPrograms, Kinks};
 use dynamics_symbolic::mechanics::{ConstraintEquations, ConstraintKind, Elimination, General, Solution};
 use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
-use quote::quote;
+use quote::{format_ident, quote};
 
 use super::super::local;
 use super::super::program::{Body, Printed};
@@ -47,6 +47,7 @@ impl Emission<'_> {
             self.correct_unrolled(equations),
             self.constraint_derivatives(programs),
             self.variations(),
+            self.output_variations(),
         ];
         let (functions, methods): (Vec<_>, Vec<_>) = methods.into_iter().unzip();
         let constraint_of = self.constraint_of();
@@ -66,9 +67,10 @@ impl Emission<'_> {
         let (option, state) = (quote!(#private::Option), quote!(&<Self as Model>::State));
         let solved = quote!(#option<#private::Solved<<Self as Model>::Vector, Self::Rows>>);
         let (functions, variations) = self.variations();
+        let (of_outputs, output_variations) = self.output_variations();
         // Not by the macro `unconstrained!`: its impl could not be put where the user's block is.
         quote! {
-            #functions
+            #functions #of_outputs
             impl #private::Constraints for #model {
                 type Rows = #private::SVector<#f64, 0>;
                 type Residual = #private::SVector<#f64, 0>;
@@ -109,7 +111,7 @@ impl Emission<'_> {
                     #option::Some(#private::vector([0.0; #n]))
                 }
                 fn constraint_derivatives(&self, _: #state, _: &Self::Rows, _: &mut [#f64]) {}
-                #variations
+                #variations #output_variations
                 fn constraint_of(_: #private::TypeId) -> #option<#private::usize> { #option::None }
             }
         }
@@ -328,7 +330,18 @@ impl Emission<'_> {
 
     /// `fn variations`, where they are not too large to be emitted.
     fn variations(&self) -> Method {
-        let Some(program) = &self.compiled.programs.variations else { return Method::default() };
+        self.written(self.compiled.programs.variations.as_ref(), "variations")
+    }
+
+    /// `fn output_variations`, likewise.
+    fn output_variations(&self) -> Method {
+        self.written(self.compiled.programs.output_variations.as_ref(), "output_variations")
+    }
+
+    /// A function of state, q̈ and λ that writes what a program computes.
+    fn written(&self, program: Option<&Program>, name: &str) -> Method {
+        let Some(program) = program else { return Method::default() };
+        let name = format_ident!("{name}");
         // The functions of a large program take q̈ and λ, in a model without constraints, too.
         let constraints = Some((self.rows(), self.switched()));
         let body = Body { access: &self.access, surface: self.surface, constants: &[], constraints };
@@ -346,7 +359,7 @@ impl Emission<'_> {
         let write = self.write(&quote!(#values), &results);
         let method = quote! {
             #[inline]
-            fn variations(
+            fn #name(
                 #at_state,
                 #accelerations: &<Self as Model>::Vector,
                 #multipliers: &Self::Rows,

@@ -36,10 +36,10 @@ fn pair(square: f64) -> [Complex<f64>; 2] {
 }
 
 /// ω², ascending, and the vectors of K x = ω² M x, orthonormal in M.
-type Undamped = (DVector<f64>, DMatrix<f64>);
+pub(in crate::analysis) type Undamped = (DVector<f64>, DMatrix<f64>);
 
 /// The eigenvalues of what is undamped and conservative; `None` where there is more.
-pub(super) fn symmetric(linear: &Linearization) -> Result<Option<Undamped>, LinearizeError> {
+pub(in crate::analysis) fn symmetric(linear: &Linearization) -> Result<Option<Undamped>, LinearizeError> {
     let (Some(stiffness), Some(circulatory)) = (linear.conservative(), linear.circulatory()) else { return Ok(None) };
     let n = stiffness.nrows();
     let is_rest = linear.damping.iter().all(|x| *x == 0.0) && linear.rates_by_coordinates.iter().all(|x| *x == 0.0);

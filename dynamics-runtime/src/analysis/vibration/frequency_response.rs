@@ -1,0 +1,213 @@
+//! The response to a steady sine.
+//!
+//! ```text
+//! H(s) = C (s − A)⁻¹ B + D at s = iω,        y = Re(H ŵ e^{iωt}) for w = Re(ŵ e^{iωt})
+//! ```
+//!
+//! What moves a base is one cause with several inputs, its place, its rate and its acceleration: B and D are then polynomials in s. A is balanced first
+//! (Parlett & Reinsch, Numer. Math. 13 (1969) 293), so that units do not decide about conditioning. Each value comes with a bound of its rounding,
+//! n ε |C R| |s − A| |R B| with R = (s − A)⁻¹ (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, §7.2), and is refused where R has no digits: on an
+//! undamped resonance.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::state_space::Signal;
+use super::{StateSpace, VibrationError};
+
+/// Condition number of s − A beyond which its inverse has no three digits left.
+const WORST: f64 = 1e13;
+
+/// What shakes: an input or a force along a coordinate by its name (a `&str` is one), or the motion of a base that enters by several inputs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Excitation {
+    /// Names of the inputs that are the cause itself, its rate, and its acceleration.
+    terms: [Option<String>; 3],
+}
+
+impl Excitation {
+    /// A base whose place is one input of the model and whose rate is another, as where a spring and a damper stand on it.
+    #[must_use]
+    pub fn moved(place: impl Into<String>, rate: impl Into<String>) -> Self {
+        Self { terms: [Some(place.into()), Some(rate.into()), None] }
+    }
+
+    /// Also with its acceleration as an input.
+    #[must_use]
+    pub fn with_acceleration(mut self, acceleration: impl Into<String>) -> Self {
+        self.terms[2] = Some(acceleration.into());
+        self
+    }
+}
+
+impl From<&str> for Excitation {
+    fn from(input: &str) -> Self {
+        Self { terms: [Some(input.into()), None, None] }
+    }
+}
+
+/// `count` frequencies from `from` to `to`, in rad/s, each greater than the one before by the same factor.
+pub fn frequencies(from: f64, to: f64, count: usize) -> Vec<f64> {
+    let last = count.saturating_sub(1).max(1) as f64;
+    let at = |k: usize| if k + 1 == count && count > 1 { to } else { from * (to / from).powf(k as f64 / last) };
+    (0..count).map(at).collect()
+}
+
+/// A response over frequencies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrequencyResponse {
+    /// What shakes.
+    pub input: Signal,
+    /// What answers.
+    pub output: Signal,
+    /// ω, in rad/s.
+    pub frequencies: Vec<f64>,
+    /// H(iω).
+    pub values: Vec<Complex<f64>>,
+    /// How far rounding may have moved each value: a bound of |δH|.
+    pub uncertainty: Vec<f64>,
+}
+
+impl FrequencyResponse {
+    /// |H|: the amplitude of the answer by that of the cause; where both have one unit, the transmissibility.
+    #[must_use]
+    pub fn magnitude(&self) -> Vec<f64> {
+        self.values.iter().map(|value| value.norm()).collect()
+    }
+
+    /// The phase of the answer in rad, negative where it lags; from frequency to frequency on the shorter way, so that it passes −π without a jump.
+    #[must_use]
+    pub fn phase(&self) -> Vec<f64> {
+        let mut phases: Vec<f64> = Vec::with_capacity(self.values.len());
+        for value in &self.values {
+            let phase = value.arg();
+            let turns = phases.last().map_or(0.0, |before| ((before - phase) / core::f64::consts::TAU).round());
+            phases.push(phase + turns * core::f64::consts::TAU);
+        }
+        phases
+    }
+}
+
+/// One way from a cause to an answer, balanced.
+pub(super) struct Channel {
+    a: DMatrix<f64>,
+    /// By powers of s.
+    b: [DVector<f64>; 3],
+    c: DVector<f64>,
+    d: [f64; 3],
+}
+
+/// H and what belongs to it at one frequency.
+pub(super) struct Evaluated {
+    pub(super) value: Complex<f64>,
+    /// dH/dω.
+    pub(super) slope: Complex<f64>,
+    pub(super) uncertainty: f64,
+}
+
+impl Evaluated {
+    /// d|H|²/dω.
+    pub(super) fn rise(&self) -> f64 {
+        2.0 * (self.value.conj() * self.slope).re
+    }
+}
+
+impl Channel {
+    pub(super) fn new(space: &StateSpace, input: &Excitation, output: usize) -> Result<Self, VibrationError> {
+        let mut a = space.a.clone();
+        let scale = balance_parlett_reinsch(&mut a);
+        let mut b = [(); 3].map(|()| DVector::zeros(a.nrows()));
+        let mut d = [0.0; 3];
+        for (k, name) in input.terms.iter().enumerate() {
+            let Some(name) = name else { continue };
+            let column = space.input(name)?;
+            b[k] = space.b.column(column).component_div(&scale);
+            d[k] = space.d[(output, column)];
+        }
+        let c = space.c.row(output).transpose().component_mul(&scale);
+        Ok(Self { a, b, c, d })
+    }
+
+    /// `None` where iω − A has no inverse with digits; then its condition number.
+    pub(super) fn at(&self, frequency: f64) -> Result<Evaluated, f64> {
+        let n = self.a.nrows();
+        let s = Complex::new(0.0, frequency);
+        let mut shifted = self.a.map(|x| Complex::new(-x, 0.0));
+        (0..n).for_each(|i| shifted[(i, i)] += s);
+        let sizes = shifted.map(|x| x.norm());
+        let inverse = shifted.try_inverse().ok_or(f64::INFINITY)?;
+        let products = inverse.map(|x| x.norm()) * &sizes;
+        let conditioning = products.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
+        if conditioning.is_nan() || conditioning > WORST {
+            return Err(conditioning);
+        }
+        let polynomial = |of: &dyn Fn(usize) -> Complex<f64>| of(0) + s * (of(1) + s * of(2));
+        let derivative = |of: &dyn Fn(usize) -> Complex<f64>| of(1) + s * of(2) * 2.0;
+        let complex = |x: f64| Complex::new(x, 0.0);
+        let b = DVector::from_fn(n, |i, _| polynomial(&|k| complex(self.b[k][i])));
+        let b_slope = DVector::from_fn(n, |i, _| derivative(&|k| complex(self.b[k][i])));
+        let (x, left) = (&inverse * &b, inverse.tr_mul(&self.c.map(complex)));
+        let c = self.c.map(complex);
+        let value = c.dot(&x) + polynomial(&|k| complex(self.d[k]));
+        let by_s = left.dot(&b_slope) - left.dot(&x) + derivative(&|k| complex(self.d[k]));
+        let rounding = left.map(|x| x.norm()).dot(&(sizes * x.map(|x| x.norm()))) + value.norm();
+        Ok(Evaluated { value, slope: Complex::new(0.0, 1.0) * by_s, uncertainty: n as f64 * f64::EPSILON * rounding })
+    }
+}
+
+impl StateSpace {
+    /// The response of an output (declared, coordinate, `x_rate` or `x_acceleration`) to a sine of an input, or of a force along a coordinate, at these
+    /// frequencies in rad/s: receptance, mobility and accelerance are those of coordinates, rates and accelerations to forces.
+    ///
+    /// # Errors
+    /// Names that are not known, frequencies that are not 0 or positive, and [`VibrationError::Resonance`] on the frequency of a mode without damping.
+    pub fn frequency_response(
+        &self,
+        input: impl Into<Excitation>,
+        output: &str,
+        frequencies: &[f64],
+    ) -> Result<FrequencyResponse, VibrationError> {
+        let (input, row) = (input.into(), self.output(output)?);
+        let channel = Channel::new(self, &input, row)?;
+        let (mut values, mut uncertainty) = (Vec::new(), Vec::new());
+        for frequency in frequencies {
+            let found = self.response_at(&channel, *frequency)?;
+            values.push(found.value);
+            uncertainty.push(found.uncertainty);
+        }
+        Ok(FrequencyResponse {
+            input: self.cause(&input)?,
+            output: self.outputs[row].clone(),
+            frequencies: frequencies.to_vec(),
+            values,
+            uncertainty,
+        })
+    }
+
+    /// The signal that an excitation is.
+    pub(super) fn cause(&self, input: &Excitation) -> Result<Signal, VibrationError> {
+        let name = input.terms.iter().flatten().next().map_or("", String::as_str);
+        Ok(self.inputs[self.input(name)?].clone())
+    }
+
+    /// The response at one frequency, a failure with the mode that is its cause.
+    pub(super) fn response_at(&self, channel: &Channel, frequency: f64) -> Result<Evaluated, VibrationError> {
+        if !(frequency.is_finite() && frequency >= 0.0) {
+            let must_be = "0 or a positive number of rad/s";
+            return Err(VibrationError::Value { what: "a frequency", value: frequency, must_be });
+        }
+        match channel.at(frequency) {
+            Ok(found) => Ok(found),
+            Err(conditioning) => {
+                let beside = |x: &Complex<f64>| (x - Complex::new(0.0, frequency)).norm();
+                let found = self.eigenvalues()?;
+                let nearest = found.into_iter().min_by(|x, y| beside(x).total_cmp(&beside(y)));
+                let eigenvalue = nearest.unwrap_or_default();
+                Err(VibrationError::Resonance { frequency, eigenvalue, conditioning })
+            }
+        }
+    }
+}

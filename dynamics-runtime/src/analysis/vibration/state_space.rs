@@ -1,0 +1,384 @@
+//! The linear model in state space: ẋ = A x + B w, y = C x + D w.
+//!
+//! x are the deviations of independent coordinates z and velocities v, as [`Linearization`] has them. w are the model's inputs and, beside them, a
+//! generalized force along every coordinate; y the model's outputs and every coordinate, its rate and its acceleration. With δq = D z,
+//! δq̇ = E v + F z, δq̈ = E v̇ + G v + H z the reactions follow from the equations before they were projected:
+//!
+//! ```text
+//! Φ_qᵀ δλ = M δq̈ + r_u δq̇ + r_q δq − Q_w δw        δy = y_q δq + y_u δq̇ + y_a δq̈ + y_λ δλ + y_w δw
+//! ```
+//!
+//! all derivatives from the graph. Where rows repeat each other δλ is not unique; an output is there if it depends on the unique part alone.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use nalgebra::{Complex, DMatrix};
+
+use super::VibrationError;
+use crate::analysis::linearize::{Linearization, LinearizeError, Read, SmallMotions, Tangent, general, scales};
+use crate::constrain::held::active_rows;
+use crate::model::{Constraints, ModelState, Outputs, Quantity, Vector};
+use crate::motion::suggest;
+use crate::output::names::{self, Column};
+
+/// A named input, state or output.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Signal {
+    /// As elsewhere: `theta`, `theta_rate`, `theta_acceleration`; a generalized force is called by its coordinate.
+    pub name: String,
+    /// Its unit, empty where it is not known or 1.
+    pub unit: String,
+}
+
+impl Signal {
+    pub(super) fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { name: name.into(), unit: unit.into() }
+    }
+}
+
+/// Why an output has no linear equation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Withheld {
+    /// It depends on reactions that are not unique, as constraints repeat each other.
+    NotUnique,
+    /// It has a corner at the state of reference: each side has a derivative of its own.
+    Corner,
+    /// Its derivative is not finite there.
+    NotFinite,
+}
+
+/// Where the value of a state stands in a model's state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    Coordinate(usize),
+    Rate(usize),
+}
+
+/// ẋ = A x + B w, y = C x + D w: n states, W inputs, Y outputs, all deviations from the state of reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateSpace {
+    /// A, n×n.
+    pub a: DMatrix<f64>,
+    /// B, n×W.
+    pub b: DMatrix<f64>,
+    /// C, Y×n.
+    pub c: DMatrix<f64>,
+    /// D, Y×W.
+    pub d: DMatrix<f64>,
+    /// The states: independent coordinates, then independent velocities.
+    pub states: Vec<Signal>,
+    /// The model's inputs, then generalized forces along all coordinates.
+    pub inputs: Vec<Signal>,
+    /// The model's outputs, then all coordinates, their rates, and their accelerations.
+    pub outputs: Vec<Signal>,
+    /// Outputs that have no row, and why: theirs is not a number.
+    withheld: Vec<(usize, Withheld)>,
+    /// Where the states stand in the model's state, and their values, and those of the model's inputs, in the reference; empty for matrices of one's own.
+    pub(super) places: Vec<(Place, f64)>,
+    pub(super) input_values: Vec<f64>,
+}
+
+impl StateSpace {
+    /// From matrices of one's own; signals are called `x[0]`, `w[0]`, `y[0]`.
+    ///
+    /// # Errors
+    /// Shapes that do not fit, and elements that are not finite.
+    pub fn from_matrices(
+        a: DMatrix<f64>,
+        b: DMatrix<f64>,
+        c: DMatrix<f64>,
+        d: DMatrix<f64>,
+    ) -> Result<Self, VibrationError> {
+        let (n, w, y) = (a.nrows(), b.ncols(), c.nrows());
+        if n == 0 || a.ncols() != n || b.nrows() != n || c.ncols() != n || d.shape() != (y, w) {
+            return Err(VibrationError::Shapes { shapes: [a.shape(), b.shape(), c.shape(), d.shape()].into() });
+        }
+        if !a.iter().chain(b.iter()).chain(c.iter()).chain(d.iter()).all(|x| x.is_finite()) {
+            return Err(LinearizeError::NotFinite.into());
+        }
+        let named =
+            |letter: &str, count: usize| (0..count).map(|k| Signal::new(format!("{letter}[{k}]"), "")).collect();
+        Ok(Self {
+            states: named("x", n),
+            inputs: named("w", w),
+            outputs: named("y", y),
+            withheld: Vec::new(),
+            places: Vec::new(),
+            input_values: Vec::new(),
+            a,
+            b,
+            c,
+            d,
+        })
+    }
+
+    /// The eigenvalues of A, in 1/s, by growing real part.
+    ///
+    /// # Errors
+    /// An iteration that does not settle.
+    pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, VibrationError> {
+        let mut found = general(self.a.clone())?;
+        found.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
+        Ok(found)
+    }
+
+    /// Index of the input of this name.
+    pub(super) fn input(&self, name: &str) -> Result<usize, VibrationError> {
+        find(&self.inputs, name, "input or coordinate to push along")
+    }
+
+    /// Index of the output of this name.
+    pub(super) fn output(&self, name: &str) -> Result<usize, VibrationError> {
+        let index = find(&self.outputs, name, "output, coordinate, rate or acceleration")?;
+        match self.withheld.iter().find(|(row, _)| *row == index) {
+            Some((_, why)) => Err(VibrationError::NoRow { name: name.into(), why: *why }),
+            None => Ok(index),
+        }
+    }
+}
+
+/// The first signal of this name.
+pub(super) fn find(signals: &[Signal], name: &str, what: &'static str) -> Result<usize, VibrationError> {
+    let found = signals.iter().position(|signal| signal.name == name);
+    found.ok_or_else(|| VibrationError::UnknownName {
+        what,
+        name: name.into(),
+        nearest: suggest(name, signals.iter().map(|signal| signal.name.as_str())),
+    })
+}
+
+/// Deviations as linear functions of x and w.
+struct By {
+    x: DMatrix<f64>,
+    w: DMatrix<f64>,
+}
+
+pub(super) fn of_model<M: Constraints + Outputs>(model: &M, state: &M::State) -> Result<StateSpace, VibrationError> {
+    let linear = model.linearize(state)?;
+    if let Some(reason) = &linear.unsteady {
+        return Err(reason.clone().into());
+    }
+    let read = Read::of(model, state)?;
+    let indices = |named: &[Quantity]| -> Vec<usize> {
+        named.iter().filter_map(|q| M::COORDINATES.iter().position(|c| c.name == q.name)).collect()
+    };
+    let independent = [indices(&linear.coordinates), indices(&linear.velocities)];
+    let tangent = Tangent::new(
+        &read.jacobian,
+        read.holonomic,
+        &read.mass,
+        [independent[0].as_slice(), independent[1].as_slice()],
+    );
+    let a = linear.state_matrix()?;
+    // Unit generalized forces along coordinates join the inputs.
+    let n = M::Vector::LEN;
+    let forces = join(&-&read.force_by_inputs, &DMatrix::identity(n, n));
+    let b = by_forces(&linear, &tangent, &forces)?;
+    let [q, u, accelerations] = motions(&read, &tangent, &linear, &a, &b);
+    let reactions = reactions(&read, [&q, &u, &accelerations], &forces);
+    let (declared, withheld) = declared(model, state, &read, [&q, &u, &accelerations], &reactions)?;
+    let stacked = |of: fn(&By) -> &DMatrix<f64>| {
+        let rows = [&declared, &q, &u, &accelerations].map(of);
+        DMatrix::from_fn(rows.iter().map(|m| m.nrows()).sum(), rows[1].ncols(), |i, j| {
+            let (mut i, mut part) = (i, 0);
+            while i >= rows[part].nrows() {
+                i -= rows[part].nrows();
+                part += 1;
+            }
+            rows[part][(i, j)]
+        })
+    };
+    let (places, states) = places::<M>(state, &independent);
+    let of_coordinates = names::coordinates::<M>().chain(names::velocities::<M>()).chain(names::accelerations::<M>());
+    Ok(StateSpace {
+        c: stacked(|by| &by.x),
+        d: stacked(|by| &by.w),
+        a,
+        b,
+        states,
+        inputs: signals(names::plain(M::INPUTS).chain(names::forces::<M>())),
+        outputs: signals(names::plain(M::OUTPUTS).chain(of_coordinates)),
+        withheld,
+        places,
+        input_values: state.inputs().as_slice().to_vec(),
+    })
+}
+
+/// B for generalized forces on all coordinates: mass⁻¹Eᵀ of them.
+fn by_forces(linear: &Linearization, tangent: &Tangent, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, VibrationError> {
+    let (c, f) = (linear.coordinates.len(), linear.velocities.len());
+    let factors = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
+    let mut b = DMatrix::zeros(c + f, forces.ncols());
+    b.view_mut((c, 0), (f, forces.ncols())).copy_from(&factors.solve(&tangent.velocities.tr_mul(forces)));
+    Ok(b)
+}
+
+/// δq, δq̇ and δq̈ of all coordinates.
+fn motions(read: &Read, tangent: &Tangent, linear: &Linearization, a: &DMatrix<f64>, b: &DMatrix<f64>) -> [By; 3] {
+    let (d, e) = (&tangent.positions, &tangent.velocities);
+    let (n, c, f) = (d.nrows(), linear.coordinates.len(), linear.velocities.len());
+    let particular = tangent.particular(&(&read.velocity_by * d));
+    let [gamma_q, gamma_u] = &read.gamma_by;
+    let (g, h) = (tangent.particular(&(gamma_u * e)), tangent.particular(&(gamma_q * d + gamma_u * &particular)));
+    let none = DMatrix::zeros(n, b.ncols());
+    [
+        By { x: join(d, &DMatrix::zeros(n, f)), w: none.clone() },
+        By { x: join(&particular, e), w: none },
+        By { x: e * a.rows(c, f) + join(&h, &g), w: e * b.rows(c, f) },
+    ]
+}
+
+/// δλ of the rows that hold, where they are unique, and the projector on their unique part.
+fn reactions(read: &Read, [q, u, accelerations]: [&By; 3], forces: &DMatrix<f64>) -> (By, DMatrix<f64>) {
+    let rows = read.jacobian.nrows();
+    if rows == 0 {
+        let none = |of: &DMatrix<f64>| DMatrix::zeros(0, of.ncols());
+        return (By { x: none(&q.x), w: none(&q.w) }, DMatrix::zeros(0, 0));
+    }
+    let inverse = pseudo_inverse(&read.jacobian.transpose());
+    let [r_q, r_u] = &read.force_by;
+    let x = &inverse * (&read.mass * &accelerations.x + r_u * &u.x + r_q * &q.x);
+    let w = &inverse * (&read.mass * &accelerations.w - forces);
+    let projector = &inverse * read.jacobian.transpose();
+    (By { x, w }, projector)
+}
+
+/// By singular values; those below 1e-10 of the largest count as zero.
+fn pseudo_inverse(m: &DMatrix<f64>) -> DMatrix<f64> {
+    let svd = m.clone().svd(true, true);
+    let least = 1e-10 * svd.singular_values.amax();
+    svd.pseudo_inverse(least).unwrap_or_else(|_| DMatrix::from_element(m.ncols(), m.nrows(), f64::NAN))
+}
+
+/// Rows of the declared outputs, and which of them have none.
+#[allow(clippy::type_complexity)]
+fn declared<M: Constraints + Outputs>(
+    model: &M,
+    state: &M::State,
+    read: &Read,
+    [q, u, accelerations]: [&By; 3],
+    (lambda, projector): &(By, DMatrix<f64>),
+) -> Result<(By, Vec<(usize, Withheld)>), VibrationError> {
+    let (y, n) = (M::OUTPUTS.len(), M::Vector::LEN);
+    let at = Arguments::<M>::of(state, read);
+    let by = at.derivatives(model).ok_or(VibrationError::NoOutputDerivatives)?;
+    let active: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+    let by_lambda = by[3].select_columns(&active);
+    let beside = &by_lambda - &by_lambda * projector;
+    let direct = join(&by[4], &DMatrix::zeros(y, n));
+    let mut found = By {
+        x: &by[0] * &q.x + &by[1] * &u.x + &by[2] * &accelerations.x + &by_lambda * &lambda.x,
+        w: &by[2] * &accelerations.w + &by_lambda * &lambda.w + direct,
+    };
+    let corners = at.corners(model);
+    let why = |i: usize| {
+        let all = found.x.row(i).iter().chain(found.w.row(i).iter()).all(|x| x.is_finite());
+        match () {
+            () if beside.row(i).norm() > 1e-9 * by_lambda.row(i).norm() => Some(Withheld::NotUnique),
+            () if !all => Some(Withheld::NotFinite),
+            () => corners[i].then_some(Withheld::Corner),
+        }
+    };
+    let withheld: Vec<_> = (0..y).filter_map(|i| Some((i, why(i)?))).collect();
+    for (i, _) in &withheld {
+        found.x.row_mut(*i).fill(f64::NAN);
+        found.w.row_mut(*i).fill(f64::NAN);
+    }
+    Ok((found, withheld))
+}
+
+/// What outputs are functions of.
+struct Arguments<M: Constraints> {
+    state: M::State,
+    accelerations: M::Vector,
+    multipliers: M::Rows,
+}
+
+impl<M: Constraints + Outputs> Arguments<M> {
+    fn of(state: &M::State, read: &Read) -> Self {
+        let (mut accelerations, mut multipliers) = (M::Vector::zeros(), M::Rows::zeros());
+        accelerations.as_mut_slice().copy_from_slice(read.accelerations.as_slice());
+        multipliers.as_mut_slice().copy_from_slice(read.multipliers.as_slice());
+        Self { state: *state, accelerations, multipliers }
+    }
+
+    /// Derivatives by q, q̇, q̈, λ and inputs; `None` where there is no code for them.
+    fn derivatives(&self, model: &M) -> Option<[DMatrix<f64>; 5]> {
+        let (y, n, r, w) = (M::OUTPUTS.len(), M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
+        let mut values = alloc::vec![0.0; y * (3 * n + r + w)];
+        if y > 0 && !model.output_variations(&self.state, &self.accelerations, &self.multipliers, &mut values) {
+            return None;
+        }
+        let mut rest = values.as_slice();
+        Some([n, n, n, r, w].map(|columns| {
+            let (matrix, after) = rest.split_at(y * columns);
+            rest = after;
+            DMatrix::from_row_slice(y, columns, matrix)
+        }))
+    }
+
+    /// Of each output, whether its derivatives jump here: those on both sides differ as much for a step as for a sixteenth of it. A step changes everything that an output is a function
+    /// of, by different parts, so that it crosses whatever corner there is.
+    fn corners(&self, model: &M) -> Vec<bool> {
+        let difference = |step: f64| {
+            let sides = [step, -step].map(|step| self.beside(step).derivatives(model));
+            let [Some(above), Some(below)] = sides else { return Vec::new() };
+            let change = |i: usize| (0..5).map(|k| (above[k].row(i) - below[k].row(i)).abs().sum()).sum::<f64>();
+            let size =
+                |i: usize| (0..5).map(|k| above[k].row(i).abs().sum() + below[k].row(i).abs().sum()).sum::<f64>();
+            (0..M::OUTPUTS.len()).map(|i| (change(i), size(i))).collect::<Vec<_>>()
+        };
+        let (far, near) = (difference(1e-9), difference(1e-9 / 16.0));
+        let jumps = |((far, _), (near, size)): (&(f64, f64), &(f64, f64))| *near > 1e-7 * size && *near > 0.5 * far;
+        far.iter().zip(&near).map(jumps).collect()
+    }
+
+    fn beside(&self, step: f64) -> Self {
+        let mut moved = Self { ..*self };
+        let mut k = 0.0;
+        let mut shift = |values: &mut [f64], scales: &[f64]| {
+            for (i, value) in values.iter_mut().enumerate() {
+                k += 1.0;
+                let scale = scales.get(i).copied().unwrap_or_else(|| value.abs().max(1.0));
+                *value += step * scale * (1.0 + 0.618 * f64::sin(2.4 * k));
+            }
+        };
+        shift(moved.state.q_mut().as_mut_slice(), &scales(M::COORDINATES, self.state.q().as_slice()));
+        shift(moved.state.u_mut().as_mut_slice(), &[]);
+        shift(moved.state.inputs_mut().as_mut_slice(), &[]);
+        shift(moved.accelerations.as_mut_slice(), &[]);
+        shift(moved.multipliers.as_mut_slice(), &[]);
+        moved
+    }
+}
+
+/// [left right].
+fn join(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut joined = DMatrix::zeros(left.nrows(), left.ncols() + right.ncols());
+    joined.columns_mut(0, left.ncols()).copy_from(left);
+    joined.columns_mut(left.ncols(), right.ncols()).copy_from(right);
+    joined
+}
+
+fn places<M: Constraints + Outputs>(
+    state: &M::State,
+    independent: &[Vec<usize>; 2],
+) -> (Vec<(Place, f64)>, Vec<Signal>) {
+    let (q, u) = (state.q().as_slice(), state.u().as_slice());
+    let of_q = independent[0].iter().map(|i| (Place::Coordinate(*i), q[*i]));
+    let of_u = independent[1].iter().map(|i| (Place::Rate(*i), u[*i]));
+    let places: Vec<_> = of_q.chain(of_u).collect();
+    let named: [Vec<Signal>; 2] = [signals(names::coordinates::<M>()), signals(names::velocities::<M>())];
+    let signal = |place: &(Place, f64)| match place.0 {
+        Place::Coordinate(i) => named[0][i].clone(),
+        Place::Rate(i) => named[1][i].clone(),
+    };
+    let states = places.iter().map(signal).collect();
+    (places, states)
+}
+
+fn signals(columns: impl Iterator<Item = Column>) -> Vec<Signal> {
+    columns.map(|Column { name, unit }| Signal { name, unit }).collect()
+}

@@ -1,0 +1,194 @@
+//! Responses over time: to an impulse, a step, and any load that is straight between its points.
+//!
+//! ```text
+//! x(t) = e^{At} x₀ + ∫ e^{A(t−τ)} B w(τ) dτ        (Duhamel)
+//! ```
+//!
+//! Where w is straight, (x, w, ẇ) fulfils linear equations with constant coefficients, and one matrix exponential leads from point to point without an error of the
+//! method (C. F. Van Loan, IEEE Trans. Autom. Control 23 (1978) 395; Higham, SIAM J. Matrix Anal. Appl. 26 (2005) 1179 for the exponential).
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::state_space::Signal;
+use super::{StateSpace, VibrationError};
+
+/// A load over time: straight between its points, zero before the first and after the last. Two points at one time are a jump.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Load {
+    input: String,
+    points: Vec<(f64, f64)>,
+}
+
+impl Load {
+    /// On an input, or along a coordinate, through points (t, value) with times that do not fall.
+    pub fn new(input: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        Self { input: input.into(), points: points.into_iter().collect() }
+    }
+
+    /// The value just after a time, and its slope up to the next point.
+    fn after(&self, t: f64) -> (f64, f64) {
+        let next = self.points.partition_point(|(at, _)| *at <= t);
+        match (next.checked_sub(1).and_then(|k| self.points.get(k)), self.points.get(next)) {
+            (Some((from, value)), Some((to, then))) => {
+                let slope = (then - value) / (to - from);
+                (value + slope * (t - from), slope)
+            }
+            _ => (0.0, 0.0),
+        }
+    }
+}
+
+/// Outputs over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimeResponse {
+    /// The times, in s.
+    pub times: Vec<f64>,
+    /// What answers.
+    pub outputs: Vec<Signal>,
+    /// A row for each time, a column for each output; just after where a load jumps.
+    pub values: DMatrix<f64>,
+}
+
+impl TimeResponse {
+    /// (t, value) of an output.
+    pub fn of(&self, output: &str) -> Option<Vec<(f64, f64)>> {
+        let column = self.outputs.iter().position(|signal| signal.name == output)?;
+        Some(self.times.iter().copied().zip(self.values.column(column).iter().copied()).collect())
+    }
+}
+
+impl StateSpace {
+    /// The response of an output to an impulse of size 1 on an input at time 0, which was at rest.
+    ///
+    /// # Errors
+    /// Names that are not known, times that fall or are negative, and outputs that contain the input, and so the impulse itself.
+    pub fn impulse_response(&self, input: &str, output: &str, times: &[f64]) -> Result<TimeResponse, VibrationError> {
+        let (row, column) = (self.output(output)?, self.input(input)?);
+        if self.d[(row, column)] != 0.0 {
+            return Err(VibrationError::Feedthrough { output: output.into(), input: input.into() });
+        }
+        self.march(&[], &[row], self.b.column(column).into_owned(), times)
+    }
+
+    /// The response of an output to an input that jumps from 0 to 1 at time 0, which was at rest.
+    ///
+    /// # Errors
+    /// Names that are not known, and times that fall or are negative.
+    pub fn step_response(&self, input: &str, output: &str, times: &[f64]) -> Result<TimeResponse, VibrationError> {
+        let end = times.last().copied().unwrap_or(0.0);
+        let load = Load::new(input, [(0.0, 1.0), (2.0 * end + 1.0, 1.0)]);
+        self.response(&[load], &[output], &[], times)
+    }
+
+    /// The response of outputs to loads, from deviations of the states at time 0, by name (none: from rest).
+    ///
+    /// # Errors
+    /// Names that are not known, values that are not finite, and times that fall or are negative.
+    pub fn response(
+        &self,
+        loads: &[Load],
+        outputs: &[&str],
+        start: &[(&str, f64)],
+        times: &[f64],
+    ) -> Result<TimeResponse, VibrationError> {
+        let rows = outputs.iter().map(|name| self.output(name)).collect::<Result<Vec<_>, _>>()?;
+        let mut x = DVector::zeros(self.states.len());
+        for (name, value) in start {
+            finite("a start", *value)?;
+            x[super::state_space::find(&self.states, name, "state")?] = *value;
+        }
+        self.march(loads, &rows, x, times)
+    }
+
+    fn march(
+        &self,
+        loads: &[Load],
+        rows: &[usize],
+        mut x: DVector<f64>,
+        times: &[f64],
+    ) -> Result<TimeResponse, VibrationError> {
+        let columns = loads.iter().map(|load| self.input(&load.input)).collect::<Result<Vec<_>, _>>()?;
+        for load in loads {
+            ascending(load.points.iter().map(|point| point.0), f64::NEG_INFINITY)?;
+            load.points.iter().try_for_each(|(_, value)| finite("a load", *value))?;
+        }
+        ascending(times.iter().copied(), 0.0)?;
+        let mut stops: Vec<f64> = loads.iter().flat_map(|load| load.points.iter().map(|point| point.0)).collect();
+        let end = times.last().copied().unwrap_or(0.0);
+        stops.retain(|t| *t > 0.0 && *t < end);
+        stops.extend_from_slice(times);
+        stops.sort_by(f64::total_cmp);
+        stops.dedup();
+        let (b, c) = (self.b.select_columns(&columns), self.c.select_rows(rows));
+        let d = self.d.select_rows(rows).select_columns(&columns);
+        let mut steps = Steps { a: &self.a, b: &b, last: None };
+        let (mut t, mut values, mut next) = (0.0, DMatrix::zeros(times.len(), rows.len()), 0);
+        for stop in stops {
+            if stop > t {
+                x = steps.advance(&x, loads, t, stop - t);
+                t = stop;
+            }
+            while times.get(next) == Some(&t) {
+                let w = DVector::from_iterator(loads.len(), loads.iter().map(|load| load.after(t).0));
+                values.row_mut(next).copy_from(&(&c * &x + &d * w).transpose());
+                next += 1;
+            }
+        }
+        if !values.iter().all(|value| value.is_finite()) {
+            let must_be = "small enough for the growth to be representable";
+            return Err(VibrationError::Value { what: "the last time", value: end, must_be });
+        }
+        let outputs = rows.iter().map(|row| self.outputs[*row].clone()).collect();
+        Ok(TimeResponse { times: times.into(), outputs, values })
+    }
+}
+
+/// Exponentials, the last of which is kept: times at equal distances have one.
+struct Steps<'a> {
+    a: &'a DMatrix<f64>,
+    b: &'a DMatrix<f64>,
+    last: Option<(f64, DMatrix<f64>)>,
+}
+
+impl Steps<'_> {
+    fn advance(&mut self, x: &DVector<f64>, loads: &[Load], t: f64, h: f64) -> DVector<f64> {
+        let (n, w) = (self.a.nrows(), self.b.ncols());
+        // Equal to rounding of the times themselves counts as equal.
+        let same = |last: &f64| (last - h).abs() <= 4.0 * f64::EPSILON * (t + h);
+        if !self.last.as_ref().is_some_and(|(last, _)| same(last)) {
+            let mut joined = DMatrix::zeros(n + 2 * w, n + 2 * w);
+            joined.view_mut((0, 0), (n, n)).copy_from(&(self.a * h));
+            joined.view_mut((0, n), (n, w)).copy_from(&(self.b * h));
+            joined.view_mut((n, n + w), (w, w)).fill_diagonal(1.0);
+            self.last = Some((h, joined.exp()));
+        }
+        let Some((h, exponential)) = &self.last else { return x.clone() };
+        let mut all = DVector::zeros(n + 2 * w);
+        all.rows_mut(0, n).copy_from(x);
+        for (k, load) in loads.iter().enumerate() {
+            let (value, slope) = load.after(t);
+            all[n + k] = value;
+            all[n + w + k] = slope * h;
+        }
+        (exponential.rows(0, n) * all).into_owned()
+    }
+}
+
+fn finite(what: &'static str, value: f64) -> Result<(), VibrationError> {
+    if value.is_finite() { Ok(()) } else { Err(VibrationError::Value { what, value, must_be: "a finite number" }) }
+}
+
+fn ascending(times: impl Iterator<Item = f64>, from: f64) -> Result<(), VibrationError> {
+    let mut before = from;
+    for value in times {
+        if !(value.is_finite() && value >= before) {
+            let must_be = "a finite number, not before the one before, and not before 0 where results are asked for";
+            return Err(VibrationError::Value { what: "a time", value, must_be });
+        }
+        before = value;
+    }
+    Ok(())
+}

@@ -1,0 +1,10 @@
+//! Linear vibration and control of derived models, against closed forms, published values and the nonlinear motion; and where the methods fail.
+
+mod control;
+mod harmonic;
+mod large;
+mod models;
+mod normal;
+mod rotor;
+mod state_space;
+mod time;
