@@ -82,3 +82,55 @@ fn what_turns_round_within_the_tolerance_is_told() {
         assert!(summary.nearest.as_ref().is_some_and(|n| n.passed > 0 && n.missed.is_none()), "{summary}");
     }
 }
+
+/// The same one with a second slider that repeats the first, and with a brake that is released: rows that do not count.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad, phi: rad, x: m)]
+#[units(crank: m, rod: m, amplitude: m, rate: rad / s, inertia: kg * m^2, slider: kg)]
+#[nominal(crank = 1.0, rod = 3.0, amplitude = 0.9, rate = 1.0)]
+struct Repeated {
+    crank: f64,
+    rod: f64,
+    amplitude: f64,
+    rate: f64,
+    inertia: f64,
+    slider: f64,
+}
+
+#[dynamics]
+impl Repeated {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.slider * q.x.dt().powi(2) + 0.5 * self.inertia * q.theta.dt().powi(2)
+    }
+    #[holonomic]
+    fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
+        let pin = self.crank * vec2(q.theta.cos(), q.theta.sin());
+        vec2(q.x, 0.0) - pin - self.rod * vec2(q.phi.cos(), -q.phi.sin())
+    }
+    #[holonomic]
+    fn drive(&self, q: &Coordinates<Self>) -> Expr {
+        q.x - self.rod - self.amplitude * (self.rate * q.t).cos()
+    }
+    #[holonomic]
+    #[redundant]
+    fn guide(&self, q: &Coordinates<Self>) -> Expr {
+        2.0 * q.x - 2.0 * self.rod - 2.0 * self.amplitude * (self.rate * q.t).cos()
+    }
+    #[nonholonomic(switched, integrable)]
+    fn brake(&self, q: &Coordinates<Self>) -> Expr {
+        q.theta.dt()
+    }
+}
+
+#[test]
+fn rows_that_repeat_others_or_are_released_hide_nothing() {
+    let told = |gap: f64| {
+        let model = Repeated { crank: 1.0, rod: 3.0, amplitude: 1.0 - gap, rate: 1.0, inertia: 0.1, slider: 1.0 };
+        let start = model.state().at_time(0.5 * core::f64::consts::PI).theta_guess(1.5).x_guess(3.0).release("brake");
+        let run = model.simulate(start.assemble().unwrap()).until(6.0).tolerance(1e-6).run().unwrap();
+        run.summary().nearest.unwrap().missed.is_some()
+    };
+    assert!([1e-6, 1e-7, 1e-9].map(told) == [true; 3]);
+    assert!([1e-2, 0.0].map(told) == [false; 2]);
+}

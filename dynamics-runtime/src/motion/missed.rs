@@ -10,10 +10,13 @@
 //! the latter along all directions that W leaves open: a critical point of wᵀΦ, which Newton's method finds. There β = wᵀΦ is 0 where branches cross; else that is by how much the
 //! constraints miss it, and the branches avoid each other. Source: W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, SIAM 2000, ch. 4.
 
+use alloc::vec::Vec;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
+use crate::constrain::memory::max_abs;
 use crate::constrain::{Gradients, with_workspace};
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
@@ -26,19 +29,35 @@ const NEAR: f64 = 0.03;
 const BESIDE: f64 = 1e-5;
 /// Singular values of Newton's matrix below this part of the largest leave directions open, in which positions of this kind form a family.
 const OPEN: f64 = 1e-7;
+/// Singular values of unit rows above this part of the largest are none that vanish a little way from a singular position.
+const RANK: f64 = 1e-6;
+/// Smallest over largest singular value beside a singular position, at most.
+const WEAK: f64 = 1e-3;
 /// Φ of a position in which branches cross, in parts of 1 + |q|: rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// |β| beside a state, over the length of the constraints' gradients; `None` where it is rounding, or nothing of the kind is found: constraints that repeat others, bind velocities or
-/// are switched are not looked at.
+/// |β| beside a state, over the length of the constraints' gradients; `None` where it is rounding, or nothing of the kind is found. Rows count that bind positions and hold; those that are
+/// meant to repeat others do not.
 pub(super) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f64> {
-    let plain = M::Residual::LEN == M::Rows::LEN && active_rows::<M>(state.modes(), false).count() == M::ROWS.len();
-    if !plain || M::CONSTRAINTS.iter().any(|constraint| constraint.redundant) || M::Rows::LEN > M::Vector::LEN {
+    let repeats = |row: &usize| {
+        let mut constraints = M::CONSTRAINTS.iter();
+        constraints.any(|one| one.redundant && (one.first..one.first + one.rows).contains(row))
+    };
+    let all: Vec<usize> = active_rows::<M>(state.modes(), false).filter(|row| *row < M::Residual::LEN).collect();
+    let rows: Vec<usize> = all.iter().copied().filter(|row| !repeats(row)).collect();
+    if rows.is_empty() || rows.len() > M::Vector::LEN {
         return None;
     }
-    let beside = Beside::new(model, state);
+    let (beside, whole) = (Beside::new(model, state, rows), Beside::new(model, state, all));
     let start = beside.place(state);
     let size = 1.0 + start.amax();
+    // What is left out repeats the others on the way to here, and it is these that nearly lose a direction.
+    let away = beside.away(state, NEAR * size)?;
+    let rank = |beside: &Beside<'_, M>| beside.jacobian(&away).rank(RANK);
+    let values = beside.jacobian(&start).singular_values();
+    if rank(&beside) != rank(&whole) || values.min() > WEAK * values.max() {
+        return None;
+    }
     let mut z = start.clone();
     for _ in 0..MOST {
         let (matrix, right, _) = beside.equations(&z)?;
@@ -59,23 +78,31 @@ pub(super) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f
 struct Beside<'m, M: Constraints> {
     model: &'m M,
     state: M::State,
+    rows: Vec<usize>,
     lengths: DVector<f64>,
 }
 
 impl<'m, M: Constraints> Beside<'m, M> {
-    fn new(model: &'m M, state: &M::State) -> Self {
+    fn new(model: &'m M, state: &M::State, rows: Vec<usize>) -> Self {
         let lengths = with_workspace::<M, _>(|workspace| {
             let gradients = Gradients::of(model, state, workspace);
             let norm = |row: usize| math::sqrt(gradients.row(row).iter().map(|x| x * x).sum());
-            DVector::from_fn(M::Rows::LEN, |row, _| math::max(norm(row), gradients.usual[row]))
+            DVector::from_fn(rows.len(), |k, _| math::max(norm(rows[k]), gradients.usual[rows[k]]))
         });
-        Self { model, state: *state, lengths }
+        Self { model, state: *state, rows, lengths }
     }
 
     /// (q, t).
     fn place(&self, state: &M::State) -> DVector<f64> {
         let n = M::Vector::LEN;
         DVector::from_fn(n + 1, |i, _| if i < n { state.q()[i] } else { state.t() })
+    }
+
+    /// The place that the motion comes from, so far away; none at rest.
+    fn away(&self, state: &M::State, by: f64) -> Option<DVector<f64>> {
+        let (n, time) = (M::Vector::LEN, by / max_abs(state.u().as_slice()));
+        let place = self.place(state) - DVector::from_fn(n + 1, |i, _| if i < n { time * state.u()[i] } else { time });
+        time.is_finite().then_some(place)
     }
 
     fn state(&self, z: &DVector<f64>) -> M::State {
@@ -94,16 +121,16 @@ impl<'m, M: Constraints> Beside<'m, M> {
         with_workspace::<M, _>(|workspace| {
             let gradients = Gradients::of(self.model, &state, workspace);
             let of = |row: usize, j: usize| if j < n { gradients.row(row)[j] } else { by_time[row] };
-            DMatrix::from_fn(M::Rows::LEN, n + 1, |row, j| of(row, j) / self.lengths[row])
+            DMatrix::from_fn(self.rows.len(), n + 1, |k, j| of(self.rows[k], j) / self.lengths[k])
         })
     }
 
     /// Newton's matrix and right side at (q, t), and |β| there.
     fn equations(&self, z: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
-        let (r, unknowns) = (M::Rows::LEN, M::Vector::LEN + 1);
+        let (r, unknowns) = (self.rows.len(), M::Vector::LEN + 1);
         let jacobian = self.jacobian(z);
         let residual = self.model.residual(&self.state(z));
-        let residual = DVector::from_fn(r, |row, _| residual[row] / self.lengths[row]);
+        let residual = DVector::from_fn(r, |k, _| residual[self.rows[k]] / self.lengths[k]);
         if !jacobian.iter().chain(residual.iter()).all(|x| x.is_finite()) {
             return None;
         }

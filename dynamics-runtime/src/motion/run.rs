@@ -30,6 +30,8 @@ use crate::motion::Simulate;
 
 /// Conditioning of constraints from which on a singular position is near.
 const WEAK: f64 = 5.0;
+/// Part of a motion that drift may decide where none is known to be near: a single row says nothing of its size, and loses its direction where its gradient vanishes.
+const TURNED: f64 = 0.1;
 
 /// What a run needs to know.
 pub(crate) struct Plan<'r, 'm, M: Simulate> {
@@ -320,19 +322,18 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         if plant.upkeep.is_far(plant.model, &state, step.h) {
             return Ok(());
         }
-        match plant.upkeep.drifted(plant.model, &state) {
-            Some(Drifted { what, row, residual, distance, limit }) => {
-                Err(Kind::Drift { what, row, residual, distance, limit })
-            }
-            None if !plant.upkeep.drift_decides(plant.model, &state, step.h)? => Ok(()),
-            None => match weakness(plant.model, &state) {
-                // Plain drift of constraints that are far from losing rank has a limit of its own.
-                Weakness { condition, .. } if condition < WEAK => Ok(()),
-                Weakness { condition, rows, coordinates } => {
-                    Err(Kind::BranchUndetermined { rows, coordinates, condition })
-                }
-            },
+        if let Some(drifted) = plant.upkeep.drifted(plant.model, &state) {
+            let Drifted { what, row, residual, distance, limit } = drifted;
+            return Err(Kind::Drift { what, row, residual, distance, limit });
         }
+        let Some((part, shortened)) = plant.upkeep.drift_decides(plant.model, &state, step.h)? else { return Ok(()) };
+        let Weakness { condition, rows, coordinates } = weakness(plant.model, &state);
+        // Plain drift of constraints that are far from losing rank has a limit of its own.
+        if condition < WEAK && part < TURNED {
+            return Ok(());
+        }
+        let condition = math::max(condition, shortened);
+        Err(Kind::BranchUndetermined { rows, coordinates, condition })
     }
 
     /// Gives a finished step to the sink.

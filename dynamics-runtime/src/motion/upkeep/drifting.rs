@@ -8,8 +8,9 @@
 use super::super::pace::Turned;
 use super::super::singular::{self, Decided};
 use super::{Distances, Upkeep};
+use crate::constrain::Gradients;
 use crate::constrain::held::active_rows;
-use crate::constrain::memory::max_abs;
+use crate::constrain::memory::{max_abs, norm};
 use crate::error::SolveError;
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Vector};
@@ -104,8 +105,14 @@ impl<M: Constraints> Upkeep<M> {
         })
     }
 
-    /// Whether what the constraints have drifted up to the end of a step of length `h` decides where the motion goes on: see [`super::singular`].
-    pub(crate) fn drift_decides(&mut self, model: &M, state: &M::State, h: f64) -> Result<bool, SolveError> {
+    /// Whether what the constraints have drifted up to the end of a step of length `h` decides where the motion goes on, see [`super::singular`]: the part of it, and by how
+    /// much a gradient is shorter there than beside it.
+    pub(crate) fn drift_decides(
+        &mut self,
+        model: &M,
+        state: &M::State,
+        h: f64,
+    ) -> Result<Option<(f64, f64)>, SolveError> {
         let found = singular::part_of_drift(model, &self.constants, state, &mut self.workspace)?;
         let Decided { part, usual } = found;
         if self.upkept.turned.is_none_or(|turned| part > turned.part) {
@@ -120,6 +127,14 @@ impl<M: Constraints> Upkeep<M> {
             reach,
             left: MOST,
         });
-        Ok(part > singular::DECIDED)
+        Ok((part > singular::DECIDED).then(|| (part, self.shortened(model, state, &usual))))
+    }
+
+    /// Usual over actual length of the gradient that is shortened most.
+    #[cold]
+    fn shortened(&mut self, model: &M, state: &M::State, usual: &M::Rows) -> f64 {
+        let gradients = Gradients::alone(model, state, &mut self.workspace);
+        let rows = active_rows::<M>(state.modes(), false);
+        rows.map(|row| usual[row] / norm(gradients.row(row))).fold(1.0, math::max)
     }
 }
