@@ -66,8 +66,9 @@ pub mod prelude {
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::{
         Analyze as _, Branch, BranchEnd, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError,
-        Linearization, LinearizeError, SmallMotions as _, SpecialKind, Stability, StabilityVerdict, Stays, Undecided,
-        continuation, fold_curve,
+        ExponentSign, Floquet, FloquetVerdict, Linearization, LinearizeError, LyapunovExponents, PeriodicError,
+        PeriodicMotions as _, PeriodicOrbit, Section, SmallMotions as _, SpecialKind, Stability, StabilityVerdict,
+        Stays, Threshold, Trivial, Undecided, continuation, fold_curve,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;

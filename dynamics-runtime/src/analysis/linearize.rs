@@ -178,25 +178,25 @@ impl Linearization {
 }
 
 /// All that is read of a model at a state; matrices N×N where nothing else is said.
-struct Read {
-    mass: DMatrix<f64>,
+pub(super) struct Read {
+    pub(super) mass: DMatrix<f64>,
     /// ∂r/∂q and ∂r/∂q̇.
-    force_by: [DMatrix<f64>; 2],
+    pub(super) force_by: [DMatrix<f64>; 2],
     /// ∂r/∂w, N×W.
     force_by_inputs: DMatrix<f64>,
     /// Φ_q joined by A, of the rows that hold.
-    jacobian: DMatrix<f64>,
+    pub(super) jacobian: DMatrix<f64>,
     /// ∂Φ̈/∂q and ∂Φ̈/∂q̇ of those rows.
-    gamma_by: [DMatrix<f64>; 2],
+    pub(super) gamma_by: [DMatrix<f64>; 2],
     /// ∂Φ̇/∂q of those rows.
-    velocity_by: DMatrix<f64>,
+    pub(super) velocity_by: DMatrix<f64>,
     /// How many of them are holonomic.
-    holonomic: usize,
-    accelerations: DVector<f64>,
+    pub(super) holonomic: usize,
+    pub(super) accelerations: DVector<f64>,
 }
 
 impl Read {
-    fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, LinearizeError> {
+    pub(super) fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, LinearizeError> {
         let solved = solve_once(model, &model.constants().map_err(crate::error::SolveError::from)?, state)?;
         let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
         let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];

@@ -1,0 +1,414 @@
+//! Floquet multipliers: what a period makes of small disturbances of a motion that closes.
+//!
+//! Disturbances beside a motion of period T obey linear equations of that period, and a period later they are δx(T) = M δx(0), M the monodromy matrix. They
+//! die out where all its eigenvalues, the multipliers μ, lie within the unit circle, and grow where one lies outside (G. Floquet, Ann. Sci. Éc. Norm. Sup.
+//! 12 (1883) 47; Nayfeh & Balachandran, *Applied Nonlinear Dynamics*, §3.2; Yakubovich & Starzhinskii, *Linear Differential Equations with Periodic Coefficients*). μ leaves the circle by +1 in a fold
+//! (or a pitchfork), by −1 where the period doubles, elsewhere where a torus is born (Neimark–Sacker). M is integrated with the motion (`flow.rs`), on
+//! independent coordinates under constraints. Multipliers that are 1 for a reason are taken out before (`symmetry.rs`).
+//!
+//! How far M may be off is measured: it is integrated a second time with a looser tolerance. Multipliers are off by |yᵀ||δM||x|/|yᵀx| (x, y the eigenvectors), those
+//! that meet by a root of that (Elsner). Nothing is called inside or outside that this could have made so.
+
+mod show;
+
+use alloc::vec::Vec;
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::PeriodicError;
+use super::flow::Flow;
+use super::frame::{Frame, sizes, stacked};
+use super::symmetry::{Conserved, form, is_autonomous, known};
+use crate::analysis::linearize::{eigenvector, general};
+use crate::model::{Constraints, ModelState, Powers, Quantity, Vector};
+
+/// How much looser the tolerance of the comparison is.
+const LOOSER: f64 = 30.0;
+/// Multipliers that move by so many times more than the matrix are two in one.
+const COALESCED: f64 = 1e6;
+/// A motion that misses its start by more, in parts of what it moves within, does not close.
+const CLOSED: f64 = 1e-6;
+
+/// Why a multiplier is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Trivial {
+    /// Time leaves the system alone: the same motion, started later.
+    Time,
+    /// Nothing depends on a coordinate.
+    Coordinate {
+        /// Its name.
+        name: &'static str,
+    },
+    /// A quantity is conserved.
+    Conserved {
+        /// Its name.
+        name: &'static str,
+    },
+}
+
+/// A Floquet multiplier.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Multiplier {
+    /// μ.
+    pub value: Complex<f64>,
+    /// How far it may be off for the error of the integration and for rounding.
+    pub uncertainty: f64,
+    /// How many times more it moves than the matrix, relative to its size: 1 at best.
+    pub conditioning: f64,
+    /// Why it is 1, where there is a reason.
+    pub trivial: Option<Trivial>,
+}
+
+/// How a multiplier leaves the unit circle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Threshold {
+    /// Through +1: folds, pitchforks; without swinging.
+    Fold,
+    /// Through −1: every second period is alike (period doubling).
+    Flip,
+    /// As a pair of complex conjugates: another frequency comes in (Neimark–Sacker).
+    NeimarkSacker,
+}
+
+/// What becomes of small disturbances of a motion that closes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum FloquetVerdict {
+    /// They die out: all multipliers that are not 1 for a reason lie within the unit circle. Where one is, the motion itself may be left late or early.
+    AsymptoticallyStable,
+    /// To first order they stay small: nothing dissipates, and all multipliers lie on the unit circle, apart from each other and from ±1, which they cannot leave then.
+    StableToFirstOrder,
+    /// They grow.
+    Unstable {
+        /// How.
+        threshold: Threshold,
+        /// |μ|, the largest.
+        growth: f64,
+        /// The coordinate that takes most part, or the one whose velocity does.
+        coordinate: &'static str,
+    },
+    /// A multiplier lies on the unit circle to what is known of it: linear theory does not decide, or more digits are needed.
+    Undecided {
+        /// Where it would leave.
+        threshold: Threshold,
+        /// |μ| − 1.
+        excess: f64,
+        /// How far the multiplier may be off.
+        uncertainty: f64,
+    },
+}
+
+/// The multipliers of a motion that closes after a period, with what they were computed from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Floquet {
+    /// What becomes of small disturbances.
+    pub verdict: FloquetVerdict,
+    /// All of them, as many as independent coordinates and velocities: by falling modulus, those that are 1 for a reason last.
+    pub multipliers: Vec<Multiplier>,
+    /// M: independent coordinates, then velocities, at the end by those at the start.
+    pub monodromy: DMatrix<f64>,
+    /// How far each element may be off.
+    pub uncertainty: DMatrix<f64>,
+    /// The independent coordinates, by name and unit.
+    pub coordinates: Vec<Quantity>,
+    /// The independent velocities, by the coordinates that they are rates of.
+    pub velocities: Vec<Quantity>,
+    /// T.
+    pub period: f64,
+    /// ∫ div over the period, which is ln det M (Liouville): the volume that neighbouring states take up is multiplied by its exponential.
+    pub divergence: f64,
+    /// By how much M fails to preserve δq ∧ δp, in parts of that form: 0 where nothing dissipates.
+    pub symplectic_defect: f64,
+    /// How far the motion misses its start, in parts of what it moves within.
+    pub miss: f64,
+    /// Whether time leaves the equations alone.
+    pub autonomous: bool,
+    /// Steps of the integration.
+    pub steps: usize,
+}
+
+impl Floquet {
+    /// ln μ / T, in 1/s: real parts are rates of growth; imaginary parts are known up to multiples of 2π/T.
+    #[must_use]
+    pub fn exponents(&self) -> Vec<Complex<f64>> {
+        let of = |value: Complex<f64>| Complex::new(value.norm().ln(), value.arg()) / self.period;
+        self.multipliers.iter().map(|multiplier| of(multiplier.value)).collect()
+    }
+
+    /// The multipliers that are not 1 for a reason.
+    pub fn nontrivial(&self) -> impl Iterator<Item = &Multiplier> {
+        self.multipliers.iter().filter(|multiplier| multiplier.trivial.is_none())
+    }
+
+    /// Whether disturbances are known not to grow, to first order.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        matches!(self.verdict, FloquetVerdict::AsymptoticallyStable | FloquetVerdict::StableToFirstOrder)
+    }
+
+    /// Whether disturbances are known to grow.
+    #[must_use]
+    pub fn is_unstable(&self) -> bool {
+        matches!(self.verdict, FloquetVerdict::Unstable { .. })
+    }
+}
+
+/// The multipliers of the motion through `nodes`, states of it that follow each other, within a period.
+pub(super) fn of_motion<M: Constraints + Powers>(
+    model: &M,
+    nodes: &[M::State],
+    period: f64,
+    advance: &DVector<f64>,
+    (tolerance, most_steps): (f64, usize),
+) -> Result<Floquet, PeriodicError> {
+    let mut flow = Flow::new(model, tolerance, most_steps)?;
+    let fine = monodromy(&mut flow, nodes, period)?;
+    flow.tolerance = tolerance * LOOSER;
+    let coarse = monodromy(&mut flow, nodes, period)?;
+    flow.tolerance = tolerance;
+    let frame = &fine.frame;
+    let scales = sizes::<M>(&fine.passed, period);
+    // Every node by the end of the shot before it.
+    let miss_of = |(k, end): (usize, &M::State)| {
+        let wanted = if k + 1 < nodes.len() { stacked(&nodes[k + 1]) } else { stacked(&nodes[0]) + advance };
+        let off = (stacked(end) - wanted).component_div(&scales);
+        (off.amax(), off.iamax())
+    };
+    let (miss, at) = fine.ends.iter().enumerate().map(miss_of).fold((0.0, 0), |m, x| if x.0 > m.0 { x } else { m });
+    if miss > CLOSED {
+        return Err(PeriodicError::NotClosed { coordinate: M::COORDINATES[at % M::Vector::LEN].name, miss });
+    }
+    let autonomous = is_autonomous(&mut flow, &fine.passed, period)?;
+    let conserved = Conserved::along(model, &fine.passed, autonomous);
+    let m = &fine.matrix;
+    let rounding = (frame.len() as f64 * 16.0 * f64::EPSILON).max(miss);
+    let unsure = (&fine.matrix - &coarse.matrix).abs() + fine.product.map(|x| x * rounding);
+    let known = known(&mut flow, &nodes[0], frame, (m, &unsure), (autonomous, &conserved), &scales)?;
+    let weights = DVector::from_iterator(frame.len(), frame.rows().into_iter().map(|i| scales[i]));
+    let w = form(model, &nodes[0], frame, &scales);
+    let scaled = Scaled { m: scale(m, &weights), unsure: scale(&unsure, &weights), weights };
+    let symplectic_defect = scaled.defect(&w);
+    let (mut multipliers, shapes) = scaled.multipliers(&known)?;
+    let allowed = scaled.allowed_defect(&w);
+    let name = |k: usize| frame.name::<M>(k);
+    let verdict = judge(&multipliers, &shapes, symplectic_defect <= allowed, name);
+    let order = |a: &Multiplier, b: &Multiplier| b.value.norm().total_cmp(&a.value.norm());
+    multipliers.sort_by(|a, b| a.trivial.is_some().cmp(&b.trivial.is_some()).then(order(a, b)));
+    let [coordinates, velocities] = frame.names::<M>();
+    Ok(Floquet {
+        verdict,
+        multipliers,
+        monodromy: fine.matrix,
+        uncertainty: unsure,
+        coordinates,
+        velocities,
+        period,
+        divergence: fine.divergence,
+        symplectic_defect,
+        miss,
+        autonomous,
+        steps: fine.steps,
+    })
+}
+
+/// A monodromy matrix, and what it came from.
+struct Monodromy<S> {
+    matrix: DMatrix<f64>,
+    /// The product of the absolute values of its parts: what rounding is measured by.
+    product: DMatrix<f64>,
+    frame: Frame,
+    ends: Vec<S>,
+    passed: Vec<S>,
+    divergence: f64,
+    steps: usize,
+}
+
+fn monodromy<M: Constraints>(
+    flow: &mut Flow<'_, M>,
+    nodes: &[M::State],
+    period: f64,
+) -> Result<Monodromy<M::State>, PeriodicError> {
+    let frames: Vec<Frame> =
+        nodes.iter().map(|node| Frame::at(flow.model, node, None)).collect::<Result<_, PeriodicError>>()?;
+    let m = frames[0].len();
+    let (mut matrix, mut product) = (DMatrix::identity(m, m), DMatrix::identity(m, m));
+    let (mut ends, mut passed) = (Vec::new(), Vec::new());
+    let (mut divergence, mut steps) = (0.0, 0);
+    for (k, node) in nodes.iter().enumerate() {
+        let until = nodes.get(k + 1).map_or(nodes[0].t() + period, ModelState::t);
+        passed.push(*node);
+        let flown = flow.fly(node, &frames[k].basis, until, &mut |state| passed.push(*state))?;
+        let part = frames[(k + 1) % nodes.len()].read(&flown.tangents);
+        product = part.abs() * product;
+        matrix = part * matrix;
+        divergence += flown.divergence;
+        steps += flown.steps;
+        ends.push(flown.state);
+    }
+    let frame = frames[0].clone();
+    Ok(Monodromy { matrix, product, frame, ends, passed, divergence, steps })
+}
+
+/// Elements with every coordinate measured by its size.
+fn scale(m: &DMatrix<f64>, weights: &DVector<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * weights[j] / weights[i])
+}
+
+struct Scaled {
+    m: DMatrix<f64>,
+    unsure: DMatrix<f64>,
+    weights: DVector<f64>,
+}
+
+impl Scaled {
+    fn weigh(&self, w: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(w.nrows(), w.ncols(), |i, j| w[(i, j)] * self.weights[i] * self.weights[j])
+    }
+
+    /// ‖MᵀWM − W‖/‖W‖.
+    fn defect(&self, w: &DMatrix<f64>) -> f64 {
+        let w = self.weigh(w);
+        (self.m.tr_mul(&(&w * &self.m)) - &w).amax() / w.amax().max(f64::MIN_POSITIVE)
+    }
+
+    /// What that may be for the error of M, and of W.
+    fn allowed_defect(&self, w: &DMatrix<f64>) -> f64 {
+        let w = self.weigh(w).abs();
+        let (m, off) = (self.m.abs(), &self.unsure);
+        let of_m = m.tr_mul(&(&w * off)) + off.tr_mul(&(&w * &m));
+        let of_w = m.tr_mul(&(&w * &m)) * 1e-10;
+        (10.0 * of_m + of_w).amax() / w.amax().max(f64::MIN_POSITIVE)
+    }
+
+    /// All multipliers, and what moves in those that are not 1 for a reason.
+    fn multipliers(
+        &self,
+        known: &super::symmetry::Known,
+    ) -> Result<(Vec<Multiplier>, Vec<DVector<f64>>), PeriodicError> {
+        let n = self.m.nrows();
+        let unit = |x: DVector<f64>| {
+            let size = x.norm();
+            x / size
+        };
+        let right = known.right.iter().map(|(x, why)| (unit(x.component_div(&self.weights)), *why));
+        let mut taken: Vec<(DVector<f64>, Trivial)> = right.collect();
+        let rights = taken.len();
+        for (x, why) in &known.left {
+            let x = unit(x.component_mul(&self.weights));
+            // One that is its own partner is counted once.
+            if taken[..rights].iter().all(|(right, _)| right.dot(&x).abs() < 1e-6) {
+                taken.push((x, *why));
+            }
+        }
+        let (basis, used) = complement(n, &taken);
+        let mut found: Vec<Multiplier> = used
+            .into_iter()
+            .map(|why| Multiplier {
+                value: Complex::new(1.0, 0.0),
+                uncertainty: 0.0,
+                conditioning: 1.0,
+                trivial: Some(why),
+            })
+            .collect();
+        let rest = basis.tr_mul(&(&self.m * &basis));
+        let off = basis.abs().tr_mul(&(&self.unsure * basis.abs()));
+        let mut shapes = alloc::vec![DVector::zeros(n); found.len()];
+        for (multiplier, shape) in spectrum(&rest, &off)? {
+            found.push(multiplier);
+            let of_all = basis.map(|x| Complex::new(x, 0.0)) * shape;
+            shapes.push(of_all.map(|x| x.norm()));
+        }
+        Ok((found, shapes))
+    }
+}
+
+/// An orthonormal basis of what is orthogonal to some vectors, and which of these were independent.
+fn complement(n: usize, taken: &[(DVector<f64>, Trivial)]) -> (DMatrix<f64>, Vec<Trivial>) {
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    let rest = |x: &DVector<f64>, basis: &[DVector<f64>]| {
+        let mut x = x.clone();
+        for _ in 0..2 {
+            basis.iter().for_each(|b| x -= b * b.dot(&x));
+        }
+        x
+    };
+    let mut used = Vec::new();
+    for (x, why) in taken {
+        let left = rest(x, &basis);
+        if left.norm() > 1e-6 {
+            basis.push(left.normalize());
+            used.push(*why);
+        }
+    }
+    let first = basis.len();
+    while basis.len() < n {
+        let units = (0..n).map(|k| rest(&DVector::from_fn(n, |i, _| if i == k { 1.0 } else { 0.0 }), &basis));
+        let Some(best) = units.max_by(|a, b| a.norm().total_cmp(&b.norm())) else { break };
+        basis.push(best.normalize());
+    }
+    let columns: Vec<DVector<f64>> = basis.split_off(first);
+    let matrix = if columns.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&columns) };
+    (matrix, used)
+}
+
+/// Eigenvalues of a matrix whose elements may be `off`, with vectors.
+fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<(Multiplier, DVector<Complex<f64>>)>, PeriodicError> {
+    let n = a.nrows();
+    let mut found = Vec::with_capacity(n);
+    for (k, value) in general(a.clone()).map_err(PeriodicError::Eigenvalues)?.into_iter().enumerate() {
+        let right = eigenvector(a, value, k).map_err(PeriodicError::Eigenvalues)?;
+        let left = eigenvector(&a.transpose(), value.conj(), k).map_err(PeriodicError::Eigenvalues)?;
+        let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
+        let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);
+        let bound = of(&left).dot(&(off * of(&right))) / product;
+        let part = 1.0 / n as f64;
+        let uncertainty = bound.min(a.norm().powf(1.0 - part) * off.norm().powf(part));
+        let size = of(&left).dot(&(a.abs() * of(&right)));
+        let conditioning = size / (product * value.norm().max(f64::MIN_POSITIVE));
+        found.push((Multiplier { value, uncertainty, conditioning, trivial: None }, right));
+    }
+    Ok(found)
+}
+
+/// How a multiplier would leave the unit circle.
+fn threshold(one: &Multiplier) -> Threshold {
+    match (one.value.im.abs() <= one.uncertainty, one.value.re > 0.0) {
+        (true, true) => Threshold::Fold,
+        (true, false) => Threshold::Flip,
+        (false, _) => Threshold::NeimarkSacker,
+    }
+}
+
+fn judge(
+    multipliers: &[Multiplier],
+    shapes: &[DVector<f64>],
+    symplectic: bool,
+    name: impl Fn(usize) -> &'static str,
+) -> FloquetVerdict {
+    let rest: Vec<usize> = (0..multipliers.len()).filter(|k| multipliers[*k].trivial.is_none()).collect();
+    let excess = |k: &usize| multipliers[*k].value.norm() - 1.0;
+    let outside = rest.iter().filter(|k| excess(k) > multipliers[**k].uncertainty);
+    if let Some(worst) = outside.max_by(|a, b| excess(a).total_cmp(&excess(b))) {
+        let one = &multipliers[*worst];
+        let coordinate = name(shapes[*worst].iamax());
+        return FloquetVerdict::Unstable { threshold: threshold(one), growth: one.value.norm(), coordinate };
+    }
+    let near: Vec<usize> = rest.into_iter().filter(|k| excess(k) >= -multipliers[*k].uncertainty).collect();
+    if near.is_empty() {
+        return FloquetVerdict::AsymptoticallyStable;
+    }
+    // Of pairs μ, 1/μ that stand alone on the circle none can leave it.
+    let may_leave = |k: &usize| {
+        let one = &multipliers[*k];
+        !symplectic || one.value.im.abs() <= one.uncertainty || one.conditioning > COALESCED
+    };
+    match near.into_iter().find(may_leave) {
+        Some(k) => FloquetVerdict::Undecided {
+            threshold: threshold(&multipliers[k]),
+            excess: excess(&k),
+            uncertainty: multipliers[k].uncertainty,
+        },
+        None => FloquetVerdict::StableToFirstOrder,
+    }
+}

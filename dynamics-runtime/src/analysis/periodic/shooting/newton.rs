@@ -1,0 +1,313 @@
+//! Newton's method on what segments miss.
+
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Hold;
+use crate::analysis::periodic::PeriodicError;
+use crate::analysis::periodic::corners::slope;
+use crate::analysis::periodic::flow::Flow;
+use crate::analysis::periodic::frame::{Frame, direction, sizes, stacked};
+use crate::analysis::periodic::symmetry::{Conserved, is_autonomous};
+use crate::constrain::assemble::at_time;
+use crate::model::{ModelState, Vector};
+use crate::motion::Simulate;
+
+/// Misses that are small enough, in parts of what coordinates move within, where no step makes them smaller.
+const SMALL: f64 = 1e-8;
+/// Most that one step changes the period by, in parts of it.
+const MOST_CHANGE: f64 = 0.3;
+/// Halvings of a step before it is given up.
+const HALVINGS: usize = 10;
+
+pub(super) struct Asked<'a> {
+    pub(super) segments: usize,
+    pub(super) hold_period: bool,
+    pub(super) holds: &'a [Hold],
+    pub(super) advance: &'a DVector<f64>,
+    pub(super) tolerance: f64,
+    pub(super) most_steps: usize,
+    pub(super) most_iterations: usize,
+}
+
+pub(super) struct Found<S> {
+    pub(super) nodes: Vec<S>,
+    pub(super) period: f64,
+    pub(super) iterations: usize,
+    pub(super) correction: f64,
+    pub(super) conditioning: f64,
+    sizes: DVector<f64>,
+}
+
+/// A set of shots: where they start, what they miss, and how that depends on the unknowns.
+struct Shots<S> {
+    nodes: Vec<S>,
+    frames: Vec<Frame>,
+    period: f64,
+    misses: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    passed: Vec<S>,
+}
+
+struct Problem<'a, 'm, M: Simulate> {
+    flow: Flow<'m, M>,
+    asked: &'a Asked<'a>,
+    sizes: DVector<f64>,
+    autonomous: bool,
+    /// Whether the period is an unknown.
+    free: bool,
+}
+
+pub(super) fn search<M: Simulate>(
+    model: &M,
+    guesses: &[M::State],
+    period: f64,
+    asked: &Asked<'_>,
+) -> Result<Found<M::State>, PeriodicError> {
+    let mut flow = Flow::new(model, asked.tolerance, asked.most_steps)?;
+    let nodes = nodes(&mut flow, guesses, period, asked.segments)?;
+    let mut passed = Vec::new();
+    let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
+    for node in &nodes {
+        passed.push(*node);
+        flow.fly(node, &none, node.t() + period / asked.segments as f64, &mut |state| passed.push(*state))?;
+    }
+    let sizes = sizes::<M>(&passed, period);
+    let autonomous = is_autonomous(&mut flow, &passed, period)?;
+    let mut problem = Problem { flow, asked, sizes, autonomous, free: autonomous && !asked.hold_period };
+    let first = reach(&passed, &problem.sizes);
+    let mut shots = problem.shoot(nodes, period)?;
+    let mut because = None;
+    let mut correction = f64::INFINITY;
+    for iteration in 0..=asked.most_iterations {
+        let svd = shots.jacobian.clone().svd(true, true);
+        let (most, least) = (svd.singular_values.max(), svd.singular_values.min());
+        let floor = (100.0 * asked.tolerance).max(1e-10) * most;
+        let step = svd.solve(&-&shots.misses, floor).unwrap_or_else(|_| DVector::zeros(shots.jacobian.ncols()));
+        let size = step.amax();
+        let worst = shots.misses.amax();
+        let settled = size <= 1e-10 || correction <= 1e-7 && size >= 0.3 * correction;
+        let next = if settled && worst <= SMALL || iteration == asked.most_iterations {
+            None
+        } else {
+            problem.descend(&shots, &step, &mut because)
+        };
+        if let Some(next) = next {
+            (shots, correction) = (next, size);
+            continue;
+        }
+        if worst > SMALL {
+            return Err(problem.not_found(&shots, iteration, because));
+        }
+        let found = Found {
+            iterations: iteration,
+            correction: size,
+            conditioning: most / least.max(f64::MIN_POSITIVE),
+            period: shots.period,
+            sizes: problem.sizes.clone(),
+            nodes: shots.nodes.clone(),
+        };
+        if problem.autonomous && reach(&shots.passed, &problem.sizes) <= 1e-4 * first {
+            return Err(PeriodicError::Rests { at: stacked(&shots.nodes[0]).as_slice().into() });
+        }
+        if least <= floor {
+            let along = svd.v_t.map_or(0, |v| v.row(v.nrows() - 1).columns(0, shots.frames[0].len()).iamax_full().1);
+            return Err(PeriodicError::NotIsolated {
+                coordinate: shots.frames[0].name::<M>(along),
+                ratio: least / most,
+                conserved: Conserved::along(model, &shots.passed, problem.autonomous).names,
+                period: shots.period,
+                at: stacked(&shots.nodes[0]).as_slice().into(),
+            });
+        }
+        return Ok(found);
+    }
+    Err(problem.not_found(&shots, asked.most_iterations, because))
+}
+
+/// How far a motion goes from its start, in parts of what coordinates are measured by.
+fn reach<S: ModelState>(passed: &[S], sizes: &DVector<f64>) -> f64 {
+    let Some(first) = passed.first().map(stacked) else { return 0.0 };
+    passed.iter().map(|state| (stacked(state) - &first).component_div(sizes).amax()).fold(0.0, f64::max)
+}
+
+/// Where segments start: as given, or along the motion through the guess.
+fn nodes<M: Simulate>(
+    flow: &mut Flow<'_, M>,
+    guesses: &[M::State],
+    period: f64,
+    segments: usize,
+) -> Result<Vec<M::State>, PeriodicError> {
+    let time = |k: usize| guesses[0].t() + period * k as f64 / segments as f64;
+    if guesses.len() == segments {
+        return Ok(guesses.iter().enumerate().map(|(k, guess)| at_time(guess, time(k))).collect());
+    }
+    let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
+    let mut nodes = alloc::vec![guesses[0]];
+    for k in 1..segments {
+        let next = flow.fly(&nodes[k - 1], &none, time(k), &mut |_| ())?.state;
+        nodes.push(next);
+    }
+    Ok(nodes)
+}
+
+impl<M: Simulate> Problem<'_, '_, M> {
+    /// Shoots from all nodes.
+    fn shoot(&mut self, nodes: Vec<M::State>, period: f64) -> Result<Shots<M::State>, PeriodicError> {
+        let count = nodes.len();
+        let frames: Vec<Frame> =
+            nodes.iter().map(|node| Frame::at(self.flow.model, node, None)).collect::<Result<_, PeriodicError>>()?;
+        let m = frames[0].len();
+        let columns = m * count + usize::from(self.free);
+        let rows = m * count + usize::from(self.autonomous) + self.asked.holds.len();
+        let (mut misses, mut jacobian) = (DVector::zeros(rows), DMatrix::zeros(rows, columns));
+        let mut passed = Vec::new();
+        for k in 0..count {
+            let next = (k + 1) % count;
+            let until = nodes[0].t() + period * (k + 1) as f64 / count as f64;
+            passed.push(nodes[k]);
+            let flown = self.flow.fly(&nodes[k], &frames[k].basis, until, &mut |state| passed.push(*state))?;
+            let wanted =
+                stacked(&nodes[next]) + if next == 0 { self.asked.advance.clone() } else { self.asked.advance * 0.0 };
+            let (here, there) = (frames[k].rows(), frames[next].rows());
+            let off = stacked(&flown.state) - wanted;
+            let part = frames[next].read(&flown.tangents);
+            let along = direction(&mut self.flow, &flown.state)?;
+            for (i, row) in there.iter().enumerate() {
+                let size = self.sizes[*row];
+                misses[k * m + i] = off[*row] / size;
+                for (j, column) in here.iter().enumerate() {
+                    jacobian[(k * m + i, k * m + j)] += part[(i, j)] * self.sizes[*column] / size;
+                }
+                jacobian[(k * m + i, next * m + i)] -= 1.0;
+                if self.free {
+                    jacobian[(k * m + i, columns - 1)] = along[*row] * period / count as f64 / size;
+                }
+            }
+        }
+        let mut row = m * count;
+        let first = frames[0].rows();
+        if self.autonomous {
+            let along = direction(&mut self.flow, &nodes[0])?;
+            let scaled = DVector::from_iterator(m, first.iter().map(|i| along[*i] / self.sizes[*i]));
+            let size = scaled.norm().max(f64::MIN_POSITIVE);
+            (0..m).for_each(|j| jacobian[(row, j)] = scaled[j] / size);
+            row += 1;
+        }
+        for hold in self.asked.holds {
+            let (miss, gradient) = self.held(hold, &nodes[0], &frames[0]);
+            misses[row] = miss;
+            (0..m).for_each(|j| jacobian[(row, j)] = gradient[j]);
+            row += 1;
+        }
+        Ok(Shots { nodes, frames, period, misses, jacobian, passed })
+    }
+
+    /// What is held, and its derivatives, scaled.
+    fn held(&self, hold: &Hold, state: &M::State, frame: &Frame) -> (f64, DVector<f64>) {
+        let n = M::Vector::LEN;
+        let rows = frame.rows();
+        let gradient = match hold {
+            Hold::Coordinate(index, _) => {
+                DVector::from_fn(frame.len(), |k, _| frame.basis[(*index, k)] * self.sizes[rows[k]])
+            }
+            Hold::Energy(_) => DVector::from_fn(frame.len(), |k, _| {
+                let along = frame.basis.column(k) * self.sizes[rows[k]];
+                slope(0.01, |by| {
+                    let mut moved = *state;
+                    (0..n).for_each(|i| moved.q_mut()[i] += by * along[i]);
+                    (0..n).for_each(|i| moved.u_mut()[i] += by * along[n + i]);
+                    self.flow.model.energy_function(&moved)
+                })
+            }),
+        };
+        let miss = match hold {
+            Hold::Coordinate(index, value) => state.q()[*index] - value,
+            Hold::Energy(value) => self.flow.model.energy_function(state) - value,
+        };
+        let size = gradient.amax().max(f64::MIN_POSITIVE);
+        (miss / size, gradient / size)
+    }
+
+    /// The next shots, nearer than these; none where no part of the step leads nearer.
+    fn descend(
+        &mut self,
+        shots: &Shots<M::State>,
+        step: &DVector<f64>,
+        because: &mut Option<Box<PeriodicError>>,
+    ) -> Option<Shots<M::State>> {
+        let m = shots.frames[0].len();
+        let of_period = if self.free { step[step.len() - 1] } else { 0.0 };
+        let mut part = (MOST_CHANGE / of_period.abs().max(f64::MIN_POSITIVE)).min(1.0);
+        for _ in 0..HALVINGS {
+            let period = shots.period * (1.0 + part * of_period);
+            match self.moved(shots, &(step.rows(0, m * shots.nodes.len()) * part), period) {
+                Ok(next) if next.misses.norm() <= (1.0 - 0.1 * part) * shots.misses.norm() => return Some(next),
+                Ok(_) => {}
+                Err(error) => *because = Some(Box::new(error)),
+            }
+            part *= 0.5;
+        }
+        None
+    }
+
+    fn moved(
+        &mut self,
+        shots: &Shots<M::State>,
+        by: &DVector<f64>,
+        period: f64,
+    ) -> Result<Shots<M::State>, PeriodicError> {
+        let (m, count) = (shots.frames[0].len(), shots.nodes.len());
+        let mut nodes = Vec::with_capacity(count);
+        for (k, node) in shots.nodes.iter().enumerate() {
+            let rows = shots.frames[k].rows();
+            let change = DVector::from_fn(m, |j, _| by[k * m + j] * self.sizes[rows[j]]);
+            let time = shots.nodes[0].t() + period * k as f64 / count as f64;
+            nodes.push(shots.frames[k].moved(&mut self.flow, &at_time(node, time), &change)?);
+        }
+        self.shoot(nodes, period)
+    }
+
+    fn not_found(
+        &self,
+        shots: &Shots<M::State>,
+        iterations: usize,
+        because: Option<Box<PeriodicError>>,
+    ) -> PeriodicError {
+        let m = shots.frames[0].len();
+        let at = shots.misses.iamax();
+        let coordinate = if at < m * shots.nodes.len() { shots.frames[0].name::<M>(at % m) } else { "what is held" };
+        PeriodicError::NoConvergence {
+            iterations,
+            coordinate,
+            miss: shots.misses.amax(),
+            period: shots.period,
+            at: stacked(&shots.nodes[0]).as_slice().into(),
+            because,
+        }
+    }
+}
+
+/// How often a closed motion repeats within its period.
+pub(super) fn repeats<M: Simulate>(
+    model: &M,
+    found: &Found<M::State>,
+    advance: &DVector<f64>,
+    (tolerance, most_steps): (f64, usize),
+) -> Result<usize, PeriodicError> {
+    let mut flow = Flow::new(model, tolerance, most_steps)?;
+    let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
+    let start = &found.nodes[0];
+    for parts in (2..=6).rev() {
+        let until = start.t() + found.period / parts as f64;
+        // What no single shot reaches is not found to repeat.
+        let Ok(flown) = flow.fly(start, &none, until, &mut |_| ()) else { continue };
+        let off = stacked(&flown.state) - stacked(start) - advance / parts as f64;
+        if off.component_div(&found.sizes).amax() <= 1e-6 {
+            return Ok(parts);
+        }
+    }
+    Ok(1)
+}
