@@ -6,8 +6,8 @@
 //! quantity beyond.
 //!
 //! A mean over a finite time is an estimate. It is given with the larger of twice the standard error of twenty parts of the run, and the difference of
-//! its halves, which shows what has not settled: neighbours that part in proportion to time have ln t/t, which falls for ever. An exponent within its
-//! uncertainty of 0 has no sign that is known.
+//! its halves, which shows what has not settled. Neighbours that part in proportion to time, as those of regular motions do, have ln(ωt)/t, which falls for ever:
+//! what is not larger than that, or than its uncertainty, has no sign that is known.
 
 mod show;
 
@@ -83,6 +83,8 @@ pub struct LyapunovExponents<S: ModelState> {
     pub time: f64,
     /// How many exponents are 0 for a reason.
     pub known_zeros: usize,
+    /// What is smaller is not told from 0: ln(1 + ωt)/t, the estimate where neighbours part in proportion to time, ω the frequency of what moves fastest.
+    pub resolution: f64,
     /// Orthonormalisations.
     pub orthonormalisations: usize,
     /// Steps of the integration, those before the means included.
@@ -254,11 +256,7 @@ impl<'m, M: Simulate> Carried<'m, M> {
         let begin = self.state.t();
         while done < self.parts {
             let here = (self.state, self.tangents.clone());
-            let end = if done + 1 == self.parts {
-                until
-            } else {
-                begin + (until - begin) * (done + 1) as f64 / self.parts as f64
-            };
+            let end = if done + 1 == self.parts { until } else { begin + (until - begin) * (done + 1) as f64 / self.parts as f64 };
             let flown = self.flow.fly(&self.state, &self.tangents, end, &mut |_| ())?;
             (self.state, self.tangents) = (flown.state, flown.tangents);
             let sizes = self.orthonormalise()?;
@@ -301,8 +299,10 @@ impl<'m, M: Simulate> Carried<'m, M> {
     ) -> Result<LyapunovExponents<M::State>, PeriodicError> {
         let count = self.tangents.ncols();
         let part = during / blocks.len() as f64;
-        let mean =
-            |blocks: &[DVector<f64>], i: usize| blocks.iter().map(|b| b[i]).sum::<f64>() / (part * blocks.len() as f64);
+        let resolution = (self.pace()? * during).ln_1p() / during;
+        let mean = |blocks: &[DVector<f64>], i: usize| {
+            blocks.iter().map(|b| b[i]).sum::<f64>() / (part * blocks.len() as f64)
+        };
         let mut exponents: Vec<Exponent> = (0..count)
             .map(|i| {
                 let value = mean(blocks, i);
@@ -311,7 +311,7 @@ impl<'m, M: Simulate> Carried<'m, M> {
                 let variance = groups.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (k * (k - 1.0));
                 let (first, second) = blocks.split_at(blocks.len() / 2);
                 let uncertainty = (2.0 * variance.sqrt()).max((mean(first, i) - mean(second, i)).abs());
-                let sign = match value.abs() > uncertainty {
+                let sign = match value.abs() > uncertainty.max(resolution) {
                     false => ExponentSign::Undecided,
                     true if value > 0.0 => ExponentSign::Positive,
                     true => ExponentSign::Negative,
@@ -344,10 +344,30 @@ impl<'m, M: Simulate> Carried<'m, M> {
             dimension: self.dimension,
             time: during,
             known_zeros,
+            resolution,
             orthonormalisations: self.orthonormalisations,
             steps: self.steps,
             end: self.state,
         })
+    }
+
+    /// The frequency of what moves fastest, by its speed over its reach, and its acceleration over its speed.
+    fn pace(&mut self) -> Result<f64, PeriodicError> {
+        let n = M::Vector::LEN;
+        let mut extent = alloc::vec![[f64::INFINITY, f64::NEG_INFINITY]; n];
+        let (mut speed, mut push) = (alloc::vec![0.0_f64; n], alloc::vec![0.0_f64; n]);
+        for state in &self.passed {
+            let along = direction(&mut self.flow, state)?;
+            for i in 0..n {
+                let q = state.q().as_slice()[i];
+                extent[i] = [extent[i][0].min(q), extent[i][1].max(q)];
+                speed[i] = speed[i].max(along[i].abs());
+                push[i] = push[i].max(along[n + i].abs());
+            }
+        }
+        let ratio = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+        let of = |i: usize| ratio(speed[i], 0.5 * (extent[i][1] - extent[i][0])).max(ratio(push[i], speed[i]));
+        Ok((0..n).map(of).fold(0.0, f64::max))
     }
 
     /// How many exponents are 0 for a reason.

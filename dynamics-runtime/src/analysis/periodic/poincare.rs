@@ -224,10 +224,10 @@ impl<S: ModelState> Section<S> {
         let n = <S::Vector as Vector>::LEN;
         // By the range of each; of what does not change, 1.
         let size = |i: usize| {
-            let range = vectors
-                .iter()
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[i]), high.max(x[i])]);
-            if range[1] - range[0] > 1e-12 { range[1] - range[0] } else { 1.0 }
+            let range = vectors.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[i]), high.max(x[i])]);
+            let most = range[0].abs().max(range[1].abs());
+            let reach = (range[1] - range[0]).max(1e-6 * most);
+            if reach > 1e-12 { reach } else { 1.0 }
         };
         let sizes: Vec<f64> = (0..2 * n).map(size).collect();
         let miss = |k: usize| {
@@ -260,10 +260,7 @@ impl<S: ModelState> Section<S> {
         let Quantity { name, unit } = self.coordinates[i];
         let of = |unit: &str| if unit.is_empty() { String::new() } else { alloc::format!(" in {unit}") };
         let across = alloc::format!("{name}{}", of(unit));
-        let upward = alloc::format!(
-            "rate of {name}{}",
-            of(&if unit.is_empty() { String::new() } else { alloc::format!("{unit}/s") })
-        );
+        let upward = alloc::format!("rate of {name}{}", of(&if unit.is_empty() { String::new() } else { alloc::format!("{unit}/s") }));
         let points = self.points.iter().map(|s| (s.q().as_slice()[i], s.u().as_slice()[i]));
         Some(Panel::new(Axis::new(across), Axis::new(upward)).points("", points))
     }

@@ -48,12 +48,62 @@ struct Shots<S> {
     period: f64,
     misses: DVector<f64>,
     jacobian: DMatrix<f64>,
+    /// The phase condition, and what is held: by how much it is missed, and derivatives.
+    conditions: (DVector<f64>, DMatrix<f64>),
     passed: Vec<S>,
+}
+
+/// A step, and the singular values that it was computed with.
+struct Solved {
+    step: DVector<f64>,
+    most: f64,
+    least: f64,
+    floor: f64,
+    /// The direction in which closed motions lie side by side, where they do.
+    along: DVector<f64>,
+}
+
+impl<S> Shots<S> {
+    /// The step that fulfils the conditions, and under them misses least: conditions are met exactly, so that what is held is held, and a start at rest stays one.
+    fn solve(&self, tolerance: f64) -> Option<Solved> {
+        let (off, rows) = &self.conditions;
+        let n = self.jacobian.ncols();
+        let (particular, free, independent) = if rows.nrows() == 0 {
+            (DVector::zeros(n), DMatrix::identity(n, n), true)
+        } else {
+            let svd = rows.clone().svd(true, true);
+            let (most, least) = (svd.singular_values.max(), svd.singular_values.min());
+            let particular = svd.solve(&-off, 1e-9 * most).ok()?;
+            let v = svd.v_t?;
+            let projector = DMatrix::identity(n, n) - v.tr_mul(&v);
+            let eigen = projector.symmetric_eigen();
+            let kept: Vec<usize> = (0..n).filter(|k| eigen.eigenvalues[*k] > 0.5).collect();
+            (particular, eigen.eigenvectors.select_columns(&kept), least > 1e-9 * most)
+        };
+        let svd = (&self.jacobian * &free).svd(true, true);
+        let (most, least) = (svd.singular_values.max(), svd.singular_values.min());
+        let floor = (100.0 * tolerance).max(1e-10) * most;
+        let left = -(&self.misses + &self.jacobian * &particular);
+        let step = particular + &free * svd.solve(&left, floor).ok()?;
+        let v = svd.v_t?;
+        let along = &free * v.row(v.nrows() - 1).transpose();
+        Some(Solved { step, most, least: if independent { least } else { 0.0 }, floor, along })
+    }
+
+    /// How far off all is.
+    fn merit(&self) -> f64 {
+        self.misses.norm_squared() + self.conditions.0.norm_squared()
+    }
+
+    fn worst(&self) -> f64 {
+        self.misses.amax().max(if self.conditions.0.is_empty() { 0.0 } else { self.conditions.0.amax() })
+    }
 }
 
 struct Problem<'a, 'm, M: Simulate> {
     flow: Flow<'m, M>,
     asked: &'a Asked<'a>,
+    holds: Vec<Hold>,
     sizes: DVector<f64>,
     autonomous: bool,
     /// Whether the period is an unknown.
@@ -76,18 +126,22 @@ pub(super) fn search<M: Simulate>(
     }
     let sizes = sizes::<M>(&passed, period);
     let autonomous = is_autonomous(&mut flow, &passed, period)?;
-    let mut problem = Problem { flow, asked, sizes, autonomous, free: autonomous && !asked.hold_period };
+    let free = autonomous && !asked.hold_period;
+    // Of a family one is found, so that there is something to choose by; then it is said that there are others.
+    let conserved = Conserved::along(model, &passed, autonomous).names;
+    let is_family = free && asked.holds.is_empty() && !conserved.is_empty();
+    let mut holds = asked.holds.to_vec();
+    holds.extend(is_family.then(|| Hold::Energy(model.energy_function(&nodes[0]))));
+    let mut problem = Problem { flow, asked, holds, sizes, autonomous, free };
     let first = reach(&passed, &problem.sizes);
     let mut shots = problem.shoot(nodes, period)?;
     let mut because = None;
     let mut correction = f64::INFINITY;
     for iteration in 0..=asked.most_iterations {
-        let svd = shots.jacobian.clone().svd(true, true);
-        let (most, least) = (svd.singular_values.max(), svd.singular_values.min());
-        let floor = (100.0 * asked.tolerance).max(1e-10) * most;
-        let step = svd.solve(&-&shots.misses, floor).unwrap_or_else(|_| DVector::zeros(shots.jacobian.ncols()));
-        let size = step.amax();
-        let worst = shots.misses.amax();
+        let Some(Solved { step, most, least, floor, along }) = shots.solve(asked.tolerance) else {
+            return Err(problem.not_found(&shots, iteration, because));
+        };
+        let (size, worst) = (step.amax(), shots.worst());
         let settled = size <= 1e-10 || correction <= 1e-7 && size >= 0.3 * correction;
         let next = if settled && worst <= SMALL || iteration == asked.most_iterations {
             None
@@ -112,12 +166,17 @@ pub(super) fn search<M: Simulate>(
         if problem.autonomous && reach(&shots.passed, &problem.sizes) <= 1e-4 * first {
             return Err(PeriodicError::Rests { at: stacked(&shots.nodes[0]).as_slice().into() });
         }
-        if least <= floor {
-            let along = svd.v_t.map_or(0, |v| v.row(v.nrows() - 1).columns(0, shots.frames[0].len()).iamax_full().1);
+        if is_family {
+            let rows = shots.conditions.1.nrows() - 1;
+            shots.conditions = (shots.conditions.0.rows(0, rows).into_owned(), shots.conditions.1.rows(0, rows).into_owned());
+        }
+        let others = if is_family { shots.solve(asked.tolerance) } else { None };
+        let (along, most, least) = others.map_or((along, most, least), |s| (s.along, s.most, s.least));
+        if is_family || least <= floor {
             return Err(PeriodicError::NotIsolated {
-                coordinate: shots.frames[0].name::<M>(along),
+                coordinate: shots.frames[0].name::<M>(along.rows(0, shots.frames[0].len()).iamax()),
                 ratio: least / most,
-                conserved: Conserved::along(model, &shots.passed, problem.autonomous).names,
+                conserved,
                 period: shots.period,
                 at: stacked(&shots.nodes[0]).as_slice().into(),
             });
@@ -161,8 +220,7 @@ impl<M: Simulate> Problem<'_, '_, M> {
             nodes.iter().map(|node| Frame::at(self.flow.model, node, None)).collect::<Result<_, PeriodicError>>()?;
         let m = frames[0].len();
         let columns = m * count + usize::from(self.free);
-        let rows = m * count + usize::from(self.autonomous) + self.asked.holds.len();
-        let (mut misses, mut jacobian) = (DVector::zeros(rows), DMatrix::zeros(rows, columns));
+        let (mut misses, mut jacobian) = (DVector::zeros(m * count), DMatrix::zeros(m * count, columns));
         let mut passed = Vec::new();
         for k in 0..count {
             let next = (k + 1) % count;
@@ -187,22 +245,35 @@ impl<M: Simulate> Problem<'_, '_, M> {
                 }
             }
         }
-        let mut row = m * count;
-        let first = frames[0].rows();
+        let conditions = self.conditions(&nodes[0], &frames[0], columns)?;
+        Ok(Shots { nodes, frames, period, misses, jacobian, conditions, passed })
+    }
+
+    /// Steps do not go along the motion, and what is held becomes what it is to be.
+    fn conditions(
+        &mut self,
+        start: &M::State,
+        frame: &Frame,
+        columns: usize,
+    ) -> Result<(DVector<f64>, DMatrix<f64>), PeriodicError> {
+        let m = frame.len();
+        let count = usize::from(self.autonomous) + self.holds.len();
+        let (mut misses, mut rows) = (DVector::zeros(count), DMatrix::zeros(count, columns));
+        let mut row = 0;
         if self.autonomous {
-            let along = direction(&mut self.flow, &nodes[0])?;
-            let scaled = DVector::from_iterator(m, first.iter().map(|i| along[*i] / self.sizes[*i]));
+            let along = direction(&mut self.flow, start)?;
+            let scaled = DVector::from_iterator(m, frame.rows().into_iter().map(|i| along[i] / self.sizes[i]));
             let size = scaled.norm().max(f64::MIN_POSITIVE);
-            (0..m).for_each(|j| jacobian[(row, j)] = scaled[j] / size);
+            (0..m).for_each(|j| rows[(row, j)] = scaled[j] / size);
             row += 1;
         }
-        for hold in self.asked.holds {
-            let (miss, gradient) = self.held(hold, &nodes[0], &frames[0]);
+        for hold in &self.holds {
+            let (miss, gradient) = self.held(hold, start, frame);
             misses[row] = miss;
-            (0..m).for_each(|j| jacobian[(row, j)] = gradient[j]);
+            (0..m).for_each(|j| rows[(row, j)] = gradient[j]);
             row += 1;
         }
-        Ok(Shots { nodes, frames, period, misses, jacobian, passed })
+        Ok((misses, rows))
     }
 
     /// What is held, and its derivatives, scaled.
@@ -244,7 +315,7 @@ impl<M: Simulate> Problem<'_, '_, M> {
         for _ in 0..HALVINGS {
             let period = shots.period * (1.0 + part * of_period);
             match self.moved(shots, &(step.rows(0, m * shots.nodes.len()) * part), period) {
-                Ok(next) if next.misses.norm() <= (1.0 - 0.1 * part) * shots.misses.norm() => return Some(next),
+                Ok(next) if next.merit() <= (1.0 - 0.1 * part) * shots.merit() => return Some(next),
                 Ok(_) => {}
                 Err(error) => *because = Some(Box::new(error)),
             }
@@ -278,11 +349,11 @@ impl<M: Simulate> Problem<'_, '_, M> {
     ) -> PeriodicError {
         let m = shots.frames[0].len();
         let at = shots.misses.iamax();
-        let coordinate = if at < m * shots.nodes.len() { shots.frames[0].name::<M>(at % m) } else { "what is held" };
+        let coordinate = shots.frames[at / m].name::<M>(at % m);
         PeriodicError::NoConvergence {
             iterations,
             coordinate,
-            miss: shots.misses.amax(),
+            miss: shots.worst(),
             period: shots.period,
             at: stacked(&shots.nodes[0]).as_slice().into(),
             because,
