@@ -52,7 +52,7 @@ fn a_double_pendulum_is_regular_when_it_swings_little_and_chaotic_when_it_swings
 
 #[test]
 fn constraints_leave_as_many_exponents_as_there_is_freedom() {
-    let (angle, twice) = (Pendulum { m: 1.0, l: 1.0, g: 9.81 }, TwiceHeld { m: 1.0, l: 1.0, g: 9.81 });
+    let (angle, twice) = (Pendulum { m: 1.0, l: 1.0, g: 9.81 }, TwiceHeld { m: 1.0, l: 1.0, amplitude: 0.0, frequency: 1.0, g: 9.81 });
     let one = angle.lyapunov(angle.state().theta(1.0).build().unwrap()).during(50.0).run().unwrap();
     let start = twice.state().x(1f64.sin()).y(-1f64.cos()).build().unwrap();
     let other = twice.lyapunov(start).during(50.0).run().unwrap();

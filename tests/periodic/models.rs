@@ -68,18 +68,23 @@ impl ShakenInPlane {
     }
 }
 
-/// A pendulum in the plane with a rod that is a constraint, said twice: only the general solver has its accelerations.
+/// The same with the rod said twice: only the general solver has its accelerations, and derivatives stand before their solution only.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
-#[units(m: kg, l: m, g: m / s^2)]
+#[units(m: kg, l: m, amplitude: m, frequency: rad / s, g: m / s^2)]
 pub(crate) struct TwiceHeld {
     pub(crate) m: f64,
     pub(crate) l: f64,
+    pub(crate) amplitude: f64,
+    pub(crate) frequency: f64,
     pub(crate) g: f64,
 }
 
 #[dynamics]
 impl TwiceHeld {
+    fn arm(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, q.y - self.amplitude * (self.frequency * q.t).cos())
+    }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
         0.5 * self.m * vec2(q.x, q.y).dt().norm_squared()
@@ -90,12 +95,12 @@ impl TwiceHeld {
     }
     #[holonomic]
     fn rod(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * (q.x.powi(2) + q.y.powi(2) - self.l.powi(2))
+        0.5 * (self.arm(q).norm_squared() - self.l.powi(2))
     }
     #[holonomic]
     #[redundant]
     fn again(&self, q: &Coordinates<Self>) -> Expr {
-        vec2(q.x, q.y).norm() - self.l
+        self.arm(q).norm() - self.l
     }
 }
 

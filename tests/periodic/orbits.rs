@@ -135,6 +135,26 @@ fn modes_of_a_double_pendulum_go_on_to_large_swings() {
 }
 
 #[test]
+fn what_runs_away_within_a_period_is_held_by_segments() {
+    // ẍ = 9x + γ cos ωt: x = −γ/(9 + ω²) cos ωt, beside which all grows by e^{3T} = 2·10¹⁶.
+    let model = Duffing { alpha: -9.0, beta: 0.0, delta: 0.0, gamma: 0.1, omega: 0.5 };
+    let period = TAU / 0.5;
+    let rest = model.state().build().unwrap();
+    let said = model.periodic(rest, period).run().unwrap_err();
+    assert!(matches!(said, PeriodicError::RunsAway { coordinate: "x", .. }) && said.to_string().contains(".through("), "{said}");
+    let orbit = model.periodic(rest, period).through([rest; 8]).run().unwrap();
+    for (k, node) in orbit.nodes.iter().enumerate() {
+        let time = period * k as f64 / 8.0;
+        assert!((node.t - time).abs() < 1e-12 && (node.x() + 0.1 / 9.25 * (0.5 * time).cos()).abs() < 1e-10, "{orbit}");
+    }
+    let FloquetVerdict::Unstable { threshold: Threshold::Fold, growth, .. } = orbit.floquet.verdict else { panic!("{orbit}") };
+    assert!((growth.ln() / (3.0 * period) - 1.0).abs() < 1e-9, "{orbit}");
+    // Of the small one rounding beside the large one leaves nothing, and it says so.
+    let small = orbit.floquet.multipliers[1];
+    assert!(small.uncertainty > (small.value.norm() - (-3.0 * period).exp()).abs(), "{orbit}");
+}
+
+#[test]
 fn searches_that_fail_say_why() {
     let model = VanDerPol { mu: 1.0 };
     // From within rest attracts Newton's method: it has every period.

@@ -161,7 +161,8 @@ impl fmt::Display for PeriodicError {
             ),
             Self::RunsAway { time, coordinate, value } => write!(
                 f,
-                "the motion runs away: `{coordinate}` or its velocity is {value:.2e} at t = {time:.6}; start nearer, or divide the period by `.segments(..)`"
+                "the motion runs away: `{coordinate}` or its velocity is {value:.2e} at t = {time:.6}; start nearer, or give states along the \
+                 closed motion by `.through(..)`"
             ),
             Self::Steps { time, steps } => write!(
                 f,
@@ -204,7 +205,7 @@ impl fmt::Display for PeriodicError {
                 write!(
                     f,
                     "no closed motion was found in {iterations} iterations: at best `{coordinate}` or its velocity misses by {miss:.2e} of what it moves within, with the period {period:.6}; \
-                     start nearer, as from a section's closest return, or divide the period by `.segments(..)`"
+                     start nearer, as from a section's closest return, or divide the period by `.segments(..)` or `.through(..)`"
                 )?;
                 because.as_ref().map_or(Ok(()), |reason| write!(f, " (shots beside it: {reason})"))
             }

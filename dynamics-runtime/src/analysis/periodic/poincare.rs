@@ -262,6 +262,6 @@ impl<S: ModelState> Section<S> {
         let across = alloc::format!("{name}{}", of(unit));
         let upward = alloc::format!("rate of {name}{}", of(&if unit.is_empty() { String::new() } else { alloc::format!("{unit}/s") }));
         let points = self.points.iter().map(|s| (s.q().as_slice()[i], s.u().as_slice()[i]));
-        Some(Panel::new(Axis::new(across), Axis::new(upward)).points("", points))
+        Some(Panel::new(Axis::new(across), Axis::new(upward)).dots("", points))
     }
 }

@@ -43,16 +43,23 @@ pub(super) fn is_autonomous<M: Constraints>(
                 *q += 0.01 * (1.0 + q.abs()) * (2.0 + i as f64).cos();
             }
         }
-        let at = |flow: &mut Flow<'_, M>, t: f64| -> Option<Vec<f64>> {
-            let state = at_time(&beside, t);
+        let at = |flow: &mut Flow<'_, M>, beside: &M::State, t: f64| -> Option<Vec<f64>> {
+            let state = at_time(beside, t);
             let accelerations = flow.accelerations(&state).ok()?;
             let rates = flow.model.velocity_residual(&state);
             Some([accelerations.as_slice(), rates.as_slice(), flow.model.residual(&state).as_slice()].concat())
         };
-        // Where there is no motion nothing is to be compared.
-        let Some(now) = at(flow, state.t()) else { continue };
-        autonomous &= LATER.iter().all(|part| at(flow, state.t() + part * period).as_ref() == Some(&now));
-        let Some(then) = at(flow, state.t() + period) else { continue };
+        // Where nothing moves beside the motion, on it.
+        let now = match at(flow, &beside, state.t()) {
+            Some(now) => now,
+            None => {
+                beside = *state;
+                let Some(now) = at(flow, &beside, state.t()) else { continue };
+                now
+            }
+        };
+        autonomous &= LATER.iter().all(|part| at(flow, &beside, state.t() + part * period).as_ref() == Some(&now));
+        let Some(then) = at(flow, &beside, state.t() + period) else { continue };
         largest = now.iter().fold(largest, |most, x| most.max(x.abs()));
         for (i, (a, b)) in now.iter().zip(&then).enumerate() {
             if (a - b).abs() > worst.0 {
