@@ -38,7 +38,9 @@ impl Shaken {
 
 /// a₀(q), or b₁(q): the least eigenvalue of the tridiagonal matrix of Fourier coefficients (Abramowitz & Stegun 20.2), by bisection on Sturm's count.
 fn characteristic(q: f64, even: bool) -> f64 {
-    let diagonal = |k: u32| if even { f64::from(2 * k).powi(2) } else { f64::from(2 * k + 1).powi(2) - if k == 0 { q } else { 0.0 } };
+    let diagonal = |k: u32| {
+        if even { f64::from(2 * k).powi(2) } else { f64::from(2 * k + 1).powi(2) - if k == 0 { q } else { 0.0 } }
+    };
     let beside = |k: u32| if even && k == 0 { 2.0 * q * q } else { q * q };
     let is_below = |x: f64| {
         let mut pivot = diagonal(0) - x;
@@ -83,7 +85,12 @@ fn main() -> common::Outcome {
         }
     }
     let [stands, falls, swings] = regions;
-    println!("{} points stand, {} fall over, {} swing out, {undecided} on a border", stands.len(), falls.len(), swings.len());
+    println!(
+        "{} points stand, {} fall over, {} swing out, {undecided} on a border",
+        stands.len(),
+        falls.len(),
+        swings.len()
+    );
     assert!(stands.len() > 500 && falls.len() > 300 && swings.len() > 100);
 
     // The border at one amplitude, to ten digits.
@@ -99,7 +106,10 @@ fn main() -> common::Outcome {
         if excess(middle)? > 0.0 { low = middle } else { high = middle }
     }
     let theory = 2.0 * natural / (-characteristic(0.4, true)).sqrt();
-    println!("A = 0.2 l: stands from {low:.9} rad/s, Mathieu {theory:.9}, Kapitza {:.3}", (2.0 * g * length).sqrt() / (0.2 * length));
+    println!(
+        "A = 0.2 l: stands from {low:.9} rad/s, Mathieu {theory:.9}, Kapitza {:.3}",
+        (2.0 * g * length).sqrt() / (0.2 * length)
+    );
     assert!((low / theory - 1.0).abs() < 1e-9);
 
     let curve = |even: bool| {
@@ -107,7 +117,10 @@ fn main() -> common::Outcome {
         let speed = move |part: f64| 2.0 / (-characteristic(2.0 * part, even)).sqrt();
         (1..=400).map(move |k| (at(k), speed(at(k)))).filter(|(_, speed)| *speed < 16.5).collect::<Vec<_>>()
     };
-    let averaged = (1..=400).map(|k| 0.7 * f64::from(k) / 400.0).map(|part| (part, 2f64.sqrt() / part)).filter(|(_, speed)| *speed < 16.5);
+    let averaged = (1..=400)
+        .map(|k| 0.7 * f64::from(k) / 400.0)
+        .map(|part| (part, 2f64.sqrt() / part))
+        .filter(|(_, speed)| *speed < 16.5);
     let mut files = common::Files::of("kapitza_map");
     let panel = Panel::new(
         Axis::new("amplitude / length").range(0.0, 0.71),
@@ -120,8 +133,11 @@ fn main() -> common::Outcome {
         .series(series("swings out", swings).sign(1))
         .series(Series::new("Mathieu a₀(q)", curve(true)).solid().color(Color::Ink))
         .series(Series::new("Mathieu b₁(q)", curve(false)).solid().color(Color::Purple))
-        .series(Series::new("averaged: A²Ω² = 2gl", averaged).dashed());
-    Chart::new("Where a pendulum stands on a shaken pivot").panel(panel).panel_height(460.0).write_svg(files.path("map.svg"))?;
+        .series(Series::new("averaged: A²Ω² = 2gl", averaged).dashed().color(Color::Amber));
+    Chart::new("Where a pendulum stands on a shaken pivot")
+        .panel(panel)
+        .panel_height(460.0)
+        .write_svg(files.path("map.svg"))?;
     files.list();
     Ok(())
 }

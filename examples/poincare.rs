@@ -70,7 +70,11 @@ fn main() -> common::Outcome {
         .panel_height(480.0)
         .write_svg(files.path("attractor.svg"))?;
     Chart::new("Lyapunov exponents, as the run goes on")
-        .panel(Panel::new(Axis::new("time in s"), Axis::new("exponents in 1/s")).line("largest", of(0)).line("other", of(1)))
+        .panel(
+            Panel::new(Axis::new("time in s"), Axis::new("exponents in 1/s"))
+                .line("largest", of(0))
+                .line("other", of(1)),
+        )
         .write_svg(files.path("exponents.svg"))?;
     files.list();
     Ok(())

@@ -40,7 +40,10 @@ fn a_double_pendulum_is_regular_when_it_swings_little_and_chaotic_when_it_swings
     let little = model.lyapunov(model.state().theta1(0.1).theta2(0.05).build().unwrap()).during(1000.0).run().unwrap();
     // All four are 0; two for a reason that is known, of the others nothing is claimed.
     assert_ne!(little.is_chaotic(), Some(true), "{little}");
-    assert!(little.exponents.iter().all(|one| one.value.abs() < 0.02 && one.sign != ExponentSign::Positive), "{little}");
+    assert!(
+        little.exponents.iter().all(|one| one.value.abs() < 0.02 && one.sign != ExponentSign::Positive),
+        "{little}"
+    );
     assert_eq!(little.known_zeros, 2, "{little}");
     let far = model.lyapunov(model.state().theta1(2.0).theta2(2.5).build().unwrap()).during(1000.0).run().unwrap();
     assert_eq!(far.is_chaotic(), Some(true), "{far}");
@@ -52,7 +55,8 @@ fn a_double_pendulum_is_regular_when_it_swings_little_and_chaotic_when_it_swings
 
 #[test]
 fn constraints_leave_as_many_exponents_as_there_is_freedom() {
-    let (angle, twice) = (Pendulum { m: 1.0, l: 1.0, g: 9.81 }, TwiceHeld { m: 1.0, l: 1.0, amplitude: 0.0, frequency: 1.0, g: 9.81 });
+    let (angle, twice) =
+        (Pendulum { m: 1.0, l: 1.0, g: 9.81 }, TwiceHeld { m: 1.0, l: 1.0, amplitude: 0.0, frequency: 1.0, g: 9.81 });
     let one = angle.lyapunov(angle.state().theta(1.0).build().unwrap()).during(50.0).run().unwrap();
     let start = twice.state().x(1f64.sin()).y(-1f64.cos()).build().unwrap();
     let other = twice.lyapunov(start).during(50.0).run().unwrap();
@@ -80,5 +84,8 @@ fn what_makes_no_sense_is_refused() {
     }
     let away = Duffing { alpha: 1.0, beta: -1.0, delta: 0.0, gamma: 0.0, omega: 1.0 };
     let said = away.lyapunov(away.state().x(3.0).build().unwrap()).during(100.0).run().unwrap_err();
-    assert!(matches!(said, PeriodicError::RunsAway { .. } | PeriodicError::Ends { .. } | PeriodicError::Stalls { .. }), "{said}");
+    assert!(
+        matches!(said, PeriodicError::RunsAway { .. } | PeriodicError::Ends { .. } | PeriodicError::Stalls { .. }),
+        "{said}"
+    );
 }

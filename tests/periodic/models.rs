@@ -202,3 +202,39 @@ impl Relay {
         Force::along(q.x, self.gamma * (self.omega * q.t).cos() - q.x.signum())
     }
 }
+
+/// A skate on springs: it does not move aside.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, phi: rad)]
+#[units(m: kg, i: kg * m^2, a: m, k: N / m, turning: N * m, c: N * s / m)]
+pub(crate) struct Skate {
+    pub(crate) m: f64,
+    pub(crate) i: f64,
+    pub(crate) a: f64,
+    pub(crate) k: f64,
+    pub(crate) turning: f64,
+    pub(crate) c: f64,
+}
+
+#[dynamics]
+impl Skate {
+    fn center(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, q.y) + self.a * vec2(q.phi.cos(), q.phi.sin())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * self.center(q).dt().norm_squared() + 0.5 * self.i * q.phi.dt().powi(2)
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.k * self.center(q).norm_squared() + 0.5 * self.turning * q.phi.powi(2)
+    }
+    #[dissipation]
+    fn damper(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.c * self.center(q).dt().norm_squared()
+    }
+    #[nonholonomic]
+    fn blade(&self, q: &Coordinates<Self>) -> Expr {
+        q.y.dt() * q.phi.cos() - q.x.dt() * q.phi.sin()
+    }
+}

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use dynamics::prelude::*;
 use nalgebra::{DMatrix, Matrix2};
 
-use crate::models::{Duffing, Pendulum, Relay, Shaken, ShakenInPlane, TwiceHeld, VanDerPol};
+use crate::models::{Duffing, Pendulum, Relay, Shaken, ShakenInPlane, Skate, TwiceHeld, VanDerPol};
 
 /// The upright pendulum with Mathieu's a = −4g/(lΩ²) and q = 2A/l.
 fn mathieu(a: f64, q: f64) -> Shaken {
@@ -40,9 +40,7 @@ fn the_upright_pendulum_stands_between_the_characteristic_values_of_mathieu() {
         let (a0, b1) = (characteristic(q, true), characteristic(q, false));
         // From below it falls over; above it swings more in every second period.
         let of = |a: f64| judge(&mathieu(a, q)).verdict;
-        let is = |verdict: FloquetVerdict, wanted: Threshold| {
-            matches!(verdict, FloquetVerdict::Unstable { threshold, .. } if threshold == wanted)
-        };
+        let is = |verdict: FloquetVerdict, wanted: Threshold| matches!(verdict, FloquetVerdict::Unstable { threshold, .. } if threshold == wanted);
         assert!(is(of(a0 - 1e-7), Threshold::Fold), "{q}: {}", of(a0 - 1e-7));
         assert_eq!(of(a0 + 1e-7), FloquetVerdict::StableToFirstOrder, "{q}");
         if b1 < 0.0 {
@@ -141,7 +139,8 @@ fn forces_that_jump_turn_what_lies_beside_the_motion() {
 #[test]
 fn constraints_leave_the_multipliers_that_angles_have() {
     let angle = mathieu(-0.3, 1.0);
-    let plane = ShakenInPlane { m: angle.m, l: angle.l, amplitude: angle.amplitude, frequency: angle.frequency, g: angle.g };
+    let plane =
+        ShakenInPlane { m: angle.m, l: angle.l, amplitude: angle.amplitude, frequency: angle.frequency, g: angle.g };
     let up = plane.state().y(angle.amplitude + angle.l).build().unwrap();
     let (one, other) = (judge(&angle), plane.floquet(&up, TAU / angle.frequency).unwrap());
     assert_eq!((other.multipliers.len(), other.verdict), (2, one.verdict), "{other}");
@@ -149,7 +148,8 @@ fn constraints_leave_the_multipliers_that_angles_have() {
         assert!((a.value - b.value).norm() < 1e-9, "{one} {other}");
     }
     assert!((one.divergence - other.divergence).abs() < 1e-10 && other.symplectic_defect < 1e-8);
-    let twice = TwiceHeld { m: plane.m, l: plane.l, amplitude: plane.amplitude, frequency: plane.frequency, g: plane.g };
+    let twice =
+        TwiceHeld { m: plane.m, l: plane.l, amplitude: plane.amplitude, frequency: plane.frequency, g: plane.g };
     let up = twice.state().y(angle.amplitude + angle.l).build().unwrap();
     let again = twice.floquet(&up, TAU / angle.frequency).unwrap();
     for (a, b) in one.multipliers.iter().zip(&again.multipliers) {
@@ -158,7 +158,8 @@ fn constraints_leave_the_multipliers_that_angles_have() {
     assert_eq!((again.multipliers.len(), again.verdict), (2, one.verdict), "{again}");
 
     // A swing, in an angle and with the rod that is there twice.
-    let (angle, twice) = (Pendulum { m: 1.0, l: 1.3, g: 9.81 }, TwiceHeld { m: 1.0, l: 1.3, amplitude: 0.0, frequency: 1.0, g: 9.81 });
+    let (angle, twice) =
+        (Pendulum { m: 1.0, l: 1.3, g: 9.81 }, TwiceHeld { m: 1.0, l: 1.3, amplitude: 0.0, frequency: 1.0, g: 9.81 });
     let theta = 2.0_f64;
     let start = angle.state().theta(theta).build().unwrap();
     let held = twice.state().x(1.3 * theta.sin()).y(-1.3 * theta.cos()).build().unwrap();
@@ -205,4 +206,22 @@ fn rest_has_the_multipliers_of_its_eigenvalues() {
     let judged = hanging.floquet(&hanging.state().build().unwrap(), 1.0).unwrap();
     assert_eq!(judged.verdict, FloquetVerdict::StableToFirstOrder, "{judged}");
     assert!(judged.multipliers.iter().all(|one| (one.value.arg().abs() - 2.0).abs() < 1e-10), "{judged}");
+}
+
+#[test]
+fn what_rolls_has_the_multipliers_of_its_eigenvalues_at_rest() {
+    // Three coordinates, two velocities: five multipliers; aside it stays where it is put.
+    let model = Skate { m: 2.0, i: 0.3, a: 0.4, k: 30.0, turning: 4.0, c: 1.5 };
+    let rest = model.equilibrium(&model.state().x(-0.4).build().unwrap()).unwrap().state;
+    let (judged, period) = (model.floquet(&rest, 0.8).unwrap(), 0.8);
+    let mut wanted: Vec<_> =
+        model.linearize(&rest).unwrap().eigenvalues().unwrap().iter().map(|s| (s * period).exp()).collect();
+    assert_eq!((judged.multipliers.len(), wanted.len()), (5, 5), "{judged}");
+    for one in &judged.multipliers {
+        let nearest = (0..wanted.len())
+            .min_by(|a, b| (wanted[*a] - one.value).norm().total_cmp(&(wanted[*b] - one.value).norm()));
+        let wanted = wanted.remove(nearest.unwrap());
+        assert!((wanted - one.value).norm() < 1e-9, "{wanted} {judged}");
+    }
+    assert!(matches!(judged.verdict, FloquetVerdict::Undecided { threshold: Threshold::Fold, .. }), "{judged}");
 }

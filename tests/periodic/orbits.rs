@@ -30,7 +30,10 @@ fn van_der_pol_has_its_published_cycle() {
     assert!((other.value.re.ln() - orbit.floquet.divergence).abs() < 1e-8, "{orbit}");
     let motion = model.simulate(orbit.start).until(orbit.start.t + orbit.period).tolerance(1e-12).run().unwrap();
     let n = 2000;
-    let mean: f64 = (0..n).map(|k| motion.at(orbit.start.t + orbit.period * f64::from(k) / f64::from(n))).map(|s| 1.0 - s.x().powi(2)).sum();
+    let mean: f64 = (0..n)
+        .map(|k| motion.at(orbit.start.t + orbit.period * f64::from(k) / f64::from(n)))
+        .map(|s| 1.0 - s.x().powi(2))
+        .sum();
     assert!((mean / f64::from(n) * orbit.period - orbit.floquet.divergence).abs() < 1e-8);
     assert!((other.value.re - 8.59e-4).abs() < 1e-6 && other.uncertainty < 1e-8, "{orbit}");
     assert_eq!(orbit.floquet.verdict, FloquetVerdict::AsymptoticallyStable);
@@ -141,13 +144,18 @@ fn what_runs_away_within_a_period_is_held_by_segments() {
     let period = TAU / 0.5;
     let rest = model.state().build().unwrap();
     let said = model.periodic(rest, period).run().unwrap_err();
-    assert!(matches!(said, PeriodicError::RunsAway { coordinate: "x", .. }) && said.to_string().contains(".through("), "{said}");
+    assert!(
+        matches!(said, PeriodicError::RunsAway { coordinate: "x", .. }) && said.to_string().contains(".through("),
+        "{said}"
+    );
     let orbit = model.periodic(rest, period).through([rest; 8]).run().unwrap();
     for (k, node) in orbit.nodes.iter().enumerate() {
         let time = period * k as f64 / 8.0;
         assert!((node.t - time).abs() < 1e-12 && (node.x() + 0.1 / 9.25 * (0.5 * time).cos()).abs() < 1e-10, "{orbit}");
     }
-    let FloquetVerdict::Unstable { threshold: Threshold::Fold, growth, .. } = orbit.floquet.verdict else { panic!("{orbit}") };
+    let FloquetVerdict::Unstable { threshold: Threshold::Fold, growth, .. } = orbit.floquet.verdict else {
+        panic!("{orbit}")
+    };
     assert!((growth.ln() / (3.0 * period) - 1.0).abs() < 1e-9, "{orbit}");
     // Of the small one rounding beside the large one leaves nothing, and it says so.
     let small = orbit.floquet.multipliers[1];
@@ -161,13 +169,17 @@ fn searches_that_fail_say_why() {
     let said = model.periodic(model.state().x(0.01).build().unwrap(), 6.0).run().unwrap_err();
     assert!(matches!(said, PeriodicError::Rests { .. } | PeriodicError::NoConvergence { .. }), "{said}");
     // Far away, with a period that is none.
-    let said = model.periodic(model.state().x(40.0).x_rate(-300.0).build().unwrap(), 0.3).max_iterations(4).run().unwrap_err();
+    let said =
+        model.periodic(model.state().x(40.0).x_rate(-300.0).build().unwrap(), 0.3).max_iterations(4).run().unwrap_err();
     let PeriodicError::NoConvergence { at, period, .. } = &said else { panic!("{said}") };
     assert!(at.len() == 2 && *period > 0.0 && said.to_string().contains("start nearer"), "{said}");
     // A spring that pushes: the shot runs away within the period.
     let away = Duffing { alpha: 1.0, beta: -1.0, delta: 0.0, gamma: 0.1, omega: 1.0 };
     let said = away.periodic(away.state().x(3.0).build().unwrap(), TAU).run().unwrap_err();
-    assert!(matches!(said, PeriodicError::RunsAway { .. } | PeriodicError::Ends { .. } | PeriodicError::Stalls { .. }), "{said}");
+    assert!(
+        matches!(said, PeriodicError::RunsAway { .. } | PeriodicError::Ends { .. } | PeriodicError::Stalls { .. }),
+        "{said}"
+    );
     // Equations that do not have the period.
     let driven = Duffing { alpha: 1.0, beta: 1.0, delta: 0.1, gamma: 0.5, omega: 1.2 };
     let said = driven.periodic(driven.state().build().unwrap(), 5.0).run().unwrap_err();

@@ -61,10 +61,13 @@ fn a_swing_of_little_energy_lies_on_a_curve() {
     // θ₁ = 0 rising: of a regular motion the points lie on a closed curve, and energy is that of the start on all of them.
     let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81 };
     let start = model.state().theta1(0.2).theta2(0.1).build().unwrap();
-    let section = model.poincare(start).section(|s| s.theta1(), Direction::Rising).points(50).until(1000.0).run().unwrap();
+    let section =
+        model.poincare(start).section(|s| s.theta1(), Direction::Rising).points(50).until(1000.0).run().unwrap();
     use dynamics::model::Dynamics;
     let energy = model.energy_function(&start);
-    assert!(section.points.iter().all(|s| (model.energy_function(s) - energy).abs() < 1e-7 && s.theta1().abs() < 1e-11));
+    assert!(
+        section.points.iter().all(|s| (model.energy_function(s) - energy).abs() < 1e-7 && s.theta1().abs() < 1e-11)
+    );
 }
 
 #[test]

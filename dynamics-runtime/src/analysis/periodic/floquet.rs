@@ -10,6 +10,7 @@
 //! that meet by a root of that (Elsner). Nothing is called inside or outside that this could have made so.
 
 mod show;
+mod spectrum;
 
 use alloc::vec::Vec;
 
@@ -19,8 +20,8 @@ use super::PeriodicError;
 use super::flow::Flow;
 use super::frame::{Frame, sizes, stacked};
 use super::symmetry::{Conserved, form, is_autonomous, known};
-use crate::analysis::linearize::{eigenvector, general};
 use crate::model::{Constraints, ModelState, Powers, Quantity, Vector};
+use spectrum::Scaled;
 
 /// How much looser the tolerance of the comparison is.
 const LOOSER: f64 = 30.0;
@@ -169,30 +170,18 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     flow.tolerance = tolerance;
     let frame = &fine.frame;
     let scales = sizes::<M>(&fine.passed, period);
-    // Every node by the end of the shot before it.
-    let miss_of = |(k, end): (usize, &M::State)| {
-        let wanted = if k + 1 < nodes.len() { stacked(&nodes[k + 1]) } else { stacked(&nodes[0]) + advance };
-        let off = (stacked(end) - wanted).component_div(&scales);
-        (off.amax(), off.iamax())
-    };
-    let (miss, at) = fine.ends.iter().enumerate().map(miss_of).fold((0.0, 0), |m, x| if x.0 > m.0 { x } else { m });
-    if miss > CLOSED {
-        return Err(PeriodicError::NotClosed { coordinate: M::COORDINATES[at % M::Vector::LEN].name, miss });
-    }
+    let miss = closes::<M>(nodes, &fine.ends, advance, &scales)?;
     let autonomous = is_autonomous(&mut flow, &fine.passed, period)?;
     let conserved = Conserved::along(model, &fine.passed, autonomous);
-    let m = &fine.matrix;
     let rounding = (frame.len() as f64 * 16.0 * f64::EPSILON).max(miss);
     let unsure = (&fine.matrix - &coarse.matrix).abs() + fine.product.map(|x| x * rounding);
-    let known = known(&mut flow, &nodes[0], frame, (m, &unsure), (autonomous, &conserved), &scales)?;
+    let known = known(&mut flow, &nodes[0], frame, (&fine.matrix, &unsure), (autonomous, &conserved), &scales)?;
     let weights = DVector::from_iterator(frame.len(), frame.rows().into_iter().map(|i| scales[i]));
+    let scaled = Scaled::new(&fine.matrix, &unsure, weights);
     let w = form(model, &nodes[0], frame, &scales);
-    let scaled = Scaled { m: scale(m, &weights), unsure: scale(&unsure, &weights), weights };
     let symplectic_defect = scaled.defect(&w);
     let (mut multipliers, shapes) = scaled.multipliers(&known)?;
-    let allowed = scaled.allowed_defect(&w);
-    let name = |k: usize| frame.name::<M>(k);
-    let verdict = judge(&multipliers, &shapes, symplectic_defect <= allowed, name);
+    let verdict = judge(&multipliers, &shapes, symplectic_defect <= scaled.allowed_defect(&w), |k| frame.name::<M>(k));
     let order = |a: &Multiplier, b: &Multiplier| b.value.norm().total_cmp(&a.value.norm());
     multipliers.sort_by(|a, b| a.trivial.is_some().cmp(&b.trivial.is_some()).then(order(a, b)));
     let [coordinates, velocities] = frame.names::<M>();
@@ -210,6 +199,25 @@ pub(super) fn of_motion<M: Constraints + Powers>(
         autonomous,
         steps: fine.steps,
     })
+}
+
+/// By how much a motion misses, in parts of what it moves within: every node by the end of the shot before it.
+fn closes<M: Constraints>(
+    nodes: &[M::State],
+    ends: &[M::State],
+    advance: &DVector<f64>,
+    scales: &DVector<f64>,
+) -> Result<f64, PeriodicError> {
+    let miss_of = |(k, end): (usize, &M::State)| {
+        let wanted = if k + 1 < nodes.len() { stacked(&nodes[k + 1]) } else { stacked(&nodes[0]) + advance };
+        let off = (stacked(end) - wanted).component_div(scales);
+        (off.amax(), off.iamax())
+    };
+    let (miss, at) = ends.iter().enumerate().map(miss_of).fold((0.0, 0), |m, x| if x.0 > m.0 { x } else { m });
+    match miss <= CLOSED {
+        true => Ok(miss),
+        false => Err(PeriodicError::NotClosed { coordinate: M::COORDINATES[at % M::Vector::LEN].name, miss }),
+    }
 }
 
 /// A monodromy matrix, and what it came from.
@@ -248,127 +256,6 @@ fn monodromy<M: Constraints>(
     }
     let frame = frames[0].clone();
     Ok(Monodromy { matrix, product, frame, ends, passed, divergence, steps })
-}
-
-/// Elements with every coordinate measured by its size.
-fn scale(m: &DMatrix<f64>, weights: &DVector<f64>) -> DMatrix<f64> {
-    DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * weights[j] / weights[i])
-}
-
-struct Scaled {
-    m: DMatrix<f64>,
-    unsure: DMatrix<f64>,
-    weights: DVector<f64>,
-}
-
-impl Scaled {
-    fn weigh(&self, w: &DMatrix<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(w.nrows(), w.ncols(), |i, j| w[(i, j)] * self.weights[i] * self.weights[j])
-    }
-
-    /// ‖MᵀWM − W‖/‖W‖.
-    fn defect(&self, w: &DMatrix<f64>) -> f64 {
-        let w = self.weigh(w);
-        (self.m.tr_mul(&(&w * &self.m)) - &w).amax() / w.amax().max(f64::MIN_POSITIVE)
-    }
-
-    /// What that may be for the error of M, and of W.
-    fn allowed_defect(&self, w: &DMatrix<f64>) -> f64 {
-        let w = self.weigh(w).abs();
-        let (m, off) = (self.m.abs(), &self.unsure);
-        let of_m = m.tr_mul(&(&w * off)) + off.tr_mul(&(&w * &m));
-        let of_w = m.tr_mul(&(&w * &m)) * 1e-10;
-        (10.0 * of_m + of_w).amax() / w.amax().max(f64::MIN_POSITIVE)
-    }
-
-    /// All multipliers, and what moves in those that are not 1 for a reason.
-    fn multipliers(
-        &self,
-        known: &super::symmetry::Known,
-    ) -> Result<(Vec<Multiplier>, Vec<DVector<f64>>), PeriodicError> {
-        let n = self.m.nrows();
-        let unit = |x: DVector<f64>| {
-            let size = x.norm();
-            x / size
-        };
-        let right = known.right.iter().map(|(x, why)| (unit(x.component_div(&self.weights)), *why));
-        let mut taken: Vec<(DVector<f64>, Trivial)> = right.collect();
-        let rights = taken.len();
-        for (x, why) in &known.left {
-            let x = unit(x.component_mul(&self.weights));
-            // One that is its own partner is counted once.
-            if taken[..rights].iter().all(|(right, _)| right.dot(&x).abs() < 1e-6) {
-                taken.push((x, *why));
-            }
-        }
-        let (basis, used) = complement(n, &taken);
-        let mut found: Vec<Multiplier> = used
-            .into_iter()
-            .map(|why| Multiplier {
-                value: Complex::new(1.0, 0.0),
-                uncertainty: 0.0,
-                conditioning: 1.0,
-                trivial: Some(why),
-            })
-            .collect();
-        let rest = basis.tr_mul(&(&self.m * &basis));
-        let off = basis.abs().tr_mul(&(&self.unsure * basis.abs()));
-        let mut shapes = alloc::vec![DVector::zeros(n); found.len()];
-        for (multiplier, shape) in spectrum(&rest, &off)? {
-            found.push(multiplier);
-            let of_all = basis.map(|x| Complex::new(x, 0.0)) * shape;
-            shapes.push(of_all.map(|x| x.norm()));
-        }
-        Ok((found, shapes))
-    }
-}
-
-/// An orthonormal basis of what is orthogonal to some vectors, and which of these were independent.
-fn complement(n: usize, taken: &[(DVector<f64>, Trivial)]) -> (DMatrix<f64>, Vec<Trivial>) {
-    let mut basis: Vec<DVector<f64>> = Vec::new();
-    let rest = |x: &DVector<f64>, basis: &[DVector<f64>]| {
-        let mut x = x.clone();
-        for _ in 0..2 {
-            basis.iter().for_each(|b| x -= b * b.dot(&x));
-        }
-        x
-    };
-    let mut used = Vec::new();
-    for (x, why) in taken {
-        let left = rest(x, &basis);
-        if left.norm() > 1e-6 {
-            basis.push(left.normalize());
-            used.push(*why);
-        }
-    }
-    let first = basis.len();
-    while basis.len() < n {
-        let units = (0..n).map(|k| rest(&DVector::from_fn(n, |i, _| if i == k { 1.0 } else { 0.0 }), &basis));
-        let Some(best) = units.max_by(|a, b| a.norm().total_cmp(&b.norm())) else { break };
-        basis.push(best.normalize());
-    }
-    let columns: Vec<DVector<f64>> = basis.split_off(first);
-    let matrix = if columns.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&columns) };
-    (matrix, used)
-}
-
-/// Eigenvalues of a matrix whose elements may be `off`, with vectors.
-fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<(Multiplier, DVector<Complex<f64>>)>, PeriodicError> {
-    let n = a.nrows();
-    let mut found = Vec::with_capacity(n);
-    for (k, value) in general(a.clone()).map_err(PeriodicError::Eigenvalues)?.into_iter().enumerate() {
-        let right = eigenvector(a, value, k).map_err(PeriodicError::Eigenvalues)?;
-        let left = eigenvector(&a.transpose(), value.conj(), k).map_err(PeriodicError::Eigenvalues)?;
-        let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
-        let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);
-        let bound = of(&left).dot(&(off * of(&right))) / product;
-        let part = 1.0 / n as f64;
-        let uncertainty = bound.min(a.norm().powf(1.0 - part) * off.norm().powf(part));
-        let size = of(&left).dot(&(a.abs() * of(&right)));
-        let conditioning = size / (product * value.norm().max(f64::MIN_POSITIVE));
-        found.push((Multiplier { value, uncertainty, conditioning, trivial: None }, right));
-    }
-    Ok(found)
 }
 
 /// How a multiplier would leave the unit circle.

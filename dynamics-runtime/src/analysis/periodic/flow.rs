@@ -70,6 +70,20 @@ pub(super) struct Flown<S> {
     pub(super) steps: usize,
 }
 
+/// Where a motion is.
+struct Ride<S> {
+    state: S,
+    /// State, tangent vectors and divergence, one after the other.
+    y: Vec<f64>,
+    slope: Vec<f64>,
+    corners: Corners,
+    control: Controller,
+    /// The next step.
+    h: f64,
+    /// Of the whole way.
+    span: f64,
+}
+
 impl<'m, M: Constraints> Flow<'m, M> {
     pub(super) fn new(model: &'m M, tolerance: f64, most_steps: usize) -> Result<Self, PeriodicError> {
         if M::FRICTION {
@@ -109,89 +123,104 @@ impl<'m, M: Constraints> Flow<'m, M> {
         until: f64,
         visit: &mut dyn FnMut(&M::State),
     ) -> Result<Flown<M::State>, PeriodicError> {
-        let mut y = pack(start, tangents);
-        let mut state = *start;
-        let mut corners = Corners::at(self.model, start);
-        let mut control = Controller::new(CONTROL, 8);
+        let (n, k) = (2 * M::Vector::LEN, tangents.ncols());
         let far = FAR * start.q().as_slice().iter().chain(start.u().as_slice()).fold(1.0, |m: f64, x| m.max(x.abs()));
-        let mut h = 1e-3 * (until - state.t());
+        let mut ride = self.depart(start, tangents, until)?;
         let (mut steps, mut tried) = (0, 0);
-        let mut slope = self.rate(&corners.hold(&state), &y)?;
-        if !slope.iter().all(|x| x.is_finite()) {
-            return Err(not_finite::<M>(state.t(), &slope));
-        }
-        while state.t() < until {
-            let left = until - state.t();
-            let (step, last) = if h >= 0.9999 * left { (left, true) } else { (h.min(0.5001 * left.max(h)), false) };
+        while ride.state.t() < until {
             tried += 1;
             if tried > self.most_steps {
-                return Err(PeriodicError::Steps { time: state.t(), steps });
+                return Err(PeriodicError::Steps { time: ride.state.t(), steps });
             }
-            if step <= 16.0 * f64::EPSILON * state.t().abs().max(until.abs()) && !last {
-                return Err(PeriodicError::Stalls { time: state.t() });
-            }
-            let (accepted, factor, end) = match self.attempt(&state, &corners, &y, &slope, step) {
-                Ok((end, error)) if error.is_finite() => {
-                    let (accepted, factor) = control.judge(error);
-                    (accepted, factor, end)
-                }
-                // Beyond the place where the model ends shorter steps may still do.
-                Ok(_) | Err(_) if h > 1e-10 * (until - start.t()) => {
-                    control.failed();
-                    (false, 0.25, Vec::new())
-                }
-                Ok(_) => return Err(not_finite::<M>(state.t(), slope.as_slice())),
-                Err(error) => return Err(ends(state.t(), error)),
-            };
-            if !accepted {
-                h = step * factor;
+            if !self.step(&mut ride, until)? {
                 continue;
             }
-            let mut there = unpack(&state, if last { until } else { state.t() + step }, &end);
-            match corners.crossed(self.model, &there) {
-                Some(crossed) => {
-                    let passed = corners.pass(self, &state, (&y, &slope), crossed, step)?;
-                    (there, y) = (passed.state, passed.y);
-                    control.restart();
-                    h = step;
-                }
-                // In and out again within the step: seen by its stages alone.
-                None if self.dips => {
-                    if step < 1e-9 * (until - start.t()) {
-                        return Err(PeriodicError::Grazes { time: state.t() });
-                    }
-                    h = 0.5 * step;
-                    continue;
-                }
-                None => {
-                    y = end;
-                    h = if last { h } else { step * factor };
-                }
-            }
-            if !M::ROWS.is_empty() {
-                self.place(&mut there).map_err(|error| ends(there.t(), error.into()))?;
-                let n = M::Vector::LEN;
-                y[..n].copy_from_slice(there.q().as_slice());
-                y[n..2 * n].copy_from_slice(there.u().as_slice());
-            }
-            state = there;
             steps += 1;
-            let (i, worst) = largest(&y[..2 * M::Vector::LEN]);
+            let (i, worst) = largest(&ride.y[..n]);
             if worst > far {
                 let coordinate = M::COORDINATES[i % M::Vector::LEN].name;
-                return Err(PeriodicError::RunsAway { time: state.t(), coordinate, value: worst });
+                return Err(PeriodicError::RunsAway { time: ride.state.t(), coordinate, value: worst });
             }
-            slope = self.rate(&corners.hold(&state), &y).map_err(|error| ends(state.t(), error))?;
-            visit(&state);
+            let held = ride.corners.hold(&ride.state);
+            ride.slope = self.rate(&held, &ride.y).map_err(|error| ends(held.t(), error))?;
+            visit(&ride.state);
         }
-        let n = 2 * M::Vector::LEN;
-        let k = tangents.ncols();
-        Ok(Flown {
-            state,
-            tangents: DMatrix::from_column_slice(n, k, &y[n..n + n * k]),
-            divergence: y[n + n * k],
-            steps,
-        })
+        let tangents = DMatrix::from_column_slice(n, k, &ride.y[n..n + n * k]);
+        Ok(Flown { state: ride.state, tangents, divergence: ride.y[n + n * k], steps })
+    }
+
+    /// Before the first step.
+    fn depart(
+        &mut self,
+        start: &M::State,
+        tangents: &DMatrix<f64>,
+        until: f64,
+    ) -> Result<Ride<M::State>, PeriodicError> {
+        let y = pack(start, tangents);
+        let corners = Corners::at(self.model, start);
+        let slope = self.rate(&corners.hold(start), &y)?;
+        if !slope.iter().all(|x| x.is_finite()) {
+            return Err(not_finite::<M>(start.t(), &slope));
+        }
+        let span = until - start.t();
+        Ok(Ride { state: *start, y, slope, corners, control: Controller::new(CONTROL, 8), h: 1e-3 * span, span })
+    }
+
+    /// Tries a step; whether it was made.
+    fn step(&mut self, ride: &mut Ride<M::State>, until: f64) -> Result<bool, PeriodicError> {
+        let time = ride.state.t();
+        let left = until - time;
+        // The last two steps share what is left.
+        let (step, last) = if ride.h >= 0.9999 * left { (left, true) } else { (ride.h.min(0.5001 * left), false) };
+        if step <= 16.0 * f64::EPSILON * time.abs().max(until.abs()) && !last {
+            return Err(PeriodicError::Stalls { time });
+        }
+        let (end, factor) = match self.attempt(&ride.state, &ride.corners, &ride.y, &ride.slope, step) {
+            Ok((end, error)) if error.is_finite() => match ride.control.judge(error) {
+                (true, factor) => (end, factor),
+                (false, factor) => {
+                    ride.h = step * factor;
+                    return Ok(false);
+                }
+            },
+            // Beyond the place where the model ends shorter steps may still do.
+            Ok(_) | Err(_) if step > 1e-10 * ride.span => {
+                ride.control.failed();
+                ride.h = 0.25 * step;
+                return Ok(false);
+            }
+            Ok(_) => return Err(not_finite::<M>(time, &ride.slope)),
+            Err(error) => return Err(ends(time, error)),
+        };
+        let mut there = unpack(&ride.state, if last { until } else { time + step }, &end);
+        match ride.corners.crossed(self.model, &there) {
+            Some(crossed) => {
+                let passed = ride.corners.pass(self, &ride.state, (&ride.y, &ride.slope), crossed, step)?;
+                (there, ride.y) = (passed.state, passed.y);
+                ride.control.restart();
+                ride.h = step;
+            }
+            // In and out again within the step: seen by its stages alone.
+            None if self.dips => {
+                if step < 1e-9 * ride.span {
+                    return Err(PeriodicError::Grazes { time });
+                }
+                ride.h = 0.5 * step;
+                return Ok(false);
+            }
+            None => {
+                ride.y = end;
+                ride.h = if last { ride.h } else { step * factor };
+            }
+        }
+        if !M::ROWS.is_empty() {
+            self.place(&mut there).map_err(|error| ends(there.t(), error.into()))?;
+            let n = M::Vector::LEN;
+            ride.y[..n].copy_from_slice(there.q().as_slice());
+            ride.y[n..2 * n].copy_from_slice(there.u().as_slice());
+        }
+        ride.state = there;
+        Ok(true)
     }
 
     /// The end of a step, and its error against what is permitted.

@@ -114,7 +114,7 @@ impl<S: ModelState> LyapunovExponents<S> {
     #[must_use]
     pub fn sum_defect(&self) -> Option<f64> {
         let sum = self.exponents.iter().map(|one| one.value).sum::<f64>();
-        (self.exponents.len() == self.dimension).then(|| sum - self.divergence)
+        (self.exponents.len() == self.dimension).then_some(sum - self.divergence)
     }
 
     /// The largest |λᵢ + λₙ₊₁₋ᵢ|: 0 for Hamiltonian systems; `None` where not all exponents were computed.
@@ -256,7 +256,11 @@ impl<'m, M: Simulate> Carried<'m, M> {
         let begin = self.state.t();
         while done < self.parts {
             let here = (self.state, self.tangents.clone());
-            let end = if done + 1 == self.parts { until } else { begin + (until - begin) * (done + 1) as f64 / self.parts as f64 };
+            let end = if done + 1 == self.parts {
+                until
+            } else {
+                begin + (until - begin) * (done + 1) as f64 / self.parts as f64
+            };
             let flown = self.flow.fly(&self.state, &self.tangents, end, &mut |_| ())?;
             (self.state, self.tangents) = (flown.state, flown.tangents);
             let sizes = self.orthonormalise()?;
@@ -300,9 +304,8 @@ impl<'m, M: Simulate> Carried<'m, M> {
         let count = self.tangents.ncols();
         let part = during / blocks.len() as f64;
         let resolution = (self.pace()? * during).ln_1p() / during;
-        let mean = |blocks: &[DVector<f64>], i: usize| {
-            blocks.iter().map(|b| b[i]).sum::<f64>() / (part * blocks.len() as f64)
-        };
+        let mean =
+            |blocks: &[DVector<f64>], i: usize| blocks.iter().map(|b| b[i]).sum::<f64>() / (part * blocks.len() as f64);
         let mut exponents: Vec<Exponent> = (0..count)
             .map(|i| {
                 let value = mean(blocks, i);

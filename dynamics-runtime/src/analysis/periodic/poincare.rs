@@ -16,11 +16,14 @@ use crate::output::{Axis, Panel};
 /// The name under which a section function is an event.
 const NAME: &str = "section";
 
+/// A function of the state.
+type Function<'m, S> = dyn Fn(&S) -> f64 + 'm;
+
 enum Kind<'m, S> {
     /// Not said yet.
     None,
     /// Zeros of a function.
-    Function(Box<dyn Fn(&S) -> f64 + 'm>, Direction),
+    Function(Box<Function<'m, S>>, Direction),
     /// Zeros of an event of the model.
     Event(String, Direction),
     /// Equal intervals.
@@ -165,7 +168,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
 
     fn cross(
         &self,
-        function: Option<&dyn Fn(&M::State) -> f64>,
+        function: Option<&Function<'m, M::State>>,
         name: &str,
         direction: Direction,
     ) -> Result<Vec<M::State>, PeriodicError> {
@@ -224,7 +227,9 @@ impl<S: ModelState> Section<S> {
         let n = <S::Vector as Vector>::LEN;
         // By the range of each; of what does not change, 1.
         let size = |i: usize| {
-            let range = vectors.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[i]), high.max(x[i])]);
+            let range = vectors
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[i]), high.max(x[i])]);
             let most = range[0].abs().max(range[1].abs());
             let reach = (range[1] - range[0]).max(1e-6 * most);
             if reach > 1e-12 { reach } else { 1.0 }
@@ -260,7 +265,10 @@ impl<S: ModelState> Section<S> {
         let Quantity { name, unit } = self.coordinates[i];
         let of = |unit: &str| if unit.is_empty() { String::new() } else { alloc::format!(" in {unit}") };
         let across = alloc::format!("{name}{}", of(unit));
-        let upward = alloc::format!("rate of {name}{}", of(&if unit.is_empty() { String::new() } else { alloc::format!("{unit}/s") }));
+        let upward = alloc::format!(
+            "rate of {name}{}",
+            of(&if unit.is_empty() { String::new() } else { alloc::format!("{unit}/s") })
+        );
         let points = self.points.iter().map(|s| (s.q().as_slice()[i], s.u().as_slice()[i]));
         Some(Panel::new(Axis::new(across), Axis::new(upward)).dots("", points))
     }

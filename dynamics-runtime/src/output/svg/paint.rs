@@ -68,7 +68,11 @@ fn legend(svg: &mut String, plot: &Plot<'_>, top: f64) {
 /// A piece of the curve before its name.
 fn sample(svg: &mut String, look: Look, [x, y]: [f64; 2]) {
     if look.mark == Mark::Dots {
-        return dots(svg, look, &[[x + 0.35 * SAMPLE, y - 2.0], [x + 0.5 * SAMPLE, y + 2.0], [x + 0.65 * SAMPLE, y - 1.0]]);
+        return dots(
+            svg,
+            look,
+            &[[x + 0.35 * SAMPLE, y - 2.0], [x + 0.5 * SAMPLE, y + 2.0], [x + 0.65 * SAMPLE, y - 1.0]],
+        );
     }
     if look.mark != Mark::Points {
         let ends = pairs(&[[x, y], [x + SAMPLE, y]]);
@@ -224,7 +228,10 @@ fn dots(svg: &mut String, look: Look, places: &[[f64; 2]]) {
         let _ = write!(path, "M{},{}h0", pixel(*x), pixel(*y));
     }
     let color = look.color.on_light();
-    let _ = writeln!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.8\" stroke-linecap=\"round\"/>");
+    let _ = writeln!(
+        svg,
+        "<path d=\"{path}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.8\" stroke-linecap=\"round\"/>"
+    );
 }
 
 fn line(svg: &mut String, look: Look, points: &[[f64; 2]]) {

@@ -108,6 +108,12 @@ struct Problem<'a, 'm, M: Simulate> {
     autonomous: bool,
     /// Whether the period is an unknown.
     free: bool,
+    /// What is conserved along the motion through the guess.
+    conserved: Vec<&'static str>,
+    /// Whether nothing was asked for that chooses one of a family.
+    is_family: bool,
+    /// How far the motion through the guess goes.
+    reach: f64,
 }
 
 pub(super) fn search<M: Simulate>(
@@ -116,74 +122,44 @@ pub(super) fn search<M: Simulate>(
     period: f64,
     asked: &Asked<'_>,
 ) -> Result<Found<M::State>, PeriodicError> {
-    let mut flow = Flow::new(model, asked.tolerance, asked.most_steps)?;
-    let nodes = nodes(&mut flow, guesses, period, asked.segments)?;
-    let mut passed = Vec::new();
-    let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
-    for node in &nodes {
-        passed.push(*node);
-        flow.fly(node, &none, node.t() + period / asked.segments as f64, &mut |state| passed.push(*state))?;
-    }
-    let sizes = sizes::<M>(&passed, period);
-    let autonomous = is_autonomous(&mut flow, &passed, period)?;
-    let free = autonomous && !asked.hold_period;
-    // Of a family one is found, so that there is something to choose by; then it is said that there are others.
-    let conserved = Conserved::along(model, &passed, autonomous).names;
-    let is_family = free && asked.holds.is_empty() && !conserved.is_empty();
-    let mut holds = asked.holds.to_vec();
-    holds.extend(is_family.then(|| Hold::Energy(model.energy_function(&nodes[0]))));
-    let mut problem = Problem { flow, asked, holds, sizes, autonomous, free };
-    let first = reach(&passed, &problem.sizes);
+    let (mut problem, nodes) = Problem::new(model, guesses, period, asked)?;
+    let first = problem.reach;
     let mut shots = problem.shoot(nodes, period)?;
     let mut because = None;
     let mut correction = f64::INFINITY;
-    for iteration in 0..=asked.most_iterations {
-        let Some(Solved { step, most, least, floor, along }) = shots.solve(asked.tolerance) else {
+    let mut iteration = 0;
+    loop {
+        let Some(solved) = shots.solve(asked.tolerance) else {
             return Err(problem.not_found(&shots, iteration, because));
         };
-        let (size, worst) = (step.amax(), shots.worst());
+        let (size, worst) = (solved.step.amax(), shots.worst());
         let settled = size <= 1e-10 || correction <= 1e-7 && size >= 0.3 * correction;
         let next = if settled && worst <= SMALL || iteration == asked.most_iterations {
             None
         } else {
-            problem.descend(&shots, &step, &mut because)
+            problem.descend(&shots, &solved.step, &mut because)
         };
         if let Some(next) = next {
             (shots, correction) = (next, size);
+            iteration += 1;
             continue;
         }
         if worst > SMALL {
             return Err(problem.not_found(&shots, iteration, because));
         }
-        let found = Found {
-            iterations: iteration,
-            correction: size,
-            conditioning: most / least.max(f64::MIN_POSITIVE),
-            period: shots.period,
-            sizes: problem.sizes.clone(),
-            nodes: shots.nodes.clone(),
-        };
         if problem.autonomous && reach(&shots.passed, &problem.sizes) <= 1e-4 * first {
             return Err(PeriodicError::Rests { at: stacked(&shots.nodes[0]).as_slice().into() });
         }
-        if is_family {
-            let rows = shots.conditions.1.nrows() - 1;
-            shots.conditions = (shots.conditions.0.rows(0, rows).into_owned(), shots.conditions.1.rows(0, rows).into_owned());
-        }
-        let others = if is_family { shots.solve(asked.tolerance) } else { None };
-        let (along, most, least) = others.map_or((along, most, least), |s| (s.along, s.most, s.least));
-        if is_family || least <= floor {
-            return Err(PeriodicError::NotIsolated {
-                coordinate: shots.frames[0].name::<M>(along.rows(0, shots.frames[0].len()).iamax()),
-                ratio: least / most,
-                conserved,
-                period: shots.period,
-                at: stacked(&shots.nodes[0]).as_slice().into(),
-            });
-        }
-        return Ok(found);
+        let solved = problem.alone(&mut shots, solved)?;
+        return Ok(Found {
+            iterations: iteration,
+            correction: size,
+            conditioning: solved.most / solved.least.max(f64::MIN_POSITIVE),
+            period: shots.period,
+            sizes: problem.sizes,
+            nodes: shots.nodes,
+        });
     }
-    Err(problem.not_found(&shots, asked.most_iterations, because))
 }
 
 /// How far a motion goes from its start, in parts of what coordinates are measured by.
@@ -212,7 +188,55 @@ fn nodes<M: Simulate>(
     Ok(nodes)
 }
 
-impl<M: Simulate> Problem<'_, '_, M> {
+impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
+    /// With where segments start.
+    fn new(
+        model: &'m M,
+        guesses: &[M::State],
+        period: f64,
+        asked: &'a Asked<'a>,
+    ) -> Result<(Self, Vec<M::State>), PeriodicError> {
+        let mut flow = Flow::new(model, asked.tolerance, asked.most_steps)?;
+        let nodes = nodes(&mut flow, guesses, period, asked.segments)?;
+        let mut passed = Vec::new();
+        let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
+        for node in &nodes {
+            passed.push(*node);
+            flow.fly(node, &none, node.t() + period / asked.segments as f64, &mut |state| passed.push(*state))?;
+        }
+        let sizes = sizes::<M>(&passed, period);
+        let autonomous = is_autonomous(&mut flow, &passed, period)?;
+        let free = autonomous && !asked.hold_period;
+        // Of a family one is found, so that there is something to choose by; then it is said that there are others.
+        let conserved = Conserved::along(model, &passed, autonomous).names;
+        let is_family = free && asked.holds.is_empty() && !conserved.is_empty();
+        let mut holds = asked.holds.to_vec();
+        holds.extend(is_family.then(|| Hold::Energy(model.energy_function(&nodes[0]))));
+        let reach = reach(&passed, &sizes);
+        Ok((Self { flow, asked, holds, sizes, autonomous, free, conserved, is_family, reach }, nodes))
+    }
+
+    /// That no other closed motion lies beside the one that was found.
+    fn alone(&self, shots: &mut Shots<M::State>, mut solved: Solved) -> Result<Solved, PeriodicError> {
+        if self.is_family {
+            let (misses, rows) = &shots.conditions;
+            let given = rows.nrows() - 1;
+            shots.conditions = (misses.rows(0, given).into_owned(), rows.rows(0, given).into_owned());
+            solved = shots.solve(self.asked.tolerance).unwrap_or(solved);
+        }
+        if !self.is_family && solved.least > solved.floor {
+            return Ok(solved);
+        }
+        let frame = &shots.frames[0];
+        Err(PeriodicError::NotIsolated {
+            coordinate: frame.name::<M>(solved.along.rows(0, frame.len()).iamax()),
+            ratio: solved.least / solved.most,
+            conserved: self.conserved.clone(),
+            period: shots.period,
+            at: stacked(&shots.nodes[0]).as_slice().into(),
+        })
+    }
+
     /// Shoots from all nodes.
     fn shoot(&mut self, nodes: Vec<M::State>, period: f64) -> Result<Shots<M::State>, PeriodicError> {
         let count = nodes.len();
