@@ -183,10 +183,13 @@ impl Duffing {
     }
 }
 
-/// ẍ + sgn x = γ cos ωt: a force that jumps.
+/// ẍ + kx + jump·sgn x + dry·sgn ẋ = γ cos ωt: forces that jump.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x)]
 pub(crate) struct Relay {
+    pub(crate) k: f64,
+    pub(crate) jump: f64,
+    pub(crate) dry: f64,
     pub(crate) gamma: f64,
     pub(crate) omega: f64,
 }
@@ -197,9 +200,14 @@ impl Relay {
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
         0.5 * q.x.dt().powi(2)
     }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.k * q.x.powi(2)
+    }
     #[force]
     fn relay(&self, q: &Coordinates<Self>) -> Force {
-        Force::along(q.x, self.gamma * (self.omega * q.t).cos() - q.x.signum())
+        let jumps = self.jump * q.x.signum() + self.dry * q.x.dt().signum();
+        Force::along(q.x, self.gamma * (self.omega * q.t).cos() - jumps)
     }
 }
 

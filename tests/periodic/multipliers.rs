@@ -118,7 +118,7 @@ fn a_closed_motion_has_the_derivatives_of_the_motion() {
 #[test]
 fn forces_that_jump_turn_what_lies_beside_the_motion() {
     // Two crossings of 0 in a period, where the force jumps.
-    let model = Relay { gamma: 0.4, omega: 2.0 };
+    let model = Relay { k: 0.0, jump: 1.0, dry: 0.0, gamma: 0.4, omega: 2.0 };
     let guess = model.state().x(0.6).build().unwrap();
     let orbit = model.periodic(guess, TAU / 2.0).run().unwrap();
     assert!(orbit.start.x().abs() > 0.1, "{orbit}");
@@ -126,8 +126,23 @@ fn forces_that_jump_turn_what_lies_beside_the_motion() {
     let m = &orbit.floquet.monodromy;
     assert!((0..4).all(|k| (m[(k / 2, k % 2)] - differences[(k / 2, k % 2)]).abs() < 1e-7), "{m} {differences}");
     assert!((m.determinant() - 1.0).abs() < 1e-9 && orbit.floquet.symplectic_defect < 1e-8, "{orbit}");
+    // Dry friction, on an oscillator that never sticks: the force jumps where it turns, and volumes become smaller there alone.
+    let rubs = Relay { k: 1.0, jump: 0.0, dry: 0.1, gamma: 0.5, omega: 0.7 };
+    let orbit = rubs.periodic(rubs.state().x(0.9).build().unwrap(), TAU / 0.7).run().unwrap();
+    let differences = by_differences(&rubs, orbit.start, orbit.period, 1e-3);
+    let m = &orbit.floquet.monodromy;
+    assert!((0..4).all(|k| (m[(k / 2, k % 2)] - differences[(k / 2, k % 2)]).abs() < 1e-7), "{m} {differences}");
+    assert!(
+        orbit.floquet.divergence < -0.1 && (m.determinant().ln() - orbit.floquet.divergence).abs() < 1e-9,
+        "{orbit}"
+    );
+    assert_eq!(orbit.floquet.verdict, FloquetVerdict::AsymptoticallyStable);
+    // Left alone it comes to stick, which has no linear equations.
+    let sticks = Relay { gamma: 0.0, ..rubs };
+    let said = sticks.floquet(&sticks.state().x(0.25).build().unwrap(), TAU).unwrap_err();
+    assert!(matches!(said, PeriodicError::Grazes { .. }), "{said}");
     // Undriven: amplitude A takes 4√(2A), and T changes by 2√2/√A per A: δx = −f dT.
-    let free = Relay { gamma: 0.0, omega: 1.0 };
+    let free = Relay { gamma: 0.0, omega: 1.0, ..model };
     let (amplitude, period) = (0.7_f64, 4.0 * 1.4_f64.sqrt());
     let start = free.state().x(amplitude).build().unwrap();
     let judged = free.floquet(&start, period).unwrap();

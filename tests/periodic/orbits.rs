@@ -65,6 +65,7 @@ fn a_pendulum_takes_the_elliptic_integral_and_its_family_is_told() {
         // Both multipliers are 1 for a reason, so that nothing is left to decide.
         let why: Vec<_> = by_amplitude.floquet.multipliers.iter().map(|one| one.trivial).collect();
         assert_eq!(why, [Some(Trivial::Time), Some(Trivial::Conserved { name: "energy" })], "{by_amplitude}");
+        assert_eq!(by_amplitude.floquet.verdict, FloquetVerdict::StableToFirstOrder, "{by_amplitude}");
         let energy = -0.7 * 9.81 * 1.3 * theta.cos();
         let by_energy = model.periodic(start, wanted * 0.95).hold_energy(energy).run().unwrap();
         assert!((by_energy.period / wanted - 1.0).abs() < 1e-10, "{theta}: {by_energy}");

@@ -8,6 +8,8 @@ use dynamics::prelude::*;
 use crate::double_pendulum::DoublePendulum;
 use crate::models::{Duffing, Pendulum, VanDerPol};
 
+static STOP: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(true);
+
 #[test]
 fn a_cycle_crosses_in_one_point() {
     let model = VanDerPol { mu: 1.0 };
@@ -79,12 +81,16 @@ fn a_section_that_is_not_crossed_says_how_near_it_was() {
     assert!((low + 1.5).abs() < 0.05 && (high + 0.5).abs() < 1e-6, "{low} {high}");
     for said in [
         model.poincare(start).run().unwrap_err(),
+        model.poincare(start).every(1.0).points(0).run().unwrap_err(),
         model.poincare(start).section(|s| s.theta(), Direction::Any).run().unwrap_err(),
         model.poincare(start).every(0.0).run().unwrap_err(),
         model.poincare(start).every(1.0).fold("theta", -1.0).run().unwrap_err(),
     ] {
         assert!(matches!(said, PeriodicError::Option { .. }), "{said}");
     }
+    // Options reach the simulation: this one is cancelled.
+    let said = model.poincare(start).every(1.0).simulated(|run| run.cancel(&STOP)).run().unwrap_err();
+    assert!(matches!(said, PeriodicError::BrokenOff { points: 0, .. }), "{said}");
     let said = model.poincare(start).event("nothing", Direction::Any).until(1.0).run().unwrap_err();
     assert!(matches!(said, PeriodicError::BrokenOff { points: 0, .. }), "{said}");
 }

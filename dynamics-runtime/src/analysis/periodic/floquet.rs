@@ -76,9 +76,10 @@ pub enum Threshold {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FloquetVerdict {
-    /// They die out: all multipliers that are not 1 for a reason lie within the unit circle. Where one is, the motion itself may be left late or early.
+    /// They die out: all multipliers lie within the unit circle, but for the 1 of a motion that may be left late or early.
     AsymptoticallyStable,
-    /// To first order they stay small: nothing dissipates, and all multipliers lie on the unit circle, apart from each other and from ±1, which they cannot leave then.
+    /// To first order they do not grow: multipliers on the unit circle stand apart from each other and from ±1, and cannot leave it as nothing dissipates, or are 1 as something is
+    /// conserved or a coordinate does not matter. Neighbours of another energy may have another period, so that they are early or late.
     StableToFirstOrder,
     /// They grow.
     Unstable {
@@ -282,7 +283,9 @@ fn judge(
         return FloquetVerdict::Unstable { threshold: threshold(one), growth: one.value.norm(), coordinate };
     }
     let near: Vec<usize> = rest.into_iter().filter(|k| excess(k) >= -multipliers[*k].uncertainty).collect();
-    if near.is_empty() {
+    // What is conserved keeps what a disturbance made of it.
+    let lasts = |one: &Multiplier| !matches!(one.trivial, None | Some(Trivial::Time));
+    if near.is_empty() && !multipliers.iter().any(lasts) {
         return FloquetVerdict::AsymptoticallyStable;
     }
     // Of pairs μ, 1/μ that stand alone on the circle none can leave it.

@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use super::frame::stacked;
 use super::{PeriodicError, check, index, positive};
 use crate::model::{ModelState, Quantity, Vector};
-use crate::motion::{Direction, Flow, Simulate};
+use crate::motion::{Direction, Flow, Simulate, Simulation};
 use crate::output::{Axis, Panel};
 
 /// The name under which a section function is an event.
@@ -18,6 +18,9 @@ const NAME: &str = "section";
 
 /// A function of the state.
 type Function<'m, S> = dyn Fn(&S) -> f64 + 'm;
+
+/// Further options of the simulation.
+type Options<'m, M> = dyn for<'s> Fn(Simulation<'s, M>) -> Simulation<'s, M> + 'm;
 
 enum Kind<'m, S> {
     /// Not said yet.
@@ -41,6 +44,7 @@ pub struct Poincare<'m, M: Simulate> {
     until: Option<f64>,
     tolerance: f64,
     turns: Vec<(String, f64)>,
+    options: Option<Box<Options<'m, M>>>,
 }
 
 /// Points of a motion on a section.
@@ -71,7 +75,7 @@ pub struct Return<S> {
 impl<'m, M: Simulate> Poincare<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
         let (skip, points, tolerance) = (0, 1000, 1e-10);
-        Self { model, start, kind: Kind::None, skip, points, until: None, tolerance, turns: Vec::new() }
+        Self { model, start, kind: Kind::None, skip, points, until: None, tolerance, turns: Vec::new(), options: None }
     }
 
     /// The surface on which this function of the state is zero, passed in this direction.
@@ -122,6 +126,12 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         self
     }
 
+    /// Gives the simulation further options: an inputs law, a method, contacts. Its end, tolerance and output are set here.
+    pub fn simulated(mut self, options: impl for<'s> Fn(Simulation<'s, M>) -> Simulation<'s, M> + 'm) -> Self {
+        self.options = Some(Box::new(options));
+        self
+    }
+
     /// Follows the motion.
     ///
     /// # Errors
@@ -129,6 +139,9 @@ impl<'m, M: Simulate> Poincare<'m, M> {
     pub fn run(self) -> Result<Section<M::State>, PeriodicError> {
         positive("the tolerance", self.tolerance)?;
         check(self.model, &self.start)?;
+        if self.points == 0 {
+            return Err(PeriodicError::Option { what: "the number of points", value: 0.0, needed: "at least 1" });
+        }
         let mut folded = Vec::new();
         for (name, period) in &self.turns {
             positive("what a coordinate is folded by", *period)?;
@@ -146,6 +159,12 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         Ok(fold(points, folded, M::COORDINATES))
     }
 
+    fn simulation(&self, end: f64) -> Simulation<'_, M> {
+        let run = self.model.simulate(self.start);
+        let run = self.options.as_ref().map_or_else(|| self.model.simulate(self.start), |options| options(run));
+        run.until(end).tolerance(self.tolerance).max_steps(u64::MAX)
+    }
+
     fn strobe(&self, period: f64) -> Result<Vec<M::State>, PeriodicError> {
         positive("the interval", period)?;
         let total = self.skip + self.points;
@@ -153,7 +172,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         let end = times.last().copied().unwrap_or(self.start.t());
         let mut points = Vec::with_capacity(self.points);
         let mut seen = 0;
-        let run = self.model.simulate(self.start).until(end).tolerance(self.tolerance).max_steps(u64::MAX);
+        let run = self.simulation(end);
         let result = run.output_times(times).run_with(|state| {
             seen += 1;
             if seen > self.skip {
@@ -179,7 +198,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         }
         let (mut points, mut seen) = (Vec::new(), 0);
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-        let mut run = self.model.simulate(self.start).until(until).tolerance(self.tolerance).max_steps(u64::MAX);
+        let mut run = self.simulation(until);
         if let Some(function) = function {
             run = run.event(name, function);
         }

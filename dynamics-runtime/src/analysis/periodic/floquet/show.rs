@@ -29,7 +29,7 @@ impl fmt::Display for FloquetVerdict {
         match self {
             Self::AsymptoticallyStable => f.write_str("asymptotically stable"),
             Self::StableToFirstOrder => {
-                f.write_str("stable to first order: multipliers on the unit circle, nothing dissipates")
+                f.write_str("stable to first order: what is disturbed neither grows nor dies out")
             }
             Self::Unstable { threshold, growth, coordinate } => {
                 write!(f, "unstable {threshold}: disturbances, most of `{coordinate}`, grow by {growth:.6} in a period")

@@ -177,7 +177,12 @@ fn nodes<M: Simulate>(
 ) -> Result<Vec<M::State>, PeriodicError> {
     let time = |k: usize| guesses[0].t() + period * k as f64 / segments as f64;
     if guesses.len() == segments {
-        return Ok(guesses.iter().enumerate().map(|(k, guess)| at_time(guess, time(k))).collect());
+        let mut nodes: Vec<M::State> = guesses.iter().enumerate().map(|(k, guess)| at_time(guess, time(k))).collect();
+        // Where constraints move, a state belongs to its time.
+        for node in nodes.iter_mut().filter(|_| !M::ROWS.is_empty()) {
+            flow.place(node)?;
+        }
+        return Ok(nodes);
     }
     let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
     let mut nodes = alloc::vec![guesses[0]];
