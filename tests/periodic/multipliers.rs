@@ -78,6 +78,12 @@ fn damping_makes_volumes_smaller_by_as_much_as_it_says() {
     assert!(judged.symplectic_defect > 1e-2);
     let product: f64 = judged.multipliers.iter().map(|one| one.value.norm()).product();
     assert!((product.ln() + rate * period).abs() < 1e-10);
+    // Damping that is too little to tell on which side of the circle a multiplier lies shows in the volumes.
+    for damping in [1e-13, -1e-13] {
+        let judged = judge(&Shaken { damping, ..model.clone() });
+        assert!(judged.divergence * damping < 0.0 && !judged.is_unstable(), "{judged}");
+        assert!(matches!(judged.verdict, FloquetVerdict::Undecided { .. }), "{judged}");
+    }
     // Without damping the form stays.
     let free = judge(&mathieu(-0.3, 1.0));
     assert!(free.symplectic_defect < 1e-9, "{:e}", free.symplectic_defect);

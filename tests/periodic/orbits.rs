@@ -87,6 +87,23 @@ fn a_pendulum_takes_the_elliptic_integral_and_its_family_is_told() {
 }
 
 #[test]
+fn a_pair_of_ones_that_nobody_knows_of_is_not_decided() {
+    // A constant force: energy and its work are conserved, which neither the parameters nor the powers tell. The second 1 is off by rounding.
+    let model = Duffing { alpha: 1.0, beta: 1.0, delta: 0.0, gamma: 0.1, omega: 0.0 };
+    for x in [0.5, 0.8, 1.0, 1.3, 2.0, 3.0_f64] {
+        let guess = TAU / (1.0 + 0.72 * x * x).sqrt();
+        let orbit = model.periodic(model.state().x(x).build().unwrap(), guess).hold("x", x).run().unwrap();
+        assert_eq!(orbit.floquet.nontrivial().count(), 1, "{orbit}");
+        let other = orbit.floquet.multipliers[0];
+        assert!((other.value.re - 1.0).abs() <= other.uncertainty && other.uncertainty < 1e-9, "{orbit}");
+        assert!(
+            matches!(orbit.floquet.verdict, FloquetVerdict::Undecided { threshold: Threshold::Fold, .. }),
+            "{orbit}"
+        );
+    }
+}
+
+#[test]
 fn a_driven_duffing_oscillator_has_three_motions_where_the_curve_leans_over() {
     // One harmonic: (α − ω² + ¾βA²)² + (δω)² = (γ/A)²; the harmonics beside it change it by per cents.
     let model = Duffing { alpha: 1.0, beta: 0.05, delta: 0.1, gamma: 0.5, omega: 1.2 };
@@ -187,6 +204,11 @@ fn searches_that_fail_say_why() {
     assert!(matches!(said, PeriodicError::NotPeriodic { .. }), "{said}");
     let said = model.periodic(model.state().x(2.0).build().unwrap(), 6.0).hold("y", 1.0).run().unwrap_err();
     assert!(matches!(said, PeriodicError::UnknownCoordinate { .. }), "{said}");
+    // More is held than there is.
+    let pendulum = Pendulum { m: 1.0, l: 1.0, g: 9.81 };
+    let held = pendulum.periodic(pendulum.state().theta(0.5).build().unwrap(), 2.0);
+    let said = held.hold("theta", 0.5).hold_energy(3.0).hold_period().run().unwrap_err();
+    assert!(matches!(said, PeriodicError::NoConvergence { .. }), "{said}");
     let said = model.periodic(model.state().x(2.0).build().unwrap(), 6.0).segments(0).run().unwrap_err();
     assert!(matches!(said, PeriodicError::Option { .. }), "{said}");
 }

@@ -27,6 +27,8 @@ pub enum PeriodicError {
         /// What it has to be.
         needed: &'static str,
     },
+    /// The constraints leave nothing that could be disturbed.
+    NoFreedom,
     /// A name is not that of a coordinate.
     UnknownCoordinate {
         /// What was asked for.
@@ -148,6 +150,9 @@ impl fmt::Display for PeriodicError {
             Self::Solve(error) => error.fmt(f),
             Self::Derivatives(error) | Self::Eigenvalues(error) => error.fmt(f),
             Self::Option { what, value, needed } => write!(f, "{what} is {value}; it has to be {needed}"),
+            Self::NoFreedom => f.write_str(
+                "the constraints leave nothing free, so that nothing can be disturbed; release one, or look at the motion by `kinematics`",
+            ),
             Self::UnknownCoordinate { name, nearest: None } => {
                 write!(f, "no coordinate is called `{name}`; array elements are written `theta[0]`")
             }

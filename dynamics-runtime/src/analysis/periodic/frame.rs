@@ -31,6 +31,9 @@ impl Frame {
         let preferred: [&[usize]; 2] = like.map_or([&[], &[]], |like| [&like.coordinates, &like.rates]);
         let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, preferred);
         let (c, f) = (tangent.coordinates.len(), tangent.rates.len());
+        if c + f == 0 {
+            return Err(PeriodicError::NoFreedom);
+        }
         let mut basis = DMatrix::zeros(2 * n, c + f);
         basis.view_mut((0, 0), (n, c)).copy_from(&tangent.positions);
         basis.view_mut((n, 0), (n, c)).copy_from(&tangent.particular(&(&read.velocity_by * &tangent.positions)));

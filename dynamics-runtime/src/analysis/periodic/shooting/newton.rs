@@ -80,6 +80,11 @@ impl<S> Shots<S> {
             let kept: Vec<usize> = (0..n).filter(|k| eigen.eigenvalues[*k] > 0.5).collect();
             (particular, eigen.eigenvectors.select_columns(&kept), least > 1e-9 * most)
         };
+        if free.ncols() == 0 {
+            // More is held than there is.
+            let along = DVector::zeros(n);
+            return Some(Solved { step: particular, most: 1.0, least: 1.0, floor: 0.0, along });
+        }
         let svd = (&self.jacobian * &free).svd(true, true);
         let (most, least) = (svd.singular_values.max(), svd.singular_values.min());
         let floor = (100.0 * tolerance).max(1e-10) * most;
