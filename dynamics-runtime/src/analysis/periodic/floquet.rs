@@ -6,7 +6,7 @@
 //! (or a pitchfork), by −1 where the period doubles, elsewhere where a torus is born (Neimark–Sacker). M is integrated with the motion (`flow.rs`), on
 //! independent coordinates under constraints. Multipliers that are 1 for a reason are taken out before (`symmetry.rs`).
 //!
-//! How far M may be off is measured: it is integrated a second time with a looser tolerance. Multipliers are off by |yᵀ||δM||x|/|yᵀx| (x, y the eigenvectors), those
+//! How far M may be off is measured: it is integrated a second time with a looser tolerance, and what the steps' tolerances add up to counts, too. Multipliers are off by |yᵀ||δM||x|/|yᵀx| (x, y the eigenvectors), those
 //! that meet by a root of that (Elsner). Nothing is called inside or outside that this could have made so.
 
 mod show;
@@ -174,8 +174,8 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     let miss = closes::<M>(nodes, &fine.ends, advance, &scales)?;
     let autonomous = is_autonomous(&mut flow, &fine.passed, period)?;
     let conserved = Conserved::along(model, &fine.passed, autonomous);
-    // Two runs may agree by chance: no better than the tolerance, and than the motion closes.
-    let rounding = (frame.len() as f64 * 16.0 * f64::EPSILON + tolerance).max(miss);
+    // Two runs may agree by chance: every step may add the tolerance, and M is that of a motion that closes only so well.
+    let rounding = frame.len() as f64 * 16.0 * f64::EPSILON + fine.steps as f64 * tolerance + 10.0 * miss;
     let unsure = (&fine.matrix - &coarse.matrix).abs() + fine.product.map(|x| x * rounding);
     let known = known(&mut flow, &nodes[0], frame, (&fine.matrix, &unsure), (autonomous, &conserved), &scales)?;
     let weights = DVector::from_iterator(frame.len(), frame.rows().into_iter().map(|i| scales[i]));
