@@ -65,7 +65,10 @@ pub mod prelude {
     pub use dynamics_runtime::TimeDerivative as _;
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::{
-        Analyze as _, Branch, BranchEnd, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError, ExponentSign, Floquet, FloquetVerdict, Linearization, LinearizeError, LyapunovExponents, PeriodicError, PeriodicMotions as _, PeriodicOrbit, Section, SmallMotions as _, SpecialKind, Stability, StabilityVerdict, Stays, Threshold, Trivial, Undecided, continuation, fold_curve,
+        Analyze as _, Branch, BranchEnd, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError,
+        ExponentSign, Floquet, FloquetVerdict, Linearization, LinearizeError, LyapunovExponents, PeriodicError,
+        PeriodicMotions as _, PeriodicOrbit, Section, SmallMotions as _, SpecialKind, Stability, StabilityVerdict,
+        Stays, Threshold, Trivial, Undecided, continuation, fold_curve,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;

@@ -1,7 +1,6 @@
 //! What answers questions about methods and models: by many runs, which method is the fastest for the accuracy that is wanted, and which model of
 //! a scene suffices for it ([`compare`]); by exact derivatives, how a model moves beside an equilibrium or a steady motion ([`SmallMotions`]),
-//! and how equilibria change with a parameter ([`continuation`]);
-//! and beside motions that repeat or never do ([`PeriodicMotions`]).
+//! how equilibria change with a parameter ([`continuation`]), and what becomes of motions that repeat or never do ([`PeriodicMotions`]).
 //!
 //! ```text
 //! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;
