@@ -65,9 +65,9 @@ pub mod prelude {
     pub use dynamics_runtime::TimeDerivative as _;
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::{
-        Analyze as _, Branch, BranchEnd, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError,
-        Linearization, LinearizeError, SmallMotions as _, SpecialKind, Stability, StabilityVerdict, StateSpace, Stays,
-        Undecided, Vibration as _, VibrationError, continuation, fold_curve,
+        Analyze as _, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError, Linearization, LinearizeError,
+        PeriodicError, PeriodicMotions as _, SmallMotions as _, Stability, StabilityVerdict, StateSpace, Undecided,
+        Vibration as _, VibrationError, continuation, fold_curve,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;

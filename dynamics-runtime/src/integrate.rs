@@ -52,7 +52,7 @@ mod taylor;
 pub(crate) mod trees;
 mod tsit5;
 mod verner9;
-mod verner9_table;
+pub(crate) mod verner9_table;
 
 use core::fmt;
 
