@@ -17,6 +17,18 @@ pub(super) struct Inertia {
     pub(super) momenta: Vec<NodeId>,
 }
 
+impl Inertia {
+    /// Both together.
+    pub(super) fn and(self, g: &mut Graph, other: &Self) -> Self {
+        let mut each = |a: Vec<NodeId>, b: &[NodeId]| a.into_iter().zip(b).map(|(a, b)| g.add(a, *b)).collect();
+        Self {
+            mass: self.mass.into_iter().zip(&other.mass).map(|(a, b)| each(a, b)).collect(),
+            force: each(self.force, &other.force),
+            momenta: each(self.momenta, &other.momenta),
+        }
+    }
+}
+
 /// The symbols q or q̇ of n coordinates.
 pub(super) fn symbols(n: usize, kind: fn(u32) -> Symbol) -> Vec<Symbol> {
     (0..n as u32).map(kind).collect()
@@ -47,11 +59,8 @@ pub(super) fn mixed(g: &mut Graph, form: &VelocityForm, lagrangian: NodeId, n: u
     let coriolis = form.coriolis(g, &own);
     let momenta = form.momenta(g, n);
     let general = lagrange(g, lagrangian, n);
-    let both = own.into_iter().zip(general.mass);
-    let mass = both.map(|(a, b)| a.into_iter().zip(b).map(|(a, b)| g.add(a, b)).collect()).collect();
-    let force = general.force.into_iter().zip(coriolis).map(|(f, c)| g.sub(f, c)).collect();
-    let momenta = momenta.into_iter().zip(general.momenta).map(|(a, b)| g.add(a, b)).collect();
-    Inertia { mass, force, momenta }
+    let force = coriolis.into_iter().map(|c| g.neg(c)).collect();
+    Inertia { mass: own, force, momenta }.and(g, &general)
 }
 
 /// The left-hand side d/dt(∂L/∂q̇) − ∂L/∂q with symbols for q̈: inverse dynamics, far smaller than M q̈ − Q from the entries of M.
