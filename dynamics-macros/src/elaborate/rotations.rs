@@ -384,7 +384,7 @@ impl Elaborator<'_> {
         let square = self.product(&along, &along);
         let trace = self.sum(Operator::Add, &inertia[0][0], &inertia[1][1], at)?;
         let trace = self.sum(Operator::Add, &trace, &inertia[2][2], at)?;
-        let factor = self.number(Number::Float(2.0 / 3.0));
+        let factor = self.number(Number::ratio(2, 3));
         let factor = self.product(&factor, &trace);
         Some(self.product(&factor, &square))
     }
@@ -397,7 +397,7 @@ impl Elaborator<'_> {
         let omega = self.added(&before, &after, at)?;
         let momentum = self.turned(inertia, &omega, at)?;
         let double = self.dot(&omega, &momentum, at)?;
-        let half = self.number(Number::Float(0.5));
+        let half = self.number(Number::ratio(1, 2));
         Some(self.product(&half, &double))
     }
 
