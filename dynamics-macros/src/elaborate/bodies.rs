@@ -3,7 +3,7 @@
 //! Like the turns of a rotation, what a place is made of is looked up by its elements: a vector that a known rotation carried into the world, added to
 //! another place. So frames of frames are found however they were written; a place of unknown making is a shift in the world.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use dynamics_symbolic::graph::NodeId;
@@ -43,7 +43,8 @@ impl Elaborator<'_> {
     /// Notes what a sum of vectors is made of, if that is known of its second part.
     pub(super) fn note_sum(&mut self, a: &[Scalar], b: &[Scalar], sum: &[Scalar]) {
         let (Some(a), Some(b), Some(sum)) = (nodes(a), nodes(b), nodes(sum)) else { return };
-        if let Some((rows, v)) = self.places.carried.get(&b).cloned() {
+        // A place to which nothing is added is not made of itself.
+        if let Some((rows, v)) = self.places.carried.get(&b).cloned().filter(|_| sum != a) {
             self.places.sums.entry(sum).or_insert((a, rows, v));
         }
     }
@@ -100,7 +101,12 @@ impl Elaborator<'_> {
         let turns = self.turns_that_matter(rotation)?;
         // The places on the way, each with the number of turns before it, the last one first.
         let (mut places, mut at, mut before) = (Vec::new(), origin, turns.len());
+        let mut seen = BTreeSet::from([origin]);
         while let Some((base, rows, v)) = self.places.sums.get(&at).cloned() {
+            // There and back again: two places may each be made of the other.
+            if !seen.insert(base) {
+                break;
+            }
             let made_of = self.turns_that_matter(&rows)?;
             let same = made_of.len() <= before && made_of.iter().zip(&turns).all(|(a, b)| a.is(b));
             if !same || made_of.is_empty() {

@@ -59,8 +59,11 @@ pub(super) fn mixed(g: &mut Graph, form: &VelocityForm, lagrangian: NodeId, n: u
     let coriolis = form.coriolis(g, &own);
     let momenta = form.momenta(g, n);
     let general = lagrange(g, lagrangian, n);
-    let force = coriolis.into_iter().map(|c| g.neg(c)).collect();
-    Inertia { mass: own, force, momenta }.and(g, &general)
+    let both = own.into_iter().zip(general.mass);
+    let mass = both.map(|(a, b)| a.into_iter().zip(b).map(|(a, b)| g.add(a, b)).collect()).collect();
+    let force = general.force.into_iter().zip(coriolis).map(|(f, c)| g.sub(f, c)).collect();
+    let momenta = momenta.into_iter().zip(general.momenta).map(|(a, b)| g.add(a, b)).collect();
+    Inertia { mass, force, momenta }
 }
 
 /// The left-hand side d/dt(∂L/∂q̇) − ∂L/∂q with symbols for q̈: inverse dynamics, far smaller than M q̈ − Q from the entries of M.
