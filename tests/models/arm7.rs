@@ -62,6 +62,17 @@ impl Arm {
         }
         sum
     }
+    #[drawing]
+    fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
+        let mut drawing = Drawing::new().cylinder([0.0; 3], self.link(q, 0).frame.origin(), 0.06);
+        for i in 0..7 {
+            let (frame, width) = (self.link(q, i).frame, 0.04 - 0.003 * i as f64);
+            let next = if i < 6 { self.link(q, i + 1).frame.origin() } else { frame.point(2.0 * self.centers[i]) };
+            drawing = drawing.cylinder(frame.origin(), next, width).disc(frame.origin(), 1.4 * width);
+        }
+        let last = self.link(q, 6).frame;
+        drawing.color(Color::Red).trace("hand", last.point(2.0 * self.centers[6]))
+    }
 }
 
 /// The arm of the tables, in SI units.
