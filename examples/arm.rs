@@ -5,9 +5,9 @@
 //! With M and Q of the model itself the torques undo all coupling: an error at the start dies away as e₀ (1 + ω t) e^{−ω t}, in every joint by
 //! itself. With a load in the hand that the model does not know of, it does not.
 
-mod common;
 #[path = "../tests/models/arm7.rs"]
 mod arm7;
+mod common;
 use arm7::{Arm, arm};
 use dynamics::prelude::*;
 

@@ -99,7 +99,8 @@ fn main() -> common::Outcome {
     );
     assert!((rate / plane - 1.0).abs() < 1e-3);
     let turned = 2.0 * (plane * (turns[last].time() - turns[first].time())).abs();
-    let centrifugal = 3.0 / 64.0 * (amplitude / pantheon.length / latitude.tan()).powi(2) * (1.0 - turned.sin() / turned);
+    let centrifugal =
+        3.0 / 64.0 * (amplitude / pantheon.length / latitude.tan()).powi(2) * (1.0 - turned.sin() / turned);
     println!("       which is off by {:.2e} of it; the centrifugal force takes {centrifugal:.2e}", rate / airy - 1.0);
     assert!((rate / airy - 1.0 + centrifugal).abs() < 2e-6);
 

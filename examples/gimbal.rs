@@ -108,7 +108,8 @@ fn main() -> common::Outcome {
         let ((sin, cos), (psi, theta, phi)) = (s.inner().sin_cos(), (s.outer_rate(), s.inner_rate(), s.spin_rate()));
         let w = Vec3::new(theta, psi * sin, psi * cos);
         let w_rate = Vec3::new(inner, outer * sin + psi * theta * cos, outer * cos - psi * theta * sin);
-        let (along, across) = (Vec3::new(s.spin().cos(), s.spin().sin(), 0.0), Vec3::new(-s.spin().sin(), s.spin().cos(), 0.0));
+        let (along, across) =
+            (Vec3::new(s.spin().cos(), s.spin().sin(), 0.0), Vec3::new(-s.spin().sin(), s.spin().cos(), 0.0));
         let (r, v) = (along * gimbal.radius, across * (gimbal.radius * phi));
         let relative = across * (gimbal.radius * wheel) - along * (gimbal.radius * phi * phi);
         let by_hand = relative + w_rate.cross(r) + w.cross(w.cross(r)) + w.cross(v) * 2.0;
@@ -125,7 +126,10 @@ fn main() -> common::Outcome {
     let expected = gimbal.weight * gimbal.g * gimbal.arm / momentum;
     let precession = motion.end().outer() / 5.0;
     let fall = motion.steps().map(|s| (s.inner() - tilt).abs()).fold(0.0, f64::max);
-    println!("it goes round with {precession:.4} rad/s, m g l/p_φ = {expected:.4}; it tips by {:.2}°", fall.to_degrees());
+    println!(
+        "it goes round with {precession:.4} rad/s, m g l/p_φ = {expected:.4}; it tips by {:.2}°",
+        fall.to_degrees()
+    );
     assert!((precession / expected - 1.0).abs() < 0.02 && fall < 0.03);
 
     let mut files = common::Files::of("gimbal");

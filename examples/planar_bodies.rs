@@ -60,7 +60,11 @@ impl FourBar {
             drawing = drawing.line(self.end(q, k, -1.0).origin(), self.end(q, k, 1.0).origin());
         }
         let middle = self.bar(q, 1).frame.origin();
-        drawing.dot(self.end(q, 0, 1.0).origin()).dot(self.end(q, 2, 1.0).origin()).color(Color::Red).trace("coupler", middle)
+        drawing
+            .dot(self.end(q, 0, 1.0).origin())
+            .dot(self.end(q, 2, 1.0).origin())
+            .color(Color::Red)
+            .trace("coupler", middle)
     }
 }
 
@@ -160,10 +164,8 @@ fn main() -> common::Outcome {
     let times = || common::times(2.0, 1000);
     Chart::new("Linkages from planar bodies and joints")
         .panel(
-            Panel::new(Axis::new("crank in degrees"), Axis::new("rocker in degrees")).line(
-                "four-bar",
-                motion.sample(times()).map(|s| (s.crank().to_degrees(), s.rocker().to_degrees())),
-            ),
+            Panel::new(Axis::new("crank in degrees"), Axis::new("rocker in degrees"))
+                .line("four-bar", motion.sample(times()).map(|s| (s.crank().to_degrees(), s.rocker().to_degrees()))),
         )
         .panel(
             Panel::new(Axis::new("crank in degrees"), Axis::new("slider in m"))

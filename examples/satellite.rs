@@ -88,7 +88,8 @@ fn main() -> common::Outcome {
 
     // Critically damped in the small, all axes alike.
     let frequency = 0.4;
-    let rotation = |s: &State<Satellite>| EulerParameters::new(std::array::from_fn(|i| s.e(i).into())).rotation().value();
+    let rotation =
+        |s: &State<Satellite>| EulerParameters::new(std::array::from_fn(|i| s.e(i).into())).rotation().value();
     let reading = |s: &State<Satellite>| -> Result<[f64; 6], SolveError> {
         let mut outputs = [0.0; 6];
         satellite.outputs(s, &mut outputs).map(|()| outputs)
@@ -111,7 +112,9 @@ fn main() -> common::Outcome {
     let drift = (momentum(last) - momentum(first)).norm() / momentum(first).norm();
     let (_, left) = missing(&motion.end())?;
     let still = Vec3::new(last[3], last[4], last[5]).norm();
-    println!("angular momentum drifts by {drift:.1e} of itself; {left:.1e} rad are missing, it turns with {still:.1e} rad/s");
+    println!(
+        "angular momentum drifts by {drift:.1e} of itself; {left:.1e} rad are missing, it turns with {still:.1e} rad/s"
+    );
     assert!(drift < 1e-9 && left.abs() < 1e-5 && still < 1e-5);
 
     // At rest H stands in the wheels alone, in the axes of the hub as it now is.

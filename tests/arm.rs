@@ -41,7 +41,8 @@ fn torques(model: &Arm, q: [f64; 7], u: [f64; 7], a: [f64; 7]) -> [f64; 7] {
         let arm: Vector3<f64> = rotation * vector(model.hinges[k]);
         acceleration += alpha.cross(&arm) + omega.cross(&omega.cross(&arm));
         origin += arm;
-        let quarter = [0.0, 1.0, -1.0][if k == 0 { 0 } else { 2 - usize::from(k % 2 == 0) }] * core::f64::consts::FRAC_PI_2;
+        let quarter =
+            [0.0, 1.0, -1.0][if k == 0 { 0 } else { 2 - usize::from(k % 2 == 0) }] * core::f64::consts::FRAC_PI_2;
         rotation *= Rotation3::from_axis_angle(&Vector3::x_axis(), quarter);
         rotation *= Rotation3::from_axis_angle(&Vector3::z_axis(), q[k]);
         let axis = rotation * Vector3::z();
@@ -56,9 +57,8 @@ fn torques(model: &Arm, q: [f64; 7], u: [f64; 7], a: [f64; 7]) -> [f64; 7] {
         loads.push((origin + center, force, moment));
     }
     core::array::from_fn(|k| {
-        let about = |(at, force, moment): &(Vector3<f64>, Vector3<f64>, Vector3<f64>)| {
-            moment + (at - origins[k]).cross(force)
-        };
+        let about =
+            |(at, force, moment): &(Vector3<f64>, Vector3<f64>, Vector3<f64>)| moment + (at - origins[k]).cross(force);
         axes[k].dot(&loads[k..].iter().map(about).sum())
     })
 }
@@ -205,7 +205,9 @@ twice!(geared, [a, b, c, d], |s, q| {
 twice!(crane, [x, turn, dip, reach], |s, q| {
     let trolley = Frame::at(vec3(q.x, 0.0, s.l));
     let mast = trolley.frame(Vec3::ZERO, Mat3::rotation_z(q.turn));
-    let boom = mast.frame(vec3(0.0, 0.1, s.l), Mat3::rotation_y(q.dip)).frame(vec3(q.reach, 0.0, 0.2 * q.reach * q.reach), Mat3::IDENTITY);
+    let boom = mast
+        .frame(vec3(0.0, 0.1, s.l), Mat3::rotation_y(q.dip))
+        .frame(vec3(q.reach, 0.0, 0.2 * q.reach * q.reach), Mat3::IDENTITY);
     let nut = mast.frame(vec3(0.1, 0.0, 0.3 * q.x), Mat3::rotation_z(2.0 * q.x) * Mat3::rotation_x(s.tilt));
     [trolley, mast, boom, nut]
 });

@@ -118,7 +118,14 @@ impl Placed {
 }
 
 /// Two bodies in the universal joint.
-fn jointed(place: [f64; 3], velocity: [f64; 3], omega: [f64; 3], angles: [f64; 3], bent: [f64; 2], rates: [f64; 2]) -> [Placed; 2] {
+fn jointed(
+    place: [f64; 3],
+    velocity: [f64; 3],
+    omega: [f64; 3],
+    angles: [f64; 3],
+    bent: [f64; 2],
+    rates: [f64; 2],
+) -> [Placed; 2] {
     let rotation = Mat3::euler(EulerSequence::Zyx, angles);
     let first = Placed { place: place.into(), rotation, velocity: velocity.into(), omega: omega.into() };
     // z of the second stays at a right angle to z of the first: turned about x by −π/2 in between.
@@ -208,7 +215,8 @@ proptest! {
 #[test]
 fn momenta_are_kept_while_it_moves() {
     let model = Jointed::of_numbers();
-    let bodies = jointed([0.2, 0.1, -0.4], [0.5, -0.3, 0.1], [0.7, -1.1, 0.4], [0.4, 0.3, -0.8], [0.5, -0.9], [1.5, -0.6]);
+    let bodies =
+        jointed([0.2, 0.1, -0.4], [0.5, -0.3, 0.1], [0.7, -1.1, 0.4], [0.4, 0.3, -0.8], [0.5, -0.9], [1.5, -0.6]);
     let start = model.state_of(bodies);
     let motion = model.simulate(start).until(5.0).tolerance(1e-12).run().expect("nothing is singular");
     let of = |state: &State<Jointed>| {

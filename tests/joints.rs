@@ -169,7 +169,8 @@ mod screw {
         let other = jointed.simulate(start).until(3.0).tolerance(1e-12).run().expect("regular");
         for t in [0.5, 1.0, 2.0, 3.0] {
             let (a, b) = (one.at(t), other.at(t));
-            let apart = (origin(&a).value() - Vec3::new(b.place(0), b.place(1), b.place(2))).norm() + (a.a() - b.angles(2)).abs();
+            let apart = (origin(&a).value() - Vec3::new(b.place(0), b.place(1), b.place(2))).norm()
+                + (a.a() - b.angles(2)).abs();
             assert!(apart < 1e-9, "t = {t}: {apart:e}");
         }
         let turns = one.end().a().abs() / core::f64::consts::TAU;
@@ -230,9 +231,12 @@ mod wheels {
         let reduced = inertia[0] + inertia[1] * wheel * wheel + inertia[2] * shaft * shaft + m * rack * rack;
         let turned = 0.5 * (0.7 / reduced) * 4.0;
         let end = motion.end();
-        for (found, expected) in
-            [(end.pinion(), turned), (end.wheel(), wheel * turned), (end.shaft(), shaft * turned), (end.rack(), rack * turned)]
-        {
+        for (found, expected) in [
+            (end.pinion(), turned),
+            (end.wheel(), wheel * turned),
+            (end.shaft(), shaft * turned),
+            (end.rack(), rack * turned),
+        ] {
             assert!((found - expected).abs() < 1e-10 * expected.abs(), "{found} for {expected}");
         }
     }

@@ -23,7 +23,7 @@ pub use equations::{
     Solution, Variations, Withheld,
 };
 pub use model::{
-    AngleSet, Body, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input,
-    Model, Output, Parameter, Step,
+    AngleSet, Body, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function,
+    Input, Model, Output, Parameter, Step,
 };
 pub use solution::Manifold;

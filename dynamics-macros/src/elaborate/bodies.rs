@@ -81,7 +81,8 @@ impl Elaborator<'_> {
     }
 
     fn body(&mut self, record: &Record, energy: &Scalar, name: &Ident) -> Option<Body> {
-        let [Value::Scalar(mass), Value::Vector(center), Value::Matrix(inertia), Value::Record(frame)] = &record.fields[..]
+        let [Value::Scalar(mass), Value::Vector(center), Value::Matrix(inertia), Value::Record(frame)] =
+            &record.fields[..]
         else {
             return None;
         };
@@ -149,7 +150,9 @@ impl Elaborator<'_> {
     fn turns_that_matter(&self, rotation: &Rc<Rows>) -> Option<Vec<Turn>> {
         let graph = &self.model.graph;
         let is_identity = |rows: &Rows| {
-            (0..3).all(|i| (0..3).all(|j| if i == j { graph.is_one(rows[i][j].node) } else { graph.is_zero(rows[i][j].node) }))
+            (0..3).all(|i| {
+                (0..3).all(|j| if i == j { graph.is_one(rows[i][j].node) } else { graph.is_zero(rows[i][j].node) })
+            })
         };
         if is_identity(rotation) {
             return Some(Vec::new());

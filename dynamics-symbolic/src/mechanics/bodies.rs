@@ -131,7 +131,9 @@ impl Step {
 
 /// The coordinate axis that a rotation leaves where it is.
 pub(super) fn axis(g: &Graph, rotation: &M3) -> Option<usize> {
-    (0..3).find(|&k| (0..3).all(|i| i == k || g.is_zero(rotation[i][k]) && g.is_zero(rotation[k][i])) && g.is_one(rotation[k][k]))
+    (0..3).find(|&k| {
+        (0..3).all(|i| i == k || g.is_zero(rotation[i][k]) && g.is_zero(rotation[k][i])) && g.is_one(rotation[k][k])
+    })
 }
 
 /// Whether steps and inertia are such that the recursions hold.
@@ -213,7 +215,8 @@ impl Carried {
         Self {
             mass: g.add(self.mass, other.mass),
             moment: added(g, &self.moment, &other.moment),
-            inertia: [0, 1, 2].map(|i| [0, 1, 2].map(|j| g.add(self.inertia[i.min(j)][i.max(j)], other.inertia[i.min(j)][i.max(j)]))),
+            inertia: [0, 1, 2]
+                .map(|i| [0, 1, 2].map(|j| g.add(self.inertia[i.min(j)][i.max(j)], other.inertia[i.min(j)][i.max(j)]))),
         }
     }
 
