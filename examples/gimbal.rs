@@ -139,7 +139,7 @@ fn main() -> common::Outcome {
         .panel(panel("tilt ϑ in degrees").line("ϑ", samples.iter().map(|s| (s.t, s.inner().to_degrees()))))
         .panel(panel("ψ in degrees").line("ψ", samples.iter().map(|s| (s.t, s.outer().to_degrees()))))
         .write_svg(files.path("precession.svg"))?;
-    motion.animate(files.path("gimbal.html"))?;
+    Animation::new().add(&motion, "").plot(["outer", "inner"]).speed(0.25).write_html(files.path("gimbal.html"))?;
     files.list();
     Ok(())
 }

@@ -172,8 +172,8 @@ fn main() -> common::Outcome {
                 .line("slider-crank", sliding.sample(times()).map(|s| (s.crank().to_degrees(), s.x(2)))),
         )
         .write_svg(files.path("linkages.svg"))?;
-    motion.animate(files.path("four_bar.html"))?;
-    sliding.animate(files.path("slider_crank.html"))?;
+    Animation::new().add(&motion, "").plot(["crank", "rocker"]).write_html(files.path("four_bar.html"))?;
+    Animation::new().add(&sliding, "").plot(["x[2]"]).write_html(files.path("slider_crank.html"))?;
     files.list();
     Ok(())
 }

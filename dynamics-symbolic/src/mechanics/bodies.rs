@@ -323,3 +323,6 @@ impl Carried {
         (added(g, &along, &turning), added(g, &spin, &lever))
     }
 }
+
+#[cfg(test)]
+mod tests;
