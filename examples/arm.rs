@@ -32,7 +32,7 @@ fn main() -> common::Outcome {
             let [angle, rate, acceleration] = planned(t, home[i], goal[i]);
             acceleration + 2.0 * OMEGA * (rate - s.angles_rate(i)) + OMEGA * OMEGA * (angle - s.angles(i))
         });
-        let mut loose = s.clone();
+        let mut loose = *s;
         loose.inputs = [0.0; 7].into();
         let torques = known.mass_matrix(&loose) * nalgebra::SVector::from(wanted) - known.generalized_force(&loose);
         torques.into()

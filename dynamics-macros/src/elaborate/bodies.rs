@@ -16,20 +16,23 @@ use super::rotations::{Rows, Turn};
 use super::values::{Record, Scalar, Value};
 use crate::syntax::Role;
 
+/// The elements of a vector.
+type Vector = [NodeId; 3];
+
 /// What is known of vectors, by their elements.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Places {
     /// Products of a known rotation and a vector.
-    carried: BTreeMap<[NodeId; 3], (Rc<Rows>, [NodeId; 3])>,
+    carried: BTreeMap<Vector, (Rc<Rows>, Vector)>,
     /// Sums of a place and such a product.
-    sums: BTreeMap<[NodeId; 3], ([NodeId; 3], Rc<Rows>, [NodeId; 3])>,
+    sums: BTreeMap<Vector, (Vector, Rc<Rows>, Vector)>,
 }
 
 /// Bodies whose energies were asked for.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bodies {
     kinetic: Vec<(Vec<NodeId>, Body)>,
-    weights: Vec<(Vec<NodeId>, [NodeId; 3], NodeId)>,
+    weights: Vec<(Vec<NodeId>, Vector, NodeId)>,
 }
 
 impl Elaborator<'_> {
@@ -98,7 +101,7 @@ impl Elaborator<'_> {
     }
 
     /// The steps from the world to a frame; `None` where a rotation is not made of turns by angles.
-    fn steps_to(&mut self, origin: [NodeId; 3], rotation: &Rc<Rows>, name: &Ident) -> Option<Vec<Step>> {
+    fn steps_to(&mut self, origin: Vector, rotation: &Rc<Rows>, name: &Ident) -> Option<Vec<Step>> {
         let turns = self.turns_that_matter(rotation)?;
         // The places on the way, each with the number of turns before it, the last one first.
         let (mut places, mut at, mut before) = (Vec::new(), origin, turns.len());
@@ -162,14 +165,14 @@ impl Elaborator<'_> {
     }
 }
 
-fn nodes(v: &[Scalar]) -> Option<[NodeId; 3]> {
+fn nodes(v: &[Scalar]) -> Option<Vector> {
     match v {
         [x, y, z] => Some([x.node, y.node, z.node]),
         _ => None,
     }
 }
 
-fn elements(rows: &Rows) -> [[NodeId; 3]; 3] {
+fn elements(rows: &Rows) -> [Vector; 3] {
     rows.each_ref().map(|row| row.each_ref().map(|x| x.node))
 }
 

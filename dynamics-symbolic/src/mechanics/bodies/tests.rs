@@ -64,8 +64,7 @@ fn chain() -> Model {
         let weight = Some((gravity, weight));
         bodies.push(Body { steps: steps.clone(), mass, center, inertia, kinetic: energy, weight });
     }
-    for (name, role, node) in
-        [("kinetic", EnergyRole::Kinetic, kinetic), ("weight", EnergyRole::Potential, potential)]
+    for (name, role, node) in [("kinetic", EnergyRole::Kinetic, kinetic), ("weight", EnergyRole::Potential, potential)]
     {
         model.energies.push(Energy { name: name.into(), role, node, origin: Origin(0) });
     }
