@@ -257,8 +257,8 @@ fn later_by_euler(case: &Case) -> (Mat3<f64>, Vec3<f64>) {
         let (b, r) = rates(rotation + a * (0.5 * h), omega + p * (0.5 * h));
         let (c, s) = rates(rotation + b * (0.5 * h), omega + r * (0.5 * h));
         let (d, t) = rates(rotation + c * h, omega + s * h);
-        rotation = rotation + (a + (b + c) * 2.0 + d) * (h / 6.0);
-        omega = omega + (p + (r + s) * 2.0 + t) * (h / 6.0);
+        rotation += (a + (b + c) * 2.0 + d) * (h / 6.0);
+        omega += (p + (r + s) * 2.0 + t) * (h / 6.0);
     }
     (rotation, omega)
 }
