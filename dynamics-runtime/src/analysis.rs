@@ -13,6 +13,7 @@ mod equilibria;
 mod ladder;
 mod linearize;
 mod page;
+mod parameters;
 mod runs;
 mod table;
 mod vibration;
@@ -28,6 +29,11 @@ pub use equilibria::{
 pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
 pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
 pub use page::Page;
+pub use parameters::{
+    EquilibriumChange, Fit, FitError, Fitted, Fitting, FrequencyChange, Resampled, Residuals, RunFailure,
+    Sensitivities, Sensitivity, SensitivityError, Sweep, SweepAxis, SweepError, Sweeping, Variable, VariableError,
+    Vary,
+};
 pub use work_precision::{
     Cost, Curve, ErrorOf, Errors, Measured, OutsideError, Point, Reference, Study, WorkPrecision, WorkPrecisionError,
 };
