@@ -51,7 +51,7 @@ fn data_without_noise_give_back_what_made_them() {
     assert!(fit.get("mass").is_none());
 }
 
-/// The scatter of 300 fits is that of the covariance: of each, of pairs, with the noise given and not.
+/// The scatter of 120 fits is that of the covariance: of each, of pairs, with the noise given and not.
 #[test]
 fn the_covariance_is_that_of_many_experiments() {
     let (guess, start) = first();
@@ -61,7 +61,7 @@ fn the_covariance_is_that_of_many_experiments() {
         if given { fit.data_with("x", SIGMA, data).run().unwrap() } else { fit.data("x", data).run().unwrap() }
     };
     let values = |fit: &Fit| [fit.found[0].value, fit.found[1].value, fit.found[2].value];
-    let all: Vec<Fit> = (1..=300).map(|seed| fit(seed, true)).collect();
+    let all: Vec<Fit> = (1..=120).map(|seed| fit(seed, true)).collect();
     let count = all.len() as f64;
     let mean = all.iter().map(values).fold([0.0; 3], |s, v| [0, 1, 2].map(|i| s[i] + v[i] / count));
     let scatter = |i: usize, j: usize| {
@@ -70,18 +70,18 @@ fn the_covariance_is_that_of_many_experiments() {
     let told = &all[0].covariance;
     for i in 0..3 {
         let ratio = (scatter(i, i) / told[(i, i)]).sqrt();
-        // Standard deviations of 300 experiments are known to 4 %.
-        assert!((ratio - 1.0).abs() < 0.13, "{}: {ratio}\n{}", FOUND[i], all[0]);
+        // Standard deviations of 120 experiments are known to 6.5 %.
+        assert!((ratio - 1.0).abs() < 0.2, "{}: {ratio}\n{}", FOUND[i], all[0]);
         let bias = (mean[i] - [1.2, 50.0, 0.3][i]) / (told[(i, i)] / count).sqrt();
         assert!(bias.abs() < 4.0, "{}: off by {bias} standard errors of the mean", FOUND[i]);
         for j in 0..i {
             let correlation = scatter(i, j) / (scatter(i, i) * scatter(j, j)).sqrt();
-            assert!((correlation - all[0].correlation[(i, j)]).abs() < 0.15);
+            assert!((correlation - all[0].correlation[(i, j)]).abs() < 0.25);
         }
     }
     // χ² has the mean of its degrees of freedom, and a residual of neighbours that is none.
     let reduced = all.iter().filter_map(Fit::reduced_chi_squared).sum::<f64>() / count;
-    assert!((reduced - 1.0).abs() < 0.05, "{reduced}");
+    assert!((reduced - 1.0).abs() < 0.08, "{reduced}");
     let neighbours = all.iter().map(|fit| fit.residuals[0].neighbours).sum::<f64>() / count;
     assert!(neighbours.abs() < 0.1, "{neighbours}");
     // Without the noise given it is found from what is left.
@@ -95,19 +95,19 @@ fn the_covariance_is_that_of_many_experiments() {
 fn samples_scatter_as_the_covariance_says_and_are_the_same_again() {
     let (guess, start) = first();
     let asked = guess.fit(start).find(FOUND).data("x", measured(SIGMA, 5)).tolerance(1e-8);
-    let (fit, sampled) = asked.resample(200, 42).unwrap();
+    let (fit, sampled) = asked.resample(80, 42).unwrap();
     assert_eq!(sampled.failures(), 0);
     let covariance = sampled.covariance().unwrap();
     for (i, fitted) in fit.found.iter().enumerate() {
         let (error, sampled_error) = (fitted.standard_error.unwrap(), covariance[(i, i)].sqrt());
-        assert!((sampled_error / error - 1.0).abs() < 0.25, "{}: {sampled_error} {error}", fitted.name);
+        assert!((sampled_error / error - 1.0).abs() < 0.3, "{}: {sampled_error} {error}", fitted.name);
         let [low, high] = sampled.interval(&fitted.name, 0.95).unwrap();
         assert!(low < fitted.value && fitted.value < high);
-        assert!(((high - low) / (3.92 * error) - 1.0).abs() < 0.3);
+        assert!(((high - low) / (3.92 * error) - 1.0).abs() < 0.4);
     }
-    let again = asked.resample(200, 42).unwrap().1;
+    let again = asked.resample(80, 42).unwrap().1;
     assert_eq!(sampled, again);
-    assert_ne!(sampled, asked.resample(200, 43).unwrap().1);
+    assert_ne!(sampled, asked.resample(80, 43).unwrap().1);
 }
 
 /// Outputs, velocities and coordinates together, each with its noise; times in any order.

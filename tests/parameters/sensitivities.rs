@@ -29,7 +29,7 @@ fn a_damped_oscillator_has_the_derivatives_of_its_closed_form() {
         for (k, name) in by.iter().enumerate() {
             for (i, quantity) in ["x", "x_rate"].iter().enumerate() {
                 let closed = |t: f64| {
-                    difference(1e-3 * p[k], |h| {
+                    difference(if p[k] == 0.0 { 2e-4 } else { 2e-4 * p[k] }, |h| {
                         let mut p = p;
                         p[k] += h;
                         Oscillator::closed(p, t)[i]
@@ -52,7 +52,7 @@ fn outputs_follow_state_and_parameter() {
     let p = [2.0, 1.2, 50.0, 0.3, 0.0];
     for (name, k) in by.iter().zip([1, 2, 3]) {
         let closed = |of: usize, t: f64| {
-            difference(1e-3 * p[k], |h| {
+            difference(if p[k] == 0.0 { 2e-4 } else { 2e-4 * p[k] }, |h| {
                 let mut p = p;
                 p[k] += h;
                 let [x, v] = Oscillator::closed(p, t);

@@ -20,7 +20,7 @@ fn a_pushed_pendulum_leans_as_tan_theta_says() {
     macro_rules! check {
         ($module:ident) => {{
             let bob = $module::Bob { mass, length, g, push };
-            let start = bob.state().x(0.2).y(-1.2).assemble().unwrap();
+            let start = bob.state().x(0.5).y(-1.2).build().unwrap();
             let state = bob.equilibrium(&start).unwrap().state;
             let by = |name| bob.equilibrium_by(&state, name).unwrap().by;
             let (sin, cos) = theta.sin_cos();

@@ -28,10 +28,14 @@ const STEP: f64 = 1e-3;
 /// Singular values below this part of the largest are those of repeated rows.
 const RANK: f64 = 1e-10;
 
+/// What a parameter or a start is measured by: its size; 1 where it is 0 and has none of its own.
+pub(super) fn size(value: f64) -> f64 {
+    if value == 0.0 { 1.0 } else { value.abs() }
+}
+
 /// The step by which a parameter is moved for differences.
 pub(super) fn step(value: f64) -> f64 {
-    // A parameter that is 0 has no size of its own.
-    if value == 0.0 { STEP } else { STEP * value.abs() }
+    STEP * size(value)
 }
 
 /// (8 (f₁ − f₋₁) − (f₂ − f₋₂)) / 12 h, of vectors at h, −h, 2 h, −2 h.

@@ -230,6 +230,12 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
         Ok((data::residuals(&self.series, &asked.motion(&model, start, options)?)?, None))
     }
 
+    /// Root of the sum of squares of the modelled values, each by its σ.
+    pub(super) fn modelled(&self, residuals: &DVector<f64>) -> f64 {
+        let measured = self.series.iter().flat_map(|s| s.points.iter().map(|(_, y)| y / s.sigma));
+        residuals.iter().zip(measured).map(|(r, y)| (r + y).powi(2)).sum::<f64>().sqrt()
+    }
+
     pub(super) fn solve(&self) -> Result<Fit, FitError> {
         let first = DVector::from_iterator(self.unknowns.len(), self.unknowns.iter().map(|unknown| unknown.first));
         self.solve_from(&first)

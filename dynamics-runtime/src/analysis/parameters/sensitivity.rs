@@ -77,7 +77,8 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
         self
     }
 
-    /// Permitted local error per step of the motion and of its sensitivities, of these relative to the largest that there was of the column. Default 1e-9.
+    /// Permitted local error per step of the motion and of its sensitivities, of these relative to the largest that there was of the column, or to a thousandth of the motion per size of the variable, if that
+    /// is more. Default 1e-9.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
@@ -254,7 +255,7 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
             let of_parameter = match variable {
                 Variable::Parameter(p) => {
                     let value = self.motion.model().parameter(*p);
-                    1e-3 / equations::step(value.ok_or(SensitivityError::NotTold { name: M::PARAMETERS[*p].name })?)
+                    1.0 / equations::size(value.ok_or(SensitivityError::NotTold { name: M::PARAMETERS[*p].name })?)
                 }
                 _ => 0.0,
             };

@@ -5,9 +5,13 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::super::equations::size;
 use super::{FitError, Problem, RANK};
 use crate::model::Parameters;
 use crate::motion::Simulate;
+
+/// What all of an unknown changes of the modelled values, as a part of them, by which it has an influence: the error of derivatives lies below.
+const INFLUENCE: f64 = 1e-9;
 
 /// One unknown that was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,7 +92,13 @@ impl Fit {
         let on_bound = |i: usize| problem.unknowns[i].bounds.contains(&at[i]);
         let free: Vec<usize> = (0..count).filter(|i| !on_bound(*i)).collect();
         let names = |of: &[usize]| of.iter().map(|k| problem.unknowns[free[*k]].name.clone()).collect::<Vec<_>>();
-        let of_free = jacobian.select_columns(&free);
+        let mut of_free = jacobian.select_columns(&free);
+        let modelled = problem.modelled(&residuals);
+        for (k, i) in free.iter().enumerate() {
+            if of_free.column(k).norm() * size(at[*i]) < INFLUENCE * modelled {
+                of_free.column_mut(k).fill(0.0);
+            }
+        }
         let chi_squared = residuals.norm_squared();
         let freedom = residuals.len() - free.len();
         let factored = match factor(&of_free) {

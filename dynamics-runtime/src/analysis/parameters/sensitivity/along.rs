@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use nalgebra::DMatrix;
 
-use super::super::equations::{coefficients, not_solved, settle};
+use super::super::equations::{coefficients, not_solved, settle, size};
 use super::super::variable::Variable;
 use super::SensitivityError;
 use super::collocation::Gauss;
@@ -14,6 +14,8 @@ use crate::motion::{Motion, Sampler, Simulate};
 
 /// Steps of differences of a law of inputs, relative: their error, of order 2, and what rounding leaves are both near 1e-10.
 const LAW_STEP: f64 = 1e-5;
+/// Columns below this part of what the motion has for each unit of its variable are measured by that: what has no influence is made of rounding alone.
+const LEAST: f64 = 1e-3;
 /// Most steps.
 const MOST_STEPS: usize = 1_000_000;
 
@@ -56,6 +58,7 @@ pub(super) fn along<M: Simulate + Parameters + Clone>(
         coarse: Gauss::new(4),
         tolerance,
         sampler: motion.sampler(),
+        least: least(motion, variables),
         largest: x.map(f64::abs),
         h: first,
         found: Found { changes: Vec::new(), exact: true, steps: 0 },
@@ -113,6 +116,18 @@ fn refuse_jump<M: Simulate>(motion: &Motion<'_, M>, t: f64, h: f64) -> Result<()
     Ok(())
 }
 
+/// What columns are measured by at least.
+fn least<M: Simulate>(motion: &Motion<'_, M>, variables: &[Variable]) -> DMatrix<f64> {
+    let start = motion.start();
+    let largest = |of: fn(&M::State) -> &M::Vector| {
+        let all = motion.steps().map(|state| of(&state).as_slice().iter().fold(0.0, |most: f64, x| most.max(x.abs())));
+        all.fold(0.0, f64::max)
+    };
+    let of_motion = [largest(M::State::q), largest(M::State::u)];
+    let of = |k: usize| variables[k].value(motion.model(), &start).map_or(1.0, size);
+    DMatrix::from_fn(2, variables.len(), |half, k| LEAST * of_motion[half] / of(k))
+}
+
 struct Way<'a, 'm, M: Simulate> {
     motion: &'a Motion<'m, M>,
     parameters: Vec<Option<usize>>,
@@ -120,6 +135,8 @@ struct Way<'a, 'm, M: Simulate> {
     coarse: Gauss,
     tolerance: f64,
     sampler: Sampler<'a, 'm, M>,
+    /// What the positions and the velocities of each column are measured by at least, 2×K.
+    least: DMatrix<f64>,
     /// The largest of each element so far: what errors are measured by.
     largest: DMatrix<f64>,
     h: f64,
@@ -166,7 +183,7 @@ impl<M: Simulate + Parameters + Clone> Way<'_, '_, M> {
         let mut most = 0.0_f64;
         for column in 0..end.ncols() {
             for half in [0, n] {
-                let (mut off, mut size) = (0.0_f64, 0.0_f64);
+                let (mut off, mut size) = (0.0_f64, self.least[(half / n, column)]);
                 for i in half..half + n {
                     let at = (i, column);
                     off = off.max((end[at] - lower[at]).abs());
