@@ -131,3 +131,97 @@ fn forces_that_jump_are_refused_and_before_they_do_they_are_not() {
     let (t, by) = *found.series("x", "rub").unwrap().last().unwrap();
     assert!(t == 1.0 && (by - 0.25 * (1.0 - 2f64.cos())).abs() < 1e-9, "{by}");
 }
+
+/// A bob on a rod of which two parameters tell the length: one of them alone cannot change.
+mod contradiction {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m, y: m)]
+    #[units(mass: kg, g: m / s^2, one: m, other: m)]
+    #[nominal(one = 1.3, other = 1.3)]
+    struct Twice {
+        mass: f64,
+        g: f64,
+        one: f64,
+        other: f64,
+    }
+    #[dynamics]
+    impl Twice {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+        }
+        #[potential]
+        fn weight(&self, q: &Coordinates<Self>) -> Expr {
+            self.mass * self.g * q.y
+        }
+        #[holonomic]
+        fn rod(&self, q: &Coordinates<Self>) -> Expr {
+            vec2(q.x, q.y).norm() - self.one
+        }
+        #[holonomic]
+        #[redundant]
+        fn again(&self, q: &Coordinates<Self>) -> Expr {
+            vec2(q.x, q.y).norm_squared() - self.other * self.other
+        }
+    }
+
+    #[test]
+    fn a_parameter_of_one_of_two_equal_rods_is_refused() {
+        let model = Twice { mass: 1.0, g: 9.81, one: 1.3, other: 1.3 };
+        let start = model.state().x(0.5).y(-1.2).build().unwrap();
+        let error = model.sensitivities(start).by(["one"]).until(1.0).run().err().unwrap();
+        assert!(matches!(error, SensitivityError::Contradicts { parameter: Some("one"), .. }), "{error}");
+        assert!(model.sensitivities(start).by(["g", "x"]).until(1.0).run().is_ok());
+    }
+}
+
+/// What a rod that was let go does is that of a free bob: of released constraints there is no generated solution.
+mod released {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: m, y: m)]
+    #[units(mass: kg, g: m / s^2, length: m, drag: N * s / m)]
+    struct Thrown {
+        mass: f64,
+        g: f64,
+        length: f64,
+        drag: f64,
+    }
+    #[dynamics]
+    impl Thrown {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+        }
+        #[potential]
+        fn weight(&self, q: &Coordinates<Self>) -> Expr {
+            self.mass * self.g * q.y
+        }
+        #[dissipation]
+        fn air(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.drag * vec2(q.x, q.y).dt().norm_squared()
+        }
+        #[holonomic(switched)]
+        fn rod(&self, q: &Coordinates<Self>) -> Expr {
+            vec2(q.x, q.y).norm() - self.length
+        }
+    }
+
+    #[test]
+    fn released_constraints_hold_nothing() {
+        let model = Thrown { mass: 2.0, g: 9.81, length: 1.0, drag: 0.6 };
+        let start = model.state().x(0.6).y(-0.8).x_rate(3.0).release("rod").build().unwrap();
+        let by = ["drag", "length", "x_rate"];
+        let found = model.sensitivities(start).by(by).until(2.0).tolerance(1e-11).run().unwrap();
+        let x = |drag: f64, rate: f64| 0.6 + rate * 2.0 / drag * (1.0 - (-drag).exp());
+        let last = |by: &str| found.series("x", by).unwrap().last().unwrap().1;
+        // With t = 2 and m = 2, (c/m) t = c.
+        let expected = difference(1e-4, |h| x(0.6 + h, 3.0));
+        assert!((last("drag") / expected - 1.0).abs() < 1e-9, "{} {expected}", last("drag"));
+        assert!((last("x_rate") / (x(0.6, 1.0) - 0.6) - 1.0).abs() < 1e-10);
+        assert_eq!(last("length"), 0.0);
+    }
+}

@@ -28,6 +28,9 @@ const STEP: f64 = 1e-3;
 /// Singular values below this part of the largest are those of repeated rows.
 const RANK: f64 = 1e-10;
 
+/// What is left of a row, as a part of what it is made of, where it contradicts others.
+const CONTRADICTS: f64 = 1e-6;
+
 /// What a parameter or a start is measured by: its size; 1 where it is 0 and has none of its own.
 pub(super) fn size(value: f64) -> f64 {
     if value == 0.0 { 1.0 } else { value.abs() }
@@ -101,6 +104,28 @@ impl Equations {
     /// δq̈ for right-hand sides of r and Φ̈.
     fn accelerations(&self, right: &DMatrix<f64>) -> DMatrix<f64> {
         (&self.inverse * right).rows(0, self.n).into_owned()
+    }
+
+    /// That a correction corrects: rows that repeat others may ask for more than any change gives, where a parameter is part of one and not of the other. `sizes`: of what each
+    /// right-hand side was made of.
+    fn check<M: Constraints>(
+        &self,
+        correction: &DMatrix<f64>,
+        right: &DMatrix<f64>,
+        sizes: &DMatrix<f64>,
+        parameters: &[Option<usize>],
+    ) -> Result<(), SensitivityError> {
+        let left = &self.jacobian * correction - right;
+        for (i, row) in self.rows.iter().enumerate() {
+            for (k, parameter) in parameters.iter().enumerate() {
+                // Also where it is not a number.
+                if !(left[(i, k)].abs() <= CONTRADICTS * sizes[(i, k)]) {
+                    let parameter = parameter.map(|p| M::PARAMETERS[p].name);
+                    return Err(SensitivityError::Contradicts { parameter, row: M::ROWS[*row].name });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// The smallest change with Φ_q δ = `right`, measured by M, as simulations put starts onto their constraints.
@@ -238,6 +263,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
     let places = Equations::with(equations.mass.clone(), first, holonomic.clone());
     let places = places.ok_or(SensitivityError::NotFinite { time: state.t() })?;
     let mut missed = &places.jacobian * &positions;
+    let mut sizes = places.jacobian.abs() * positions.abs();
     for (k, parameter) in parameters.iter().enumerate() {
         let Some(parameter) = parameter else { continue };
         let residual = |model: &M| {
@@ -245,12 +271,16 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
             Ok(DVector::from_iterator(h, holonomic.iter().map(|row| all[*row])))
         };
         let by = by_parameter(model, *parameter, residual)?;
-        let moved = missed.column(k) + by;
-        missed.set_column(k, &moved);
+        sizes.column_mut(k).zip_apply(&by, |size, by| *size += by.abs());
+        missed.column_mut(k).axpy(1.0, &by, 1.0);
     }
-    let positions = positions - places.correction(&missed);
+    let correction = places.correction(&missed);
+    places.check::<M>(&correction, &missed, &sizes, parameters)?;
+    let positions = positions - correction;
     changes.rows_mut(0, n).copy_from(&positions);
-    let mut missed = &equations.jacobian * &velocities + velocity_by_q(model, state, rows)? * &positions;
+    let by_q = velocity_by_q(model, state, rows)?;
+    let mut missed = &equations.jacobian * &velocities + &by_q * &positions;
+    let mut sizes = equations.jacobian.abs() * velocities.abs() + by_q.abs() * positions.abs();
     for (k, parameter) in parameters.iter().enumerate() {
         let Some(parameter) = parameter else { continue };
         let rates = |model: &M| {
@@ -258,10 +288,12 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
             Ok(DVector::from_iterator(rows.len(), rows.iter().map(|row| all[*row])))
         };
         let by = by_parameter(model, *parameter, rates)?;
-        let moved = missed.column(k) + by;
-        missed.set_column(k, &moved);
+        sizes.column_mut(k).zip_apply(&by, |size, by| *size += by.abs());
+        missed.column_mut(k).axpy(1.0, &by, 1.0);
     }
-    let velocities = velocities - equations.correction(&missed);
+    let correction = equations.correction(&missed);
+    equations.check::<M>(&correction, &missed, &sizes, parameters)?;
+    let velocities = velocities - correction;
     changes.rows_mut(n, n).copy_from(&velocities);
     if changes.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(SensitivityError::NotFinite { time: state.t() }) }
 }

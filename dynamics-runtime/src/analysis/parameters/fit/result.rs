@@ -37,7 +37,7 @@ pub struct Residuals {
     pub points: Vec<(f64, f64)>,
     /// Their root mean square.
     pub rms: f64,
-    /// How much of the scatter of the data the model explains: 1 − Σ residual² / Σ (y − ȳ)².
+    /// How much of the scatter of the data the model explains: 1 − Σ residual² / Σ (y − ȳ)²; NaN of data that do not scatter.
     pub explained: f64,
     /// Correlation of neighbours in time, near 0 for noise alone: what the model does not know goes on from one to the next. Within ±2/√(data) it says nothing.
     pub neighbours: f64,
@@ -166,8 +166,8 @@ fn by_quantity<M: Simulate>(problem: &Problem<'_, M>, residuals: &DVector<f64>) 
             unit: series.unit.clone(),
             points,
             rms: (squares / count).sqrt(),
-            explained: 1.0 - squares / scatter,
-            neighbours: beside / squares,
+            explained: if scatter > 0.0 { 1.0 - squares / scatter } else { f64::NAN },
+            neighbours: if squares > 0.0 { beside / squares } else { 0.0 },
         }
     };
     problem.series.iter().map(of_series).collect()

@@ -25,7 +25,9 @@ impl fmt::Display for Fit {
         for left in &self.residuals {
             let (count, rms, unit) = (left.points.len(), left.rms, &left.unit);
             write!(f, "{}: {count} data, residuals of {rms:.3e} {unit}", left.name)?;
-            write!(f, ", {:.4} % of their scatter explained", 100.0 * left.explained)?;
+            if left.explained.is_finite() {
+                write!(f, ", {:.4} % of their scatter explained", 100.0 * left.explained)?;
+            }
             if left.neighbours > 2.0 / (count as f64).sqrt() {
                 write!(f, "; neighbours are alike ({:.2}), as the model lacks something", left.neighbours)?;
             }

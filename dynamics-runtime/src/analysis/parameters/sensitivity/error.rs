@@ -48,6 +48,13 @@ pub enum SensitivityError {
     },
     /// Applied forces depend on reactions.
     Friction,
+    /// With another value of the parameter, or another start, constraints that repeat each other contradict each other.
+    Contradicts {
+        /// The parameter; `None` where it is the start.
+        parameter: Option<&'static str>,
+        /// A row that cannot be fulfilled with the others.
+        row: &'static str,
+    },
     /// Velocities or accelerations jump.
     Jump {
         /// When.
@@ -133,6 +140,11 @@ impl fmt::Display for SensitivityError {
             Self::Friction => f.write_str(
                 "forces depend on reactions, and then there are no derivatives; write friction with given normal forces",
             ),
+            Self::Contradicts { parameter, row } => {
+                let what = parameter.unwrap_or("the start");
+                write!(f, "with another `{what}` the row `{row}` contradicts others, which it repeats now; ")?;
+                f.write_str("let one parameter stand in all of them")
+            }
             Self::Jump { time, what } => write!(
                 f,
                 "at t = {time} something jumps ({what}), and sensitivities with it; end the motion before, or smooth what jumps"
