@@ -6,6 +6,7 @@
 //! them is known. The derivatives of the motion by the parameters come from its variational equations, and how well each parameter is known from them, too; 100 fits of resampled data agree.
 
 mod common;
+use dynamics::motion::MotionError;
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]
