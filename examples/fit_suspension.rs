@@ -78,7 +78,7 @@ fn main() -> common::Outcome {
     let truth = car.simulate(car.state().build()?).until(end).run()?;
     let (mut first, mut second) = (noise(1), noise(2));
     let measure = |name: &str, sigma: f64, noise: &mut dyn FnMut() -> f64| -> Result<Vec<(f64, f64)>, MotionError> {
-        common::times(end, 300).map(|t| Ok((t, truth.output(name, t)? + sigma * noise()))).collect()
+        common::times(end, 120).map(|t| Ok((t, truth.output(name, t)? + sigma * noise()))).collect()
     };
     let (travel, felt) = (measure("travel", of_travel, &mut first)?, measure("felt", of_felt, &mut second)?);
 
@@ -96,7 +96,7 @@ fn main() -> common::Outcome {
         let error = found.standard_error.unwrap_or(f64::NAN);
         let [low, high] = sampled.interval(&found.name, 0.95).unwrap_or([f64::NAN; 2]);
         println!("{:<7} truth {value:>9.1}, 95 % of the resampled fits from {low:.1} to {high:.1}", found.name);
-        assert!((found.value - value).abs() < 4.0 * error && error < 0.02 * value, "{fit}");
+        assert!((found.value - value).abs() < 4.0 * error && error < 0.04 * value, "{fit}");
         assert!(((high - low) / (3.92 * error) - 1.0).abs() < 0.4, "{low} {high} {error}");
     }
     assert!((0.8..1.2).contains(&fit.reduced_chi_squared().unwrap_or(f64::NAN)), "{fit}");
@@ -116,7 +116,7 @@ fn main() -> common::Outcome {
             Panel::new(Axis::new("t in s"), Axis::new(title))
                 .points("measured", scaled(points, unit))
                 .series(Series::new("guess", curve(&before, name, unit)?).dashed())
-                .line("fitted", curve(&after, name, unit)?),
+                .series(Series::new("fitted", curve(&after, name, unit)?).solid()),
         );
     }
     // Two thirds of the residuals lie within one σ, 95 % within two.
@@ -124,7 +124,7 @@ fn main() -> common::Outcome {
         fit.residuals.iter().zip([(of_travel, 1e3, "residuals in mm"), (of_felt, 1.0, "residuals in m/s²")])
     {
         let within = left.points.iter().filter(|(_, r)| r.abs() < 2.0 * sigma).count();
-        assert!((0.92..0.98).contains(&(within as f64 / left.points.len() as f64)), "{within}");
+        assert!((0.9..0.99).contains(&(within as f64 / left.points.len() as f64)), "{within}");
         let level = |y: f64| [(0.0, unit * y), (end, unit * y)];
         chart = chart.panel(
             Panel::new(Axis::new("t in s"), Axis::new(title))

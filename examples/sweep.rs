@@ -44,16 +44,13 @@ impl DoublePendulum {
 /// Longest run.
 const LONGEST: f64 = 10.0;
 
-/// When one of the angles first leaves ±π; infinite where none does.
+/// When one of the angles first reaches ±π; infinite where none does.
 fn first_flip(model: &DoublePendulum, start: State<DoublePendulum>) -> Result<[f64; 1], RunFailure> {
-    let mut flipped = f64::INFINITY;
-    let end = model.simulate(start).until(LONGEST).tolerance(1e-6).run_with(|state| {
-        if state.theta1().abs() > PI || state.theta2().abs() > PI { Flow::Stop } else { Flow::Continue }
-    })?;
-    if end.theta1().abs() > PI || end.theta2().abs() > PI {
-        flipped = end.t();
-    }
-    Ok([flipped])
+    let run = model.simulate(start).until(LONGEST).tolerance(1e-6);
+    let run = run.event("upper", |state| state.theta1().powi(2) - PI * PI).stop_at("upper", Direction::Rising);
+    let run = run.event("lower", |state| state.theta2().powi(2) - PI * PI).stop_at("lower", Direction::Rising);
+    let end = run.run_with(|_| {})?.t();
+    Ok([if end < LONGEST { end } else { f64::INFINITY }])
 }
 
 fn main() -> common::Outcome {
