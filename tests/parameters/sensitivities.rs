@@ -218,7 +218,7 @@ mod law {
         let (held, led) = (Shaft { inertia: 0.5, spring: 3.0 }, Shaft { inertia: 0.5, spring: 1.0 });
         let one = asked(&held).run().unwrap();
         let other = asked(&led).with(|simulation| simulation.inputs(|_, state| [-2.0 * state.theta().sin()]));
-        let other = other.output_times(one.times().iter().copied().collect::<Vec<_>>()).run().unwrap();
+        let other = other.output_times(one.times().to_vec()).run().unwrap();
         assert!(one.exact && !other.exact);
         for by in ["theta", "inertia"] {
             let expected = one.series("theta", by).unwrap();

@@ -118,8 +118,8 @@ impl Equations {
         let left = &self.jacobian * correction - right;
         for (i, row) in self.rows.iter().enumerate() {
             for (k, parameter) in parameters.iter().enumerate() {
-                // Also where it is not a number.
-                if !(left[(i, k)].abs() <= CONTRADICTS * sizes[(i, k)]) {
+                let left = left[(i, k)].abs();
+                if left.is_nan() || left > CONTRADICTS * sizes[(i, k)] {
                     let parameter = parameter.map(|p| M::PARAMETERS[p].name);
                     return Err(SensitivityError::Contradicts { parameter, row: M::ROWS[*row].name });
                 }

@@ -20,7 +20,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use data::Series;
+use data::{Given, Series};
 pub use error::FitError;
 use levenberg::{Levenberg, Outcome};
 pub use resample::Resampled;
@@ -62,7 +62,7 @@ pub struct Fitting<'m, M: Simulate> {
     model: &'m M,
     start: M::State,
     asked: Vec<(String, [f64; 2])>,
-    data: Vec<(String, Vec<(f64, f64)>, Option<f64>)>,
+    data: Vec<Given>,
     tolerance: f64,
     options: Option<Options<'m, M>>,
     most: usize,
@@ -105,13 +105,13 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     ///
     /// All data without a σ of their own count as equally noisy, each in its unit: give σ by [`Fitting::data_with`] where quantities differ.
     pub fn data(mut self, name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        self.data.push((name.to_owned(), points.into_iter().collect(), None));
+        self.data.push(Given { name: name.to_owned(), points: points.into_iter().collect(), sigma: None });
         self
     }
 
     /// As [`Fitting::data`], with the standard deviation of the noise, in the unit of the quantity.
     pub fn data_with(mut self, name: &str, sigma: f64, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        self.data.push((name.to_owned(), points.into_iter().collect(), Some(sigma)));
+        self.data.push(Given { name: name.to_owned(), points: points.into_iter().collect(), sigma: Some(sigma) });
         self
     }
 
@@ -180,7 +180,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         }
         let (series, end) = data::read::<M>(&self.data, self.start.t())?;
         let (count, needed) = (series.iter().map(|s| s.points.len()).sum::<usize>(), unknowns.len());
-        let absolute = self.data.iter().all(|(.., sigma)| sigma.is_some());
+        let absolute = self.data.iter().all(|given| given.sigma.is_some());
         // Without the noise one more is needed to tell it.
         if count < needed + usize::from(!absolute) {
             return Err(FitError::TooFewData { data: count, unknowns: needed, noise: !absolute });

@@ -109,7 +109,7 @@ fn change_of<M: Simulate + Parameters + Clone>(
     let force = &linear.mass * by.select_rows(&rates);
     let svd = linear.stiffness.clone().svd(true, true);
     let (least, most) = (svd.singular_values.min(), svd.singular_values.max());
-    if !(least > FOLD * most) {
+    if least.is_nan() || least <= FOLD * most {
         let along = svd.v_t.as_ref().map_or(0, |v| v.row(v.nrows() - 1).transpose().iamax());
         let ratio = if most > 0.0 { least / most } else { 0.0 };
         return Err(SensitivityError::Fold { coordinate: linear.coordinates[along].name, ratio });

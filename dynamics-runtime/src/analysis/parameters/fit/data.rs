@@ -10,6 +10,13 @@ use super::FitError;
 use crate::model::{ModelState, Parameters};
 use crate::motion::{Motion, Simulate};
 
+/// Data as they were given.
+pub(super) struct Given {
+    pub(super) name: String,
+    pub(super) points: Vec<(f64, f64)>,
+    pub(super) sigma: Option<f64>,
+}
+
 /// Measured values of one quantity.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Series {
@@ -22,12 +29,9 @@ pub(in super::super) struct Series {
 }
 
 /// The data, checked, and the time at which they end.
-pub(super) fn read<M: Simulate>(
-    data: &[(String, Vec<(f64, f64)>, Option<f64>)],
-    start: f64,
-) -> Result<(Vec<Series>, f64), FitError> {
+pub(super) fn read<M: Simulate>(data: &[Given], start: f64) -> Result<(Vec<Series>, f64), FitError> {
     let mut found = Vec::new();
-    for (name, points, sigma) in data {
+    for Given { name, points, sigma } in data {
         let quantity = Measured::of::<M>(name).map_err(FitError::Motion)?;
         if points.is_empty() {
             return Err(FitError::NoData { name: name.clone() });
@@ -47,9 +51,9 @@ pub(super) fn read<M: Simulate>(
         found.push(Series { name: name.clone(), unit, quantity, points, sigma });
     }
     // σ are given for all or for none: else the weights of some would have units and those of others none.
-    let given = data.iter().filter(|(.., sigma)| sigma.is_some()).count();
+    let given = data.iter().filter(|given| given.sigma.is_some()).count();
     if given > 0 && given < data.len() {
-        let without = data.iter().find(|(.., sigma)| sigma.is_none()).map(|(name, ..)| name.clone());
+        let without = data.iter().find(|given| given.sigma.is_none()).map(|given| given.name.clone());
         return Err(FitError::NoiseOfSome { without: without.unwrap_or_default() });
     }
     let times = found.iter().flat_map(|s: &Series| &s.points).map(|(t, _)| *t);
@@ -66,11 +70,12 @@ pub(super) fn residuals<M: Simulate>(
     motion: &Motion<'_, M>,
 ) -> Result<DVector<f64>, SensitivityError> {
     let mut found = Vec::new();
+    let (start, end) = (motion.start_time(), motion.end_time());
     for Series { quantity, points, sigma, .. } in series {
         let mut sampler = motion.sampler();
         for (t, value) in points {
-            if motion.try_at(*t).is_err() {
-                let (start, end) = (motion.start_time(), motion.end_time());
+            if !(start..=end).contains(t) {
+                // An event has ended it.
                 return Err(SensitivityError::OutOfRange { time: *t, start, end });
             }
             let state = sampler.at(*t);

@@ -195,7 +195,7 @@ fn factor(jacobian: &DMatrix<f64>) -> Result<Factored, Vec<Vec<usize>>> {
         r.swap_columns(k, longest);
         order.swap(k, longest);
         let norm = rest.column(k).norm();
-        if !(norm > RANK) {
+        if norm.is_nan() || norm <= RANK {
             rank = k;
             break;
         }

@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use super::super::equations::{coefficients, not_solved, settle, size};
 use super::super::variable::Variable;
 use super::SensitivityError;
-use super::collocation::Gauss;
+use super::collocation::{AtNode, Gauss};
 use crate::model::{ModelState, Parameters, Vector};
 use crate::motion::{Motion, Sampler, Simulate};
 
@@ -196,12 +196,12 @@ impl<M: Simulate + Parameters + Clone> Way<'_, '_, M> {
     }
 
     /// A and b at the nodes of a step.
-    fn at_nodes(&mut self, t: f64, h: f64, fine: bool) -> Result<Vec<(DMatrix<f64>, DMatrix<f64>)>, SensitivityError> {
+    fn at_nodes(&mut self, t: f64, h: f64, fine: bool) -> Result<Vec<AtNode>, SensitivityError> {
         let nodes = if fine { self.fine.nodes.clone() } else { self.coarse.nodes.clone() };
         nodes.into_iter().map(|c| self.at(t + c * h)).collect()
     }
 
-    fn at(&mut self, t: f64) -> Result<(DMatrix<f64>, DMatrix<f64>), SensitivityError> {
+    fn at(&mut self, t: f64) -> Result<AtNode, SensitivityError> {
         let (n, state, model) = (M::Vector::LEN, self.sampler.at(t), self.motion.model());
         let asked: Vec<usize> = self.parameters.iter().flatten().copied().collect();
         let mut found = coefficients(model, self.motion.constants(), &state, &asked)?;

@@ -8,6 +8,9 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
+/// A and b at a node.
+pub(super) type AtNode = (DMatrix<f64>, DMatrix<f64>);
+
 /// Nodes cᵢ, aᵢⱼ by rows, weights bⱼ.
 pub(super) struct Gauss {
     pub(super) nodes: Vec<f64>,
@@ -58,7 +61,7 @@ impl Gauss {
     }
 
     /// x at the end of a step; A and b at the nodes. `None` where the stages have no solution.
-    pub(super) fn step(&self, x: &DMatrix<f64>, h: f64, at: &[(DMatrix<f64>, DMatrix<f64>)]) -> Option<DMatrix<f64>> {
+    pub(super) fn step(&self, x: &DMatrix<f64>, h: f64, at: &[AtNode]) -> Option<DMatrix<f64>> {
         let (n, s) = (x.nrows(), self.nodes.len());
         let mut system = DMatrix::identity(n * s, n * s);
         let mut right = DMatrix::zeros(n * s, x.ncols());
