@@ -261,11 +261,13 @@ impl<'m, M: Simulate> Motion<'m, M> {
     }
 
     /// Whether inputs come from a law.
+    #[cfg(feature = "std")]
     pub(crate) fn has_law(&self) -> bool {
         self.trajectory.has_law
     }
 
     /// What depends on parameters alone.
+    #[cfg(feature = "std")]
     pub(crate) fn constants(&self) -> &M::Constants {
         &self.constants
     }
