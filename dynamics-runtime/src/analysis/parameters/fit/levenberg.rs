@@ -12,6 +12,11 @@ use super::super::sensitivity::SensitivityError;
 
 /// The search has settled where the foretold decrease is below this part of χ²: the squares of differences that motions at their tolerance still show.
 const GAIN: f64 = 1e-14;
+/// There the undamped step gains no more than this part: it then ends within a thousandth of the standard errors or little more (D. M. Bates & D. G. Watts, Technometrics 23 (1981) 179).
+const OFFSET: f64 = 1e-6;
+/// Damping that leaves all but directions without any influence alone, and that which leaves nothing of a step.
+const UNDAMPED: f64 = 1e-14;
+const MOST_DAMPED: f64 = 1e12;
 /// And where steps are below this part of the unknowns.
 const MOVE: f64 = 1e-11;
 /// Smallest residuals, as a part of the first: data without noise.
@@ -54,21 +59,28 @@ impl Levenberg<'_> {
         let (mut mu, mut growth) = (1e-3, 2.0);
         let mut settled = false;
         let mut iterations = 0;
-        while iterations < self.most && !settled {
+        while iterations < self.most {
             iterations += 1;
             let free = self.free(&at, &(jacobian.tr_mul(&residuals)));
-            let step = self.bounded(&at, &damped(&jacobian, &residuals, &norms, mu, &free));
+            let undamped = damped(&jacobian, &residuals, &norms, UNDAMPED, &free);
+            let solve =
+                |free: &[usize], held: &_| damped(&jacobian, &(&residuals + &jacobian * held), &norms, mu, free);
+            let (step, cut) = self.within(&at, free, solve);
             let foretold = residuals.norm_squared() - (&residuals + &jacobian * &step).norm_squared();
             let sum = residuals.norm_squared();
-            if foretold <= GAIN * sum || sum <= EXACT * begun || small(&step, &at) {
-                settled = true;
+            // A step that was cut at a bound says nothing of how far the least is.
+            let stands = !cut && (foretold <= GAIN * sum || small(&step, &at));
+            if stands || sum <= EXACT * begun || mu > MOST_DAMPED {
+                // Short steps may be those of much damping, where motions beside do not exist: the least is where the undamped one gains nothing.
+                let gain = sum - (&residuals + &jacobian * &undamped).norm_squared();
+                settled = sum <= EXACT * begun || gain <= OFFSET * sum;
                 break;
             }
-            let next = &at + &step;
+            let next = DVector::from_fn(at.len(), |i, _| (at[i] + step[i]).clamp(self.bounds[i][0], self.bounds[i][1]));
             // Where there is no motion the step was too long.
             let gain = match evaluate(&next, false) {
-                Ok((there, _)) => (sum - there.norm_squared()) / foretold,
-                Err(_) => -1.0,
+                Ok((there, _)) if foretold > 0.0 => (sum - there.norm_squared()) / foretold,
+                _ => -1.0,
             };
             if gain > 1e-4 {
                 at = next;
@@ -77,8 +89,6 @@ impl Levenberg<'_> {
                 mu *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
                 growth = 2.0;
             } else {
-                // Of so little neither rounding nor the tolerance of motions leaves anything.
-                settled = mu > 1e12;
                 mu *= growth;
                 growth *= 2.0;
             }
@@ -95,8 +105,27 @@ impl Levenberg<'_> {
         (0..at.len()).filter(|i| !stands(i)).collect()
     }
 
-    fn bounded(&self, at: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
-        DVector::from_fn(at.len(), |i, _| (at[i] + step[i]).clamp(self.bounds[i][0], self.bounds[i][1]) - at[i])
+    /// A step that ends within the bounds: unknowns that would cross one go as far as it, and the others are solved for beside them. Whether that was so.
+    fn within(
+        &self,
+        at: &DVector<f64>,
+        mut free: Vec<usize>,
+        solve: impl Fn(&[usize], &DVector<f64>) -> DVector<f64>,
+    ) -> (DVector<f64>, bool) {
+        let (mut held, mut cut) = (DVector::zeros(at.len()), false);
+        loop {
+            let step = solve(&free, &held) + &held;
+            let crosses = |i: &usize| !(self.bounds[*i][0]..=self.bounds[*i][1]).contains(&(at[*i] + step[*i]));
+            let crossing: Vec<usize> = free.iter().copied().filter(crosses).collect();
+            if crossing.is_empty() {
+                return (step, cut);
+            }
+            cut = true;
+            for i in &crossing {
+                held[*i] = (at[*i] + step[*i]).clamp(self.bounds[*i][0], self.bounds[*i][1]) - at[*i];
+            }
+            free.retain(|i| !crossing.contains(i));
+        }
     }
 }
 
@@ -159,6 +188,21 @@ mod tests {
     fn the_valley_of_rosenbrock_ends_at_one_and_one() {
         let found = minimize([-1.2, 1.0], ANYWHERE, valley);
         assert!(found.settled && (found.at[0] - 1.0).abs() < 1e-9 && (found.at[1] - 1.0).abs() < 1e-9, "{}", found.at);
+    }
+
+    /// Where nothing exists beyond a place on the way, the search stops there, and has not settled.
+    #[test]
+    fn a_search_that_cannot_go_on_has_not_settled() {
+        let evaluate = |at: &DVector<f64>, _| {
+            if at[0] > -1.0 {
+                return Err(SensitivityError::NotFinite { time: 0.0 });
+            }
+            let (r, j) = valley(at[0], at[1]);
+            Ok((DVector::from_row_slice(&r), Some(DMatrix::from_row_slice(2, 2, &j))))
+        };
+        let search = Levenberg { bounds: &ANYWHERE, most: 500 };
+        let found = search.minimize(&DVector::from_row_slice(&[-1.2, 1.0]), evaluate).unwrap();
+        assert!(!found.settled && found.at[0] <= -1.0, "{}", found.at);
     }
 
     /// On x ≤ 0.5 the least is where y = x², on the bound.
