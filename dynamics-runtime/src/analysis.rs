@@ -13,6 +13,7 @@ mod equilibria;
 mod ladder;
 mod linearize;
 mod page;
+mod parameters;
 mod periodic;
 mod runs;
 mod table;
@@ -29,6 +30,11 @@ pub use equilibria::{
 pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
 pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
 pub use page::Page;
+pub use parameters::{
+    EquilibriumChange, Fit, FitError, Fitted, Fitting, FrequencyChange, Resampled, Residuals, RunFailure,
+    Sensitivities, Sensitivity, SensitivityError, Sweep, SweepAxis, SweepError, Sweeping, Variable, VariableError,
+    Vary,
+};
 pub use periodic::{
     Exponent, ExponentSign, Floquet, FloquetVerdict, Lyapunov, LyapunovExponents, Multiplier, PeriodicError,
     PeriodicMotions, PeriodicOrbit, Poincare, Return, Section, Shooting, Threshold, Trivial,

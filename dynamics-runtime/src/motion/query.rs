@@ -253,11 +253,23 @@ impl<'m, M: Simulate> Motion<'m, M> {
     }
 
     /// Adds the inputs of the law.
-    pub(super) fn complete(&self, mut state: M::State) -> M::State {
+    pub(crate) fn complete(&self, mut state: M::State) -> M::State {
         if self.trajectory.has_law && self.law.is_none() {
             state.inputs_mut().as_mut_slice().fill(f64::NAN);
         }
         with_inputs::<M>(self.law.as_ref(), state)
+    }
+
+    /// Whether inputs come from a law.
+    #[cfg(feature = "std")]
+    pub(crate) fn has_law(&self) -> bool {
+        self.trajectory.has_law
+    }
+
+    /// What depends on parameters alone.
+    #[cfg(feature = "std")]
+    pub(crate) fn constants(&self) -> &M::Constants {
+        &self.constants
     }
 
     /// The plant as it was during the step that leaves a record.
