@@ -139,6 +139,6 @@ fn rows_that_repeat_others_or_are_released_hide_nothing() {
         let run = model.simulate(start.assemble().unwrap()).until(6.0).tolerance(1e-6).run().unwrap();
         run.summary().nearest.unwrap().missed.is_some()
     };
-    assert!([1e-6, 1e-7, 1e-9].map(told) == [true; 3]);
+    assert!([1e-7, 1e-8, 1e-9].map(told) == [true; 3]);
     assert!([1e-2, 0.0].map(told) == [false; 2]);
 }

@@ -111,11 +111,7 @@ impl<M: Simulate> Motion<'_, M> {
         if error > 1.0 {
             return None;
         }
-        let a = match plant.settles() {
-            true => plant.accelerations(end_t, &y.q, &y.u),
-            false => scheme.finish(&mut plant, end_t, &y),
-        };
-        step.end = Knot { t: end_t, y, a: a.ok()? };
+        step.end = Knot { t: end_t, y, a: plant.accelerations(end_t, &y.q, &y.u).ok()? };
         scheme.accepted(&step);
         *room = plant.upkeep.into_memory();
         Some(step.end)
