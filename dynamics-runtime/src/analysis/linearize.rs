@@ -37,7 +37,8 @@ use crate::constrain::{check_start, solve_once};
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
 pub(super) use modes::eigenvector;
 pub(super) use reduce::{Tangent, scales};
-pub(super) use spectrum::{general, symmetric as undamped};
+pub(super) use spectrum::{drop_rounding, general, symmetric as undamped};
+pub(super) use steady::later;
 
 /// Models whose small motions can be asked for: all.
 pub trait SmallMotions: Constraints {
@@ -316,7 +317,7 @@ fn in_coordinates<M: Constraints>(
 }
 
 /// The linear equations in the coordinates of a tangent space.
-fn assemble<M: Constraints>(read: &Read, tangent: &Tangent) -> Linearization {
+pub(super) fn assemble<M: Constraints>(read: &Read, tangent: &Tangent) -> Linearization {
     let [mass, damping, stiffness, particular] = read.project(tangent);
     let named = |indices: &[usize]| indices.iter().map(|i| M::COORDINATES[*i]).collect::<Vec<_>>();
     Linearization {

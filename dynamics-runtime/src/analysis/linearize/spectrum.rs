@@ -93,7 +93,7 @@ pub(in crate::analysis) fn general(mut a: DMatrix<f64>) -> Result<Vec<Complex<f6
 }
 
 /// Elements that are rounding beside the others become zero.
-pub(super) fn drop_rounding(a: &mut DMatrix<f64>) {
+pub(in crate::analysis) fn drop_rounding(a: &mut DMatrix<f64>) {
     let least = a.nrows() as f64 * f64::EPSILON * a.norm();
     a.iter_mut().filter(|x| x.abs() <= least).for_each(|x| *x = 0.0);
 }

@@ -92,7 +92,7 @@ struct Study<'a, F> {
 }
 
 impl Campbell {
-    /// Over speeds (ascending, of one sign), for orders k (1 is unbalance), from the linear equations at each speed; `planes` are pairs of coordinates (x, y) in which
+    /// Over speeds (ascending, none negative), for orders k (1 is unbalance), from the linear equations at each speed; `planes` are pairs of coordinates (x, y) in which
     /// whirl is looked at, the rotor turning from x to y at positive speeds.
     ///
     /// # Errors

@@ -74,13 +74,20 @@ impl Linearization {
         Ok(NormalModes {
             frequencies: squares.iter().map(|square| square.sqrt()).collect(),
             all: &self.shape * &shapes,
-            damping: shapes.tr_mul(&(dissipative * &shapes)),
+            damping: modal(&dissipative, &shapes),
             shapes,
             mass: self.mass.clone(),
             coordinates: self.coordinates.clone(),
             all_coordinates: self.all,
         })
     }
+}
+
+/// ΦᵀC Φ; what rounding leaves of nothing is 0, as of dampers between bodies that move together.
+fn modal(damping: &DMatrix<f64>, shapes: &DMatrix<f64>) -> DMatrix<f64> {
+    let sizes = shapes.abs().tr_mul(&(damping.abs() * shapes.abs()));
+    let least = 4.0 * shapes.nrows() as f64 * f64::EPSILON;
+    shapes.tr_mul(&(damping * shapes)).zip_map(&sizes, |x, size| if x.abs() <= least * size { 0.0 } else { x })
 }
 
 /// Turns the vectors of each frequency so that damping does not couple them.
@@ -150,7 +157,14 @@ impl NormalModes {
     /// r of the independent coordinates.
     fn direction(&self, direction: &[(&str, f64)]) -> Result<DVector<f64>, VibrationError> {
         let mut r = DVector::zeros(self.coordinates.len());
-        for (name, value) in direction {
+        for (k, (name, value)) in direction.iter().enumerate() {
+            let wrong = |must_be| VibrationError::Value { what: "a direction", value: *value, must_be };
+            if !value.is_finite() {
+                return Err(wrong("a finite number"));
+            }
+            if direction[..k].iter().any(|(other, _)| other == name) {
+                return Err(wrong("given once for each coordinate"));
+            }
             let at = self.coordinates.iter().position(|q| q.name == *name);
             let at = at.ok_or_else(|| VibrationError::UnknownName {
                 what: "independent coordinate",
@@ -166,7 +180,7 @@ impl NormalModes {
     /// that are not named do nothing.
     ///
     /// # Errors
-    /// Names that are not independent coordinates.
+    /// Names that are not independent coordinates, or come twice, and values that are not finite.
     pub fn participation(&self, direction: &[(&str, f64)]) -> Result<Vec<f64>, VibrationError> {
         Ok(self.shapes.tr_mul(&(&self.mass * self.direction(direction)?)).as_slice().to_vec())
     }
@@ -174,7 +188,7 @@ impl NormalModes {
     /// Γ²: the mass that each mode moves; their sum is that of the whole system along the direction, so that it says how many modes suffice.
     ///
     /// # Errors
-    /// Names that are not independent coordinates.
+    /// Names that are not independent coordinates, or come twice, and values that are not finite.
     pub fn effective_masses(&self, direction: &[(&str, f64)]) -> Result<Vec<f64>, VibrationError> {
         Ok(self.participation(direction)?.into_iter().map(|x| x * x).collect())
     }
