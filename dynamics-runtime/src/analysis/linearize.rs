@@ -170,10 +170,12 @@ impl Linearization {
         modes::modes(self)
     }
 
-    /// mass⁻¹ `right`.
-    fn solve(&self, right: &DMatrix<f64>) -> Result<DMatrix<f64>, LinearizeError> {
+    /// mass⁻¹ `right`; what rounding leaves of terms that cancel is 0, as of a push that leaves a coordinate at rest: balancing would make much of it.
+    pub(super) fn solve(&self, right: &DMatrix<f64>) -> Result<DMatrix<f64>, LinearizeError> {
         let factors = self.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
-        let found = factors.solve(right);
+        let terms = factors.inverse().abs() * right.abs();
+        let least = 4.0 * self.mass.nrows() as f64 * f64::EPSILON;
+        let found = factors.solve(right).zip_map(&terms, |x, size| if x.abs() <= least * size { 0.0 } else { x });
         if found.iter().all(|x| x.is_finite()) { Ok(found) } else { Err(LinearizeError::NotFinite) }
     }
 }

@@ -14,7 +14,7 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::VibrationError;
 use super::varying::{Equations, varying};
@@ -266,9 +266,8 @@ pub(super) fn equations<M: Constraints + Outputs>(
 /// B for generalized forces on all coordinates: mass⁻¹Eᵀ of them.
 fn by_forces(linear: &Linearization, tangent: &Tangent, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, VibrationError> {
     let (c, f) = (linear.coordinates.len(), linear.velocities.len());
-    let factors = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
     let mut b = DMatrix::zeros(c + f, forces.ncols());
-    b.view_mut((c, 0), (f, forces.ncols())).copy_from(&factors.solve(&tangent.velocities.tr_mul(forces)));
+    b.view_mut((c, 0), (f, forces.ncols())).copy_from(&linear.solve(&tangent.velocities.tr_mul(forces))?);
     Ok(b)
 }
 
@@ -287,19 +286,26 @@ fn motions(read: &Read, tangent: &Tangent, linear: &Linearization, a: &DMatrix<f
     ]
 }
 
-/// δλ of the rows that hold, where they are unique, and the projector on their unique part.
-fn reactions(read: &Read, [q, u, accelerations]: [&By; 3], forces: &DMatrix<f64>) -> (By, DMatrix<f64>) {
+/// δλ of the rows that hold, where they are unique; and what λ is measured by, with the part of it that is not unique.
+fn reactions(read: &Read, [q, u, accelerations]: [&By; 3], forces: &DMatrix<f64>) -> (By, [DMatrix<f64>; 2]) {
     let rows = read.jacobian.nrows();
     if rows == 0 {
         let none = |of: &DMatrix<f64>| DMatrix::zeros(0, of.ncols());
-        return (By { x: none(&q.x), w: none(&q.w) }, DMatrix::zeros(0, 0));
+        return (By { x: none(&q.x), w: none(&q.w) }, [DMatrix::zeros(0, 0), DMatrix::zeros(0, 0)]);
     }
-    let inverse = pseudo_inverse(&read.jacobian.transpose());
+    // Rows of one length: their units decide nothing about which of them repeat others.
+    let length = |i: usize| match read.jacobian.row(i).norm() {
+        0.0 => 1.0,
+        length => 1.0 / length,
+    };
+    let units = DMatrix::from_diagonal(&DVector::from_fn(rows, |i, _| length(i)));
+    let columns = read.jacobian.transpose() * &units;
+    let inverse = pseudo_inverse(&columns);
     let [r_q, r_u] = &read.force_by;
-    let x = &inverse * (&read.mass * &accelerations.x + r_u * &u.x + r_q * &q.x);
-    let w = &inverse * (&read.mass * &accelerations.w - forces);
-    let projector = &inverse * read.jacobian.transpose();
-    (By { x, w }, projector)
+    let x = &units * &inverse * (&read.mass * &accelerations.x + r_u * &u.x + r_q * &q.x);
+    let w = &units * &inverse * (&read.mass * &accelerations.w - forces);
+    let open = &units * (DMatrix::identity(rows, rows) - inverse * columns);
+    (By { x, w }, [units, open])
 }
 
 /// By singular values; those below 1e-10 of the largest count as zero.
@@ -322,14 +328,14 @@ fn declared<M: Constraints + Outputs>(
     state: &M::State,
     read: &Read,
     [q, u, accelerations]: [&By; 3],
-    (lambda, projector): &(By, DMatrix<f64>),
+    (lambda, [units, open]): &(By, [DMatrix<f64>; 2]),
 ) -> Result<(By, Vec<(usize, Withheld)>), VibrationError> {
     let (y, n) = (M::OUTPUTS.len(), M::Vector::LEN);
     let at = Arguments::<M>::of(state, read);
     let by = at.derivatives(model).ok_or(VibrationError::NoOutputDerivatives)?;
     let active: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
     let by_lambda = by[3].select_columns(&active);
-    let beside = &by_lambda - &by_lambda * projector;
+    let (beside, whole) = (&by_lambda * open, &by_lambda * units);
     let direct = join(&by[4], &DMatrix::zeros(y, n));
     let found = By {
         x: &by[0] * &q.x + &by[1] * &u.x + &by[2] * &accelerations.x + &by_lambda * &lambda.x,
@@ -338,7 +344,7 @@ fn declared<M: Constraints + Outputs>(
     let why = |i: usize| {
         let all = found.x.row(i).iter().chain(found.w.row(i).iter()).all(|x| x.is_finite());
         match () {
-            () if beside.row(i).norm() > 1e-9 * by_lambda.row(i).norm() => Some(Withheld::NotUnique),
+            () if beside.row(i).norm() > 1e-9 * whole.row(i).norm() => Some(Withheld::NotUnique),
             () => (!all).then_some(Withheld::NotFinite),
         }
     };
