@@ -75,9 +75,7 @@ impl Held {
             Place::Coordinate(i) => state.q().as_slice().get(i),
             Place::Rate(i) => state.u().as_slice().get(i),
         };
-        // What stands still needs no time, which may be infinite.
-        let moved = if self.rate == 0.0 { 0.0 } else { self.rate * (state.t() - self.since) };
-        at.map_or(f64::NAN, |at| at - self.value - moved)
+        at.map_or(f64::NAN, |at| at - self.value - self.rate * (state.t() - self.since))
     }
 }
 
@@ -425,13 +423,9 @@ fn join(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     joined
 }
 
-fn places<M: Constraints + Outputs>(
-    state: &M::State,
-    independent: &[Vec<usize>; 2],
-) -> (Vec<Held>, Vec<Signal>) {
+fn places<M: Constraints + Outputs>(state: &M::State, independent: &[Vec<usize>; 2]) -> (Vec<Held>, Vec<Signal>) {
     let (q, u, since) = (state.q().as_slice(), state.u().as_slice(), state.t());
-    let of_q =
-        independent[0].iter().map(|i| Held { place: Place::Coordinate(*i), value: q[*i], rate: u[*i], since });
+    let of_q = independent[0].iter().map(|i| Held { place: Place::Coordinate(*i), value: q[*i], rate: u[*i], since });
     let of_u = independent[1].iter().map(|i| Held { place: Place::Rate(*i), value: u[*i], rate: 0.0, since });
     let places: Vec<_> = of_q.chain(of_u).collect();
     let named: [Vec<Signal>; 2] = [signals(names::coordinates::<M>()), signals(names::velocities::<M>())];
