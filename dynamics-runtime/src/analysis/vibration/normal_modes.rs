@@ -96,7 +96,11 @@ fn turn_equal(squares: &DVector<f64>, shapes: &mut DMatrix<f64>, damping: &DMatr
     let mut first = 0;
     while first < n {
         let size = squares[n - 1].abs();
-        let same = |k: &usize| squares[*k] - squares[first] <= EQUAL * squares[first].max(1e-6 * size);
+        // What is free has exactly 0, and nothing that swings, however slowly, is like it.
+        let same = |k: &usize| match squares[first] {
+            0.0 => squares[*k] == 0.0,
+            square => squares[*k] - square <= EQUAL * square.max(1e-6 * size),
+        };
         let count = (first..n).take_while(same).count();
         if count > 1 {
             let block = shapes.columns(first, count).into_owned();

@@ -86,7 +86,7 @@ impl StateSpace {
     /// The response of outputs to loads, from deviations of the states at time 0, by name (none: from rest).
     ///
     /// # Errors
-    /// Names that are not known, or come twice among the start, values that are not finite, and times that fall or are negative.
+    /// Names that are not known, or come twice among the start, loads of fewer than two points, values that are not finite, and times that fall or are negative.
     pub fn response(
         &self,
         loads: &[Load],
@@ -116,6 +116,10 @@ impl StateSpace {
     ) -> Result<TimeResponse, VibrationError> {
         let columns = loads.iter().map(|load| self.input(&load.input)).collect::<Result<Vec<_>, _>>()?;
         for load in loads {
+            if load.points.len() < 2 {
+                let what = "points of a load, which is zero beyond them,";
+                return Err(VibrationError::TooFew { what, count: load.points.len(), needed: 2 });
+            }
             ascending(load.points.iter().map(|point| point.0), f64::NEG_INFINITY)?;
             load.points.iter().try_for_each(|(_, value)| finite("a load", *value))?;
         }
