@@ -4,6 +4,8 @@
 //! The machine decides the nanoseconds; the ratios inside one run are what can be compared. Other people's work disturbs one way only, so
 //! that the quickest of many passes counts, taken in turn with those of the other candidates.
 
+#[path = "evaluation/arm.rs"]
+mod arm;
 #[path = "evaluation/by_hand.rs"]
 mod by_hand;
 #[macro_use]
@@ -171,6 +173,20 @@ macro_rules! compare_chain {
     }};
 }
 
+fn arm_of_seven_hinges() {
+    let states_of = states::<State<arm::Arm>, 7>();
+    let at = places(&states_of);
+    compare(
+        "arm",
+        &exact(&at, arm::in_the_world),
+        &[
+            derived!("derived", arm::arm(), states_of),
+            by_hand("in the world, inlined sines", &at, arm::in_the_world::<Inlined>),
+            by_hand("in the world", &at, arm::in_the_world::<Standard>),
+        ],
+    );
+}
+
 fn mechanisms() {
     let states_of = states_near::<State<loops::andrews::Andrews>, 7>(&loops::andrews::START, 0.05);
     let at = places(&states_of);
@@ -206,5 +222,6 @@ fn main() {
     compare_chain!(Chain10, 10, 11, "chain 10", Chain10Accurate);
     compare_chain!(Chain20, 20, 21, "chain 20");
     compare_chain!(Chain50, 50, 51, "chain 50");
+    arm_of_seven_hinges();
     mechanisms();
 }

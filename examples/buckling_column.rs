@@ -8,6 +8,7 @@
 
 mod common;
 use dynamics::analysis::Page;
+use dynamics::analysis::SpecialKind;
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -65,9 +65,9 @@ pub mod prelude {
     pub use dynamics_runtime::TimeDerivative as _;
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::{
-        Analyze as _, Branch, BranchEnd, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError,
-        Linearization, LinearizeError, SmallMotions as _, SpecialKind, Stability, StabilityVerdict, StateSpace, Stays,
-        Undecided, Vibration as _, VibrationError, continuation, fold_curve,
+        Analyze as _, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError, FitError, Linearization,
+        LinearizeError, PeriodicError, PeriodicMotions as _, SensitivityError, SmallMotions as _, Stability,
+        StabilityVerdict, StateSpace, Undecided, Vary as _, Vibration as _, VibrationError, continuation, fold_curve,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;
@@ -81,7 +81,7 @@ pub mod prelude {
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
         ConstraintKind, Constraints, Coordinates, Dynamics, Energies, Events, Linearize, Model, ModelState, Modes,
-        Outputs, Powers, Quantity, State, StateJacobian,
+        Outputs, Parameters, Powers, Quantity, State, StateJacobian,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::motion::{
@@ -119,14 +119,15 @@ pub mod __private {
     pub use dynamics_runtime::constrain::{solve_once, workspace_len};
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
     pub use dynamics_runtime::generated::{
-        Complete, OnlyOneDynamicsImplPerModel, acceleration_derivatives, matrix, name_singular, no_derivatives,
-        released, singular, solved_or_nan, vector,
+        Complete, OnlyOneDynamicsImplPerModel, acceleration_by_parameters, acceleration_derivatives, matrix,
+        name_singular, no_derivatives, released, singular, solved_or_nan, vector,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
         AngleSet, Branches, Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion, Kink,
-        Linearize, Model, ModelState, Modes, Outputs, Powers, Quantity, Route, Solved, StateJacobian, Terms, Vector,
+        Linearize, Model, ModelState, Modes, Outputs, Parameters, Powers, Quantity, Route, Solved, StateJacobian,
+        Terms, Vector,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Point};

@@ -474,6 +474,21 @@ mod everything {
     }
 
     #[test]
+    fn each_parameter_is_set_and_no_other() {
+        let before = model(&PARAMETERS);
+        for i in 0..PARAMETERS.len() {
+            let after = before.with_parameter(i, -7.25).expect("a parameter of this index");
+            let expected = PARAMETERS.iter().enumerate().map(|(k, x)| Some(if k == i { -7.25 } else { *x }));
+            assert!(
+                (0..PARAMETERS.len()).map(|k| after.parameter(k)).eq(expected),
+                "{}",
+                Everything::PARAMETERS[i].name
+            );
+        }
+        assert!(before.with_parameter(PARAMETERS.len(), 1.0).is_none());
+    }
+
+    #[test]
     fn parameters_by_two_routes() {
         verify_parameters(model, &PARAMETERS, 0.5);
     }

@@ -58,7 +58,14 @@ pub(crate) fn chain_dense<T: Real, const L: usize, const N: usize>(q: &[T; N], u
             f[j + 1] = f[j + 1] + lever * square;
         }
     }
-    // LDLᵀ in place, forward substitution on the way.
+    solve(m, f)
+}
+
+/// x with M x = f, by LDLᵀ of the lower triangle.
+#[inline(always)]
+pub(crate) fn solve<T: Real, const N: usize>(mut m: [[T; N]; N], mut f: [T; N]) -> [T; N] {
+    let zero = T::of(0.0);
+    // In place, forward substitution on the way.
     let mut inverse = [zero; N];
     for j in 0..N {
         inverse[j] = T::of(1.0) / m[j][j];

@@ -5,6 +5,7 @@
 //! from it is reported again. Nothing here may recurse or loop without bound: see the limits in `expressions.rs`, `control.rs` and
 //! `syntax/limits.rs`.
 
+mod bodies;
 mod calls;
 mod constraints;
 mod control;
@@ -70,6 +71,10 @@ struct Elaborator<'a> {
     frames: Vec<Frame>,
     /// Matrices that are known to turn, and how.
     rotations: rotations::Rotations,
+    /// Vectors of which it is known how they were carried into the world.
+    places: bodies::Places,
+    /// Rigid bodies that have energies.
+    bodies: bodies::Bodies,
     /// The constraints so far.
     constraints: Vec<Declared>,
     /// The role whose function is being elaborated, with all that it calls.
@@ -103,6 +108,8 @@ pub(crate) fn elaborate(
         constants: Vec::new(),
         frames: Vec::new(),
         rotations: rotations::Rotations::new(),
+        places: bodies::Places::default(),
+        bodies: bodies::Bodies::default(),
         constraints: Vec::new(),
         role: Role::Helper,
         reached: BTreeSet::new(),
@@ -116,5 +123,6 @@ pub(crate) fn elaborate(
     elaborator.name_constraint_units();
     elaborator.readers_outside();
     elaborator.note_angle_sets();
+    elaborator.place_bodies();
     Elaborated { model: elaborator.model, origins: elaborator.origins }
 }

@@ -1,6 +1,6 @@
 //! What answers questions about methods and models: by many runs, which method is the fastest for the accuracy that is wanted, and which model of
 //! a scene suffices for it ([`compare`]); by exact derivatives, how a model moves beside an equilibrium or a steady motion ([`SmallMotions`]),
-//! and how equilibria change with a parameter ([`continuation`]).
+//! how equilibria change with a parameter ([`continuation`]), and what becomes of motions that repeat or never do ([`PeriodicMotions`]).
 //!
 //! ```text
 //! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;
@@ -13,6 +13,8 @@ mod equilibria;
 mod ladder;
 mod linearize;
 mod page;
+mod parameters;
+mod periodic;
 mod runs;
 mod table;
 mod vibration;
@@ -28,6 +30,15 @@ pub use equilibria::{
 pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
 pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
 pub use page::Page;
+pub use parameters::{
+    EquilibriumChange, Fit, FitError, Fitted, Fitting, FrequencyChange, Resampled, Residuals, RunFailure,
+    Sensitivities, Sensitivity, SensitivityError, Sweep, SweepAxis, SweepError, Sweeping, Variable, VariableError,
+    Vary,
+};
+pub use periodic::{
+    Exponent, ExponentSign, Floquet, FloquetVerdict, Lyapunov, LyapunovExponents, Multiplier, PeriodicError,
+    PeriodicMotions, PeriodicOrbit, Poincare, Return, Section, Shooting, Threshold, Trivial,
+};
 pub use work_precision::{
     Cost, Curve, ErrorOf, Errors, Measured, OutsideError, Point, Reference, Study, WorkPrecision, WorkPrecisionError,
 };

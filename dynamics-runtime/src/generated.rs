@@ -155,6 +155,19 @@ pub fn acceleration_derivatives<M: Linearize>(model: &M, state: &M::State, by_q:
     true
 }
 
+/// ∂q̈/∂parameters by rows, from the derivatives that a model has; false where they do not exist at a state.
+#[inline]
+pub fn acceleration_by_parameters<M: Linearize>(model: &M, state: &M::State, values: &mut [f64]) -> bool {
+    let (n, p) = (M::Vector::LEN, M::PARAMETERS.len());
+    let Ok(by) = model.parameter_jacobian(state) else { return false };
+    for i in 0..n {
+        for j in 0..p {
+            values[i * p + j] = by[(i, j)];
+        }
+    }
+    true
+}
+
 /// The error of derivatives whose elimination meets a pivot that is too small: that of a coordinate, or of a constraint row.
 #[cold]
 #[inline(never)]

@@ -52,7 +52,7 @@ mod taylor;
 pub(crate) mod trees;
 mod tsit5;
 mod verner9;
-mod verner9_table;
+pub(crate) mod verner9_table;
 
 use core::fmt;
 
@@ -395,6 +395,18 @@ pub trait Scheme<V: Vector> {
         end: &Knot<V>,
         h: f64,
     ) -> Result<Self::Dense, S::Error>;
+    /// The interpolant of a step that was made before, where its ends tell it, so that nothing has to be tried once more.
+    #[inline(always)]
+    fn by_ends<S: System<V>>(
+        &mut self,
+        _system: &mut S,
+        _start: &Knot<V>,
+        _end: &Knot<V>,
+        _h: f64,
+        _tolerances: &Tolerances,
+    ) -> Result<Option<Self::Dense>, S::Error> {
+        Ok(None)
+    }
     /// Stage derivatives of the step just tried, in the order of evaluation, to find what is not finite.
     fn stages(&self) -> &[Phase<V>];
     /// The vector whose norm `attempt` returned, unscaled, to name the coordinate that forces small steps.

@@ -1,6 +1,6 @@
 //! 3×3 matrices of time jets and of plain numbers: rotations and inertia tensors.
 
-use core::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub, SubAssign};
+use core::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, Neg, Sub, SubAssign};
 
 use crate::expr::Expr;
 use crate::scalar::{Mixed, Scalar, With};
@@ -167,6 +167,15 @@ impl<T> Index<(usize, usize)> for Mat3<T> {
     #[inline(always)]
     fn index(&self, (i, j): (usize, usize)) -> &T {
         &self.rows[i][j]
+    }
+}
+
+impl<T> IndexMut<(usize, usize)> for Mat3<T> {
+    /// The element of row i, column j, both 0 to 2; panics beyond, as arrays do.
+    #[inline(always)]
+    fn index_mut(&mut self, (i, j): (usize, usize)) -> &mut T {
+        let row = &mut self.rows[i];
+        [&mut row.x, &mut row.y, &mut row.z].into_iter().nth(j).expect("three columns")
     }
 }
 

@@ -20,7 +20,7 @@ use crate::motion::AnyDriver;
 /// A method with its options. Whoever writes a [`Scheme`] makes it available to simulations by an implementation of this.
 pub trait Choice: Copy + Send + Sync + 'static {
     /// The method for phase vectors of this kind.
-    type Scheme<V: Vector>: Scheme<V>;
+    type Scheme<V: Vector>: Scheme<V> + Send + Sync + 'static;
     /// Whether it needs [`System::series`](integrate::System::series).
     const NEEDS_SERIES: bool = false;
     /// What a model has to be for the method to keep its promises.

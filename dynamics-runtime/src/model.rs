@@ -538,6 +538,43 @@ impl<M: Model> Debug for StateJacobian<M> {
     }
 }
 
+/// Parameters that can be changed, and what the accelerations make of it: what sweeps, sensitivities and fits ask. Every derived model has it.
+///
+/// ```
+/// use dynamics_runtime::model::Parameters;
+///
+/// /// The same model with one parameter changed; `None` where there is none of this name.
+/// fn with<M: Parameters + Clone>(model: &M, name: &str, value: f64) -> Option<M> {
+///     let index = M::PARAMETERS.iter().position(|parameter| parameter.name == name)?;
+///     model.with_parameter(index, value)
+/// }
+/// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` does not let its parameters be changed; put `#[dynamics]` on the `impl` block with its energies, or implement `Parameters`",
+    label = "no `Parameters` for this"
+)]
+pub trait Parameters: Dynamics {
+    /// Sets the scalar parameter of this index in [`Dynamics::PARAMETERS`]; false where there is none. What the value means is not checked:
+    /// simulations do that.
+    fn set_parameter(&mut self, index: usize, value: f64) -> bool;
+
+    /// The model with one parameter changed; `None` where there is none of this index.
+    fn with_parameter(&self, index: usize, value: f64) -> Option<Self>
+    where
+        Self: Clone,
+    {
+        let mut changed = self.clone();
+        changed.set_parameter(index, value).then_some(changed)
+    }
+
+    /// ∂q̈/∂parameters at a state, N×P by rows, constraints that hold included; `false` where no code for them was generated or they do not
+    /// exist: whoever needs them takes differences of the equations then.
+    #[inline]
+    fn acceleration_by_parameters(&self, _state: &Self::State, _values: &mut [f64]) -> bool {
+        false
+    }
+}
+
 /// Power of everything that changes the energy function: dE/dt = Σ powers.
 pub trait Powers: Dynamics {
     /// One entry per `#[force]` and per `#[dissipation]` function (by its name), and a last one, `explicit time`, where the Lagrangian

@@ -1,5 +1,6 @@
 //! From a declared model to its equations of motion.
 
+mod bodies;
 mod constraints;
 mod derive;
 mod equations;
@@ -10,6 +11,8 @@ mod levers;
 mod model;
 mod released;
 mod solution;
+mod twists;
+mod vectors;
 mod velocity_form;
 
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
@@ -20,7 +23,7 @@ pub use equations::{
     Solution, Variations, Withheld,
 };
 pub use model::{
-    AngleSet, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input,
-    Model, Output, Parameter,
+    AngleSet, Body, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function,
+    Input, Model, Output, Parameter, Step,
 };
 pub use solution::Manifold;

@@ -4,6 +4,7 @@ mod ends;
 mod meeting;
 mod models;
 
+use dynamics::analysis::{BranchEnd, Stays};
 use dynamics::prelude::*;
 use models::*;
 

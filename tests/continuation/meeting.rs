@@ -1,5 +1,7 @@
 //! Where branches meet, and where flutter begins.
 
+use dynamics::analysis::{Branch, SpecialKind};
+
 use super::*;
 
 fn kinds<S: dynamics::model::ModelState>(branch: &Branch<S>) -> Vec<SpecialKind> {

@@ -11,6 +11,7 @@ mod fixed_steps;
 mod hit_to_rounding;
 mod lock_ups;
 mod missed;
+mod one_row;
 mod passing;
 mod starts;
 mod summaries;

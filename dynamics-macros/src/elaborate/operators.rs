@@ -76,6 +76,9 @@ impl Elaborator<'_> {
             (Div, (Value::Scalar(a), Value::Scalar(b))) => self.quotient(&a, &b, at).into(),
             (Add | Sub, (Value::Vector(a), Value::Vector(b))) if a.len() == b.len() => {
                 let sum = a.iter().zip(&b).map(|(a, b)| self.sum(op, a, b, at)).collect::<Option<Vec<_>>>();
+                if let (Add, Some(sum)) = (op, &sum) {
+                    self.note_sum(&a, &b, sum);
+                }
                 sum.map_or(Value::Poison, Value::Vector)
             }
             (Mul, (Value::Scalar(s), Value::Vector(v)) | (Value::Vector(v), Value::Scalar(s))) => {
@@ -192,6 +195,9 @@ impl Elaborator<'_> {
             (Operator::Div, Value::Scalar(s)) => self.matrix_map(a, |e, x| e.quotient(x, &s, at)),
             (Operator::Mul, Value::Vector(v)) if v.len() == 3 => {
                 let rows = a.iter().map(|row| self.dot(row, &v, at)).collect::<Option<Vec<_>>>();
+                if let Some(product) = &rows {
+                    self.note_carried(a, &v, product);
+                }
                 rows.map(Value::Vector)
             }
             (Operator::Mul, Value::Matrix(b)) => {

@@ -39,6 +39,7 @@ impl<'a> Elaborator<'a> {
             let (expected, found) = (inputs.len() - receiver, arguments.len().saturating_sub(receiver));
             return self.fail(name.span(), &messages::argument_count(name, expected, found));
         }
+        let noted = (record.name == "RigidBody").then(|| arguments.clone());
         let mut variables = Vec::new();
         for (input, (value, at)) in inputs.iter().zip(arguments) {
             match input {
@@ -60,10 +61,14 @@ impl<'a> Elaborator<'a> {
         let value = self.statements(&function.block.stmts);
         let flow = self.frames.pop().and_then(|frame| frame.flow);
         self.diagnostics.leave(entered);
-        match flow {
+        let value = match flow {
             Some(Flow::Return(value)) => value,
             _ => value,
+        };
+        if let Some(arguments) = noted.filter(|_| name == "kinetic_energy" || name == "potential_energy") {
+            self.note_energy(&arguments, name, &value);
         }
+        value
     }
 
     /// The library type that a name means here: `Self` within the library's own functions.

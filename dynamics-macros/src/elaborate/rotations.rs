@@ -42,6 +42,18 @@ enum By {
     Matrix,
 }
 
+impl Turn {
+    /// Its matrix.
+    pub(super) fn rows(&self) -> &Rows {
+        &self.rows
+    }
+
+    /// Whether it is the same.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        key(&self.rows) == key(&other.rows)
+    }
+}
+
 /// A turn about a coordinate axis, from 1 to 3, by a coordinate or back by it.
 #[derive(Clone, Copy)]
 struct CoordinateTurn {
@@ -59,7 +71,7 @@ pub(super) enum Components {
 
 impl Elaborator<'_> {
     /// The turns that a matrix is made of.
-    fn turns(&self, rows: &Rc<Rows>) -> Option<Rc<Vec<Turn>>> {
+    pub(super) fn turns(&self, rows: &Rc<Rows>) -> Option<Rc<Vec<Turn>>> {
         self.rotations.get(&key(rows)).cloned()
     }
 
@@ -168,6 +180,9 @@ impl Elaborator<'_> {
     }
 
     fn sine_and_cosine(&mut self, angle: &Scalar) -> (Scalar, Scalar) {
+        if let Some((sin, cos)) = self.value_of(angle).and_then(of_quarters) {
+            return (self.number(Number::integer(sin)), self.number(Number::integer(cos)));
+        }
         let unit = self.dimensionless();
         let mut of = |function| Scalar { node: self.model.graph.unary(function, angle.node), unit: unit.clone() };
         let cos = of(Unary::Cos);
@@ -369,7 +384,7 @@ impl Elaborator<'_> {
         let square = self.product(&along, &along);
         let trace = self.sum(Operator::Add, &inertia[0][0], &inertia[1][1], at)?;
         let trace = self.sum(Operator::Add, &trace, &inertia[2][2], at)?;
-        let factor = self.number(Number::Float(2.0 / 3.0));
+        let factor = self.number(Number::ratio(2, 3));
         let factor = self.product(&factor, &trace);
         Some(self.product(&factor, &square))
     }
@@ -382,7 +397,7 @@ impl Elaborator<'_> {
         let omega = self.added(&before, &after, at)?;
         let momentum = self.turned(inertia, &omega, at)?;
         let double = self.dot(&omega, &momentum, at)?;
-        let half = self.number(Number::Float(0.5));
+        let half = self.number(Number::ratio(1, 2));
         Some(self.product(&half, &double))
     }
 
@@ -461,6 +476,17 @@ impl Elaborator<'_> {
         }
     }
 
+    /// The angular velocity of a turn by an angle, or of a matrix of numbers, which does not turn.
+    pub(super) fn rate_of_angle(&mut self, turn: &Turn, name: &Ident) -> Option<[Scalar; 3]> {
+        match &turn.by {
+            By::Angle { .. } => self.own(turn, Components::Body, name),
+            By::Matrix if turn.rows.iter().flatten().all(|x| self.model.graph.is_constant(x.node)) => {
+                Some(self.nothing())
+            }
+            By::Parameters(_) | By::Matrix => None,
+        }
+    }
+
     /// 2(e₀ė − ė₀e ± e×ė).
     fn of_parameters(&mut self, e: &[Scalar; 4], components: Components, name: &Ident) -> Option<[Scalar; 3]> {
         let at = name.span();
@@ -494,6 +520,12 @@ impl Elaborator<'_> {
         let mut sum = |k: usize| self.sum(Operator::Add, &a[k], &b[k], at);
         Some([sum(0)?, sum(1)?, sum(2)?])
     }
+}
+
+/// Sine and cosine of a whole number of quarter turns, written as a multiple of π/2 in `f64`: it stands for the quarter turn, not for the number beside it.
+fn of_quarters(angle: f64) -> Option<(i64, i64)> {
+    let quarters: i32 = (-4..=4).find(|k| f64::from(*k) * core::f64::consts::FRAC_PI_2 == angle)?;
+    Some([(0, 1), (1, 0), (0, -1), (-1, 0)][quarters.rem_euclid(4) as usize])
 }
 
 fn key(rows: &Rc<Rows>) -> [NodeId; 9] {

@@ -54,6 +54,9 @@ pub(crate) fn fallback(surface: &Surface) -> TokenStream {
                 fn input_jacobian(&self, _: &Self::State) -> #input { #never }
                 fn parameter_jacobian(&self, _: &Self::State) -> #parameter { #never }
             }
+            impl #private::Parameters for #model {
+                fn set_parameter(&mut self, _: #private::usize, _: #f64) -> #private::bool { #never }
+            }
             impl #private::Powers for #model {
                 const POWERS: #names
                 fn powers(&self, _: &Self::State, _: &mut [#f64]) { #never }

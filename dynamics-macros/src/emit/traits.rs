@@ -27,7 +27,7 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
     let (dynamics, energies) = (emission.dynamics(), emission.energies());
     let (linearize, powers) = (emission.linearize(), emission.powers());
     let (outputs, events) = (emission.outputs(), emission.events());
-    let constraints = emission.constraints();
+    let (constraints, parameters) = (emission.constraints(), emission.parameters());
     let (draw, only_one, quiet) = (identity::draw(surface), only_one(surface), quiet());
     let impls = quote! {
         #only_one
@@ -37,6 +37,7 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
             #dynamics
             #energies
             #linearize
+            #parameters
             #constraints
             #powers
             #outputs

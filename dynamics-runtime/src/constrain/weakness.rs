@@ -34,12 +34,21 @@ pub(crate) fn weakness<M: Constraints>(model: &M, state: &M::State) -> Weakness 
     weakest(model, state).unwrap_or_else(nobody)
 }
 
+/// [`Weakness::condition`] alone, of many states.
+pub(crate) fn condition<M: Constraints>(model: &M, state: &M::State) -> f64 {
+    let found = Frame::new(model, state).and_then(|frame| {
+        let full = independent_rows(model, state, &frame);
+        Some(frame.spread(&frame.order(), full)?.condition())
+    });
+    found.unwrap_or(1.0)
+}
+
 fn weakest<M: Constraints>(model: &M, state: &M::State) -> Option<Weakness> {
     let frame = Frame::new(model, state)?;
     let order = frame.order();
     let full = independent_rows(model, state, &frame);
-    let weak = *order.get(full.checked_sub(1)?)?;
-    let (largest, least) = (frame.sigma[order[0]], frame.sigma[weak]);
+    let spread = frame.spread(&order, full)?;
+    let Spread { largest, least, weak } = spread;
     let vanishes = |j: usize| frame.sigma[j] <= RANK * largest;
     // Where more than one is lost, all who take part.
     let lost: Vec<usize> = match order[..full].iter().copied().filter(|j| vanishes(*j)).collect::<Vec<_>>() {
@@ -59,8 +68,7 @@ fn weakest<M: Constraints>(model: &M, state: &M::State) -> Option<Weakness> {
         shares.iter_mut().enumerate().for_each(|(i, out)| *out = 1.0 - strong().map(|j| held(i, j)).sum::<f64>());
     }
     let coordinates = Involved::ranked(M::COORDINATES, shares.iter().copied().enumerate());
-    let condition = if least > 0.0 { largest / least } else { f64::INFINITY };
-    Some(Weakness { condition, rows, coordinates })
+    Some(Weakness { condition: spread.condition(), rows, coordinates })
 }
 
 /// Rank of the constraints where their manifold is regular: the number of rows, unless some are declared to repeat others.
@@ -72,6 +80,19 @@ fn independent_rows<M: Constraints>(model: &M, state: &M::State, here: &Frame) -
     let beside = with_workspace::<M, _>(|workspace| beside_on_constraints(model, state, workspace));
     let beside = beside.and_then(|beside| Frame::new(model, &beside));
     beside.map_or(rank_here, |beside| beside.rank().max(rank_here))
+}
+
+/// The largest singular value, and the least of as many as there are independent rows, with its index.
+struct Spread {
+    largest: f64,
+    least: f64,
+    weak: usize,
+}
+
+impl Spread {
+    fn condition(&self) -> f64 {
+        if self.least > 0.0 { self.largest / self.least } else { f64::INFINITY }
+    }
 }
 
 /// Φ_qᵀ, scaled and decomposed.
@@ -121,6 +142,12 @@ impl Frame {
         let mut order: Vec<usize> = (0..self.sigma.len()).collect();
         order.sort_by(|i, j| self.sigma[*j].total_cmp(&self.sigma[*i]));
         order
+    }
+
+    /// Of `full` singular values in this order; `None` where nothing holds.
+    fn spread(&self, order: &[usize], full: usize) -> Option<Spread> {
+        let weak = *order.get(full.checked_sub(1)?)?;
+        Some(Spread { largest: self.sigma[order[0]], least: self.sigma[weak], weak })
     }
 
     fn rank(&self) -> usize {

@@ -92,7 +92,31 @@ macro_rules! quintic {
         ) -> Result<Self::Dense, D::Error> {
             Ok(crate::integrate::Hermite::between(start, end, h))
         }
+
+        fn by_ends<D: crate::integrate::System<$vector>>(
+            &mut self,
+            _: &mut D,
+            start: &crate::integrate::Knot<$vector>,
+            end: &crate::integrate::Knot<$vector>,
+            h: f64,
+            _: &crate::integrate::Tolerances,
+        ) -> Result<Option<Self::Dense>, D::Error> {
+            Ok(Some(crate::integrate::Hermite::between(start, end, h)))
+        }
     };
+}
+
+impl<V: Vector> Hermite<V> {
+    /// q̈ at θ.
+    pub(crate) fn acceleration(&self, theta: f64) -> V {
+        let Self { h, second, higher: [c3, c4, c5], .. } = self;
+        let mut a = V::zeros();
+        for i in 0..V::LEN {
+            let bend = 6.0 * c3[i] + theta * (12.0 * c4[i] + theta * 20.0 * c5[i]);
+            a[i] = (2.0 * second[i] + theta * bend) / (h * h);
+        }
+        a
+    }
 }
 
 impl<V: Vector> Dense<V> for Hermite<V> {
@@ -133,6 +157,7 @@ mod tests {
             let (y, t) = (dense.at(theta), t0 + theta * h);
             assert!((y.q[0] - value(t)).abs() < 1e-14);
             assert!((y.u[0] - slope(t)).abs() < 1e-13);
+            assert!((dense.acceleration(theta)[0] - curvature(t)).abs() < 1e-12);
         }
     }
 

@@ -10,7 +10,8 @@
 //!   stiff does not shorten the steps. It is far larger than the error of the step; as in Hairer's code it is held against
 //!   0.1 · tolerance^⅔. Predictive step control (Gustafsson).
 //! * **Dense output**: the collocation polynomial of order 3 for u, its integral, of order 4, for q; where the quintic through q, q̇, q̈ at both ends ([`Hermite`]) agrees with it to
-//!   what it may be off, that one, of order 4 in u: up to five times nearer where nothing is stiff. Steps that are made again for it start Newton's iterations from their known ends.
+//!   what it may be off, that one, of order 4 in u: up to five times nearer where nothing is stiff. Where
+//!   the quintic solves the equations of the stages nothing is made again for it; else Newton's iterations start from the known ends of the step.
 //! * **Stability**: A-, B- and L-stable: what is stiff is damped, oscillations too. It is no method for oscillations that matter.
 //! * **Cost**: 3 evaluations of q̈ per iteration, 2 to 5 iterations a step, and 1 at its end; 2N + 1 for a Jacobian by differences.
 //! * **Constraints**: the stages solve the system with Φ̈ = 0, its multipliers eliminated, and the end is projected. The stabilised form of index 2 (Gear, Gupta & Leimkuhler), in
@@ -88,8 +89,9 @@ pub struct Radau5<V: Vector> {
     last: Option<Last<V>>,
     /// u of the stages less u at the start, nearly, where the step to be tried is one that was made before.
     known: Option<[V; 3]>,
-    /// What the error estimate of the step tried last was held against.
+    /// What error estimates are held against, for these tolerances.
     permitted: Tolerances,
+    permitted_for: Tolerances,
     /// Error of the step that is being accepted.
     judged: f64,
 }
@@ -318,6 +320,15 @@ impl<V: Vector> Radau5<V> {
         combine(&T_INVERSE, &change)
     }
 
+    /// What error estimates are held against: powers, which take as long as an evaluation of a small model.
+    #[inline(always)]
+    fn permitted(&mut self, tolerances: &Tolerances) -> Tolerances {
+        if self.permitted_for != *tolerances {
+            (self.permitted, self.permitted_for) = (permitted(tolerances), *tolerances);
+        }
+        self.permitted
+    }
+
     /// Norm of a correction: of the velocities, and of the positions that follow.
     #[inline(always)]
     fn size(&self, change: &[V; 3], h: f64, scale: &Phase<V>) -> f64 {
@@ -449,7 +460,8 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
             factor: 1.0,
             last: None,
             known: None,
-            permitted: Tolerances { absolute: 0.0, relative: 0.0 },
+            permitted: Tolerances::both(0.0),
+            permitted_for: Tolerances::both(0.0),
             judged: 0.0,
         }
     }
@@ -472,8 +484,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         // Nothing counts of a step that was taken back.
         self.last = self.last.filter(|last| here == Some(last.end));
         self.k[0] = start.derivative();
-        let permitted = permitted(tolerances);
-        self.permitted = permitted;
+        let permitted = self.permitted(tolerances);
         let scale = zip(&start.y, &start.y, |x, y| permitted.scale(x, y));
         let enough = enough(tolerances, &permitted);
         let mut staged = self.staged.0 > 0;
@@ -539,6 +550,35 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         (0..V::LEN).for_each(|l| z[2][l] = end.y.u[l] - start.y.u[l]);
         let stages = Collocation::new(start.y, &Cubic::new(&z), &end.y, h);
         Ok(Between::choose(Hermite::between(start, end, h), stages, &end.y, &self.permitted))
+    }
+
+    /// The quintic, where it solves the equations of the stages to within what is permitted: with r = q̈(θ) − a there, its u differs from that of the stages by h A r, what is
+    /// stiff by less, and the rows of |A| sum to 0.7 at most.
+    fn by_ends<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        end: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<Option<Between<V>>, S::Error> {
+        let permitted = self.permitted(tolerances);
+        let quintic = Hermite::between(start, end, h);
+        for c in [C[0], C[1]] {
+            let y = quintic.at(c);
+            let a = system.accelerations(start.t + c * h, &y.q, &y.u)?;
+            let (has, mut apart) = (quintic.acceleration(c), Phase::<V>::zeros());
+            for l in 0..V::LEN {
+                let left = h * (a[l] - has[l]);
+                (apart.q[l], apart.u[l]) = (h * left, left);
+            }
+            // What is not a number is not small.
+            let near = permitted.norm(&apart, &start.y, &end.y) <= 1.0;
+            if !near {
+                return Ok(None);
+            }
+        }
+        Ok(Some(Between::Quintic(quintic)))
     }
 
     fn retrace(&mut self, step: &Step<V>, part: f64) -> bool {

@@ -409,12 +409,18 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             // The step that follows may have found others there.
             end.a = system.accelerations(end.t, &end.y.q, &end.y.u)?;
         }
+        if let Some(dense) = scheme.by_ends(system, &start, &end, step.h, tolerances)? {
+            return Ok(Some(dense));
+        }
         let strays = scheme.retrace(&Step { start, end, ..*step }, 1.0);
         let (found, _) = scheme.attempt(system, &start, step.h, tolerances)?;
         if strays && !(scheme.converged() && Self::ends_there(system, step, found, tolerances)?) {
             return Ok(None);
         }
-        scheme.dense(system, &start, &end, step.h).map(Some)
+        let dense = scheme.dense(system, &start, &end, step.h)?;
+        // The step after it may be made again, too.
+        scheme.accepted(step);
+        Ok(Some(dense))
     }
 
     /// Whether a step that was made once more ends where it did.

@@ -91,6 +91,9 @@ impl From<SolveError> for KinematicsErrorKind {
     }
 }
 
+/// What is missed by no more is fulfilled, and something else is the cause.
+const FULFILLED: f64 = 1e-9;
+
 impl fmt::Display for KinematicsErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -129,6 +132,11 @@ impl fmt::Display for KinematicsErrorKind {
                 } else {
                     "; add a constraint that decides, or pass it smoothly with `.through_bifurcations()`"
                 }
+            ),
+            Self::NoContinuation { row, residual } if residual.abs() <= FULFILLED => write!(
+                f,
+                "the position does not continue, although `{row}` is fulfilled here: its gradient vanishes, and branches meet or end; a closure that is written by its components, \
+                 a row for each, instead of one distance has such positions told apart and passed"
             ),
             Self::NoContinuation { row, residual } => write!(
                 f,

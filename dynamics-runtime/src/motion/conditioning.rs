@@ -5,11 +5,12 @@ use alloc::vec::Vec;
 use nalgebra::DMatrix;
 
 use super::missed::missed_by;
-use super::query::Motion;
+use super::query::{Motion, Sampler};
+use super::record::Record;
 use super::simulate::Simulate;
 use crate::constrain::gradients::mass;
 use crate::constrain::memory::max_abs;
-use crate::constrain::weakness::{Weakness, weakness};
+use crate::constrain::weakness::{Weakness, condition, weakness};
 use crate::constrain::{Involved, with_workspace};
 use crate::integrate::Tolerances;
 use crate::math;
@@ -59,20 +60,25 @@ pub struct Nearest {
 }
 
 impl<M: Simulate> Motion<'_, M> {
-    /// The nearest approach to a singular position: of quarters of all steps, refined where the conditioning peaks between them. `None` without
-    /// constraints, and for more than 32 coordinates, where it would cost more than the run.
-    pub(super) fn nearest(&self) -> Option<Nearest> {
-        let records = &self.trajectory.records;
-        if M::ROWS.is_empty() || M::COORDINATES.len() > MOST_COORDINATES || !self.is_repeatable() {
+    /// Whether it is asked how near the constraints came to losing rank: not without any, and not of more than 32 coordinates, where it would cost more than the run.
+    pub(super) fn asks_for_nearest(&self) -> bool {
+        !M::ROWS.is_empty() && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
+    }
+
+    /// Times and conditioning of the constraints at the quarters of the step that leaves a record.
+    pub(super) fn add_conditions(&self, sampler: &mut Sampler<'_, '_, M>, index: usize, out: &mut Vec<(f64, f64)>) {
+        let Record { state, h, .. } = &self.trajectory.records[index];
+        let parts = if *h == 0.0 { 1 } else { PARTS };
+        let times = (0..parts).map(|k| state.t() + h * k as f64 / PARTS as f64);
+        out.extend(times.map(|t| (t, condition(self.model(), &sampler.at(t)))));
+    }
+
+    /// The nearest approach to a singular position: of quarters of all steps, refined where the conditioning peaks between them.
+    pub(super) fn nearest(&self, conditions: &[(f64, f64)]) -> Option<Nearest> {
+        if conditions.is_empty() {
             return None;
         }
         let mut sampler = self.sampler();
-        let mut conditions = Vec::with_capacity(records.len() * PARTS);
-        for record in records {
-            let parts = if record.h == 0.0 { 1 } else { PARTS };
-            let times = (0..parts).map(|k| record.state.t() + record.h * k as f64 / PARTS as f64);
-            conditions.extend(times.map(|t| (t, weakness(self.model(), &sampler.at(t)).condition)));
-        }
         let mut worst = conditions.iter().copied().fold((self.start_time(), 0.0), |a, b| if b.1 > a.1 { b } else { a });
         let (mut passed, mut missed) = (0, None);
         for i in 1..conditions.len().saturating_sub(1) {
@@ -81,7 +87,7 @@ impl<M: Simulate> Motion<'_, M> {
             if here.1 < before.1 || here.1 <= after.1 || here.1 < 1.01 * before.1.min(after.1) {
                 continue;
             }
-            let mut value = |t: f64| weakness(self.model(), &sampler.at(t)).condition;
+            let mut value = |t: f64| condition(self.model(), &sampler.at(t));
             let top = golden(before.0, after.0, &mut value);
             let top = if top.1 >= here.1 { top } else { here };
             if top.1 > SINGULAR {

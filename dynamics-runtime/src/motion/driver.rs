@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use core::ops::Range;
 
 use super::plant::Plant;
-use super::query::Motion;
+use super::query::{Motion, Sampler};
 use super::record::Counts;
 use super::run::{Ended, Halt, Plan, Sink, run};
 use super::simulate::Simulate;
@@ -31,13 +31,8 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
     fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<Ended<M::State>, Halt>)
     where
         M: Simulate;
-    /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
-    fn interpolate(
-        &self,
-        plant: &mut Plant<'_, '_, M>,
-        step: &Step<M::Vector>,
-        tolerances: &Tolerances,
-    ) -> Option<Interpolant<M::Vector>>
+    /// What makes steps again.
+    fn maker(&self) -> Box<dyn Maker<M>>
     where
         M: Simulate;
     /// Where the step with this start, size and upkeep ends; `None` where that fails.
@@ -59,10 +54,35 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
     ) -> Option<()>
     where
         M: Simulate;
-    /// Adds the work done during the step that leaves a record; false where it cannot be made again.
-    fn meter(&self, motion: &Motion<'_, M>, index: usize, work: &mut [f64]) -> bool
+    /// Adds the work done during the step that leaves a record; false where it cannot be made again. The sampler is of the same motion.
+    fn meter(&self, sampler: &mut Sampler<'_, '_, M>, index: usize, work: &mut [f64]) -> bool
     where
         M: Simulate;
+}
+
+/// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to the next.
+pub(crate) trait Maker<M: Simulate>: Send + Sync {
+    /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
+    fn interpolate(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<Interpolant<M::Vector>>;
+}
+
+struct Again<S>(S);
+
+impl<M: Simulate, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<S> {
+    fn interpolate(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<Interpolant<M::Vector>> {
+        let dense = Stepper::again(&mut self.0, plant, step, tolerances).ok()??;
+        Some(Box::new(dense))
+    }
 }
 
 /// Quarters, as where positions are solved: see `Motion::work`.
@@ -98,17 +118,11 @@ impl<M: Model, C: Choice> Driver<M> for C {
         run(self.scheme::<M::Vector>(), plan, sink)
     }
 
-    fn interpolate(
-        &self,
-        plant: &mut Plant<'_, '_, M>,
-        step: &Step<M::Vector>,
-        tolerances: &Tolerances,
-    ) -> Option<Interpolant<M::Vector>>
+    fn maker(&self) -> Box<dyn Maker<M>>
     where
         M: Simulate,
     {
-        let dense = Stepper::again(&mut self.scheme::<M::Vector>(), plant, step, tolerances).ok()??;
-        Some(Box::new(dense))
+        Box::new(Again(self.scheme::<M::Vector>()))
     }
 
     fn follow(
@@ -136,17 +150,18 @@ impl<M: Model, C: Choice> Driver<M> for C {
         motion.halve(self.scheme::<M::Vector>(), part, y, apart)
     }
 
-    fn meter(&self, motion: &Motion<'_, M>, index: usize, work: &mut [f64]) -> bool
+    fn meter(&self, sampler: &mut Sampler<'_, '_, M>, index: usize, work: &mut [f64]) -> bool
     where
         M: Simulate,
     {
+        let motion = sampler.motion();
         if <C::Scheme<M::Vector> as Scheme<M::Vector>>::WEIGHTS.is_empty() {
-            // Steps that are scanned in many parts are long, as the interpolant has a high order.
-            let parts = (<C::Scheme<M::Vector> as Scheme<M::Vector>>::SCAN as u32 / 4).max(1);
-            motion.meter_by_quadrature(index, parts, work)
+            // Five nodes are exact up to degree nine: enough for what the quintics of implicit methods make of powers. Series have higher orders, and longer steps.
+            let long = <C::Scheme<M::Vector> as Scheme<M::Vector>>::SCAN > 8;
+            sampler.meter_by_quadrature(index, if long { PARTS_OF_LONG_STEPS } else { 1 }, work)
         } else if motion.step(index).kept.between {
             // Its stages are off by what was taken back at its end, and so are their reactions; states between are settled.
-            motion.meter_by_quadrature(index, PARTS_OF_LONG_STEPS, work)
+            sampler.meter_by_quadrature(index, PARTS_OF_LONG_STEPS, work)
         } else {
             motion.meter_by_stages(self.scheme::<M::Vector>(), index, work)
         }

@@ -49,7 +49,7 @@ impl<M: Simulate> Motion<'_, M> {
         apart: &mut Vec<(f64, f64)>,
     ) -> Option<()> {
         let records = &self.trajectory.records;
-        let (mut a, mut second) = (None, Second { scheme, left: MOST_STEPS * part.len() + 1000 });
+        let (mut a, mut second) = (None, Second { scheme, room: Vec::new(), left: MOST_STEPS * part.len() + 1000 });
         for index in part.filter(|index| index + 1 < records.len()) {
             let [here, there] = [0, 1].map(|i| records[index + i].knot());
             if records[index].h == 0.0 {
@@ -81,7 +81,7 @@ impl<M: Simulate> Motion<'_, M> {
         }
         let mut half = |(t, y, a), end_t| {
             second.left = second.left.saturating_sub(1);
-            self.one(&mut second.scheme, index, (t, y, a), end_t).or_else(|| {
+            self.one(second, index, (t, y, a), end_t).or_else(|| {
                 second.scheme.forget();
                 self.follow(second, index, (t, y, a), end_t)
             })
@@ -93,12 +93,13 @@ impl<M: Simulate> Motion<'_, M> {
     /// The end of one step, from accelerations `a`, where they are known.
     fn one<S: Scheme<M::Vector>>(
         &self,
-        scheme: &mut S,
+        second: &mut Second<S>,
         index: usize,
         (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
         end_t: f64,
     ) -> Option<Knot<M::Vector>> {
-        let mut plant = self.plant(index);
+        let Second { scheme, room, .. } = second;
+        let mut plant = self.plant_in(index, core::mem::take(room));
         let a = match a {
             Some(a) => a,
             None => plant.accelerations(t, &y.q, &y.u).ok()?,
@@ -112,6 +113,7 @@ impl<M: Simulate> Motion<'_, M> {
         }
         step.end = Knot { t: end_t, y, a: plant.accelerations(end_t, &y.q, &y.u).ok()? };
         scheme.accepted(&step);
+        *room = plant.upkeep.into_memory();
         Some(step.end)
     }
 
@@ -127,6 +129,8 @@ impl<M: Simulate> Motion<'_, M> {
 /// What makes the second motion, and how many more steps of it are worth while.
 struct Second<S> {
     scheme: S,
+    /// What the constraints are kept in.
+    room: Vec<f64>,
     left: usize,
 }
 

@@ -32,7 +32,7 @@ const OPEN: f64 = 1e-7;
 /// Singular values of unit rows above this part of the largest are none that vanish a little way from a singular position.
 const RANK: f64 = 1e-6;
 /// Smallest over largest singular value beside a singular position, at most.
-const WEAK: f64 = 1e-3;
+const WEAK: f64 = 0.05;
 /// Φ of a position in which branches cross, in parts of 1 + |q|: rounding.
 const ROUNDING: f64 = 1e-13;
 

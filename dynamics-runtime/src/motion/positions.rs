@@ -5,7 +5,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::formulation::Formulation;
-use super::query::Motion;
+use super::query::{Motion, Sampler};
 use super::record::{Counts, Record, Trajectory};
 use super::simulate::{Simulate, every};
 use super::upkeep::Upkept;
@@ -62,16 +62,18 @@ impl<'m, M: Simulate> Motion<'m, M> {
         };
         Self::new(model, constants, None, trajectory)
     }
+}
 
+impl<M: Simulate> Sampler<'_, '_, M> {
     /// Sums the works of the step that leaves a record by Gauss–Legendre quadrature on so many parts of it, where no stages are known.
-    pub(super) fn meter_by_quadrature(&self, index: usize, parts: u32, work: &mut [f64]) -> bool {
-        let Record { state, h, .. } = self.trajectory.records[index];
+    pub(super) fn meter_by_quadrature(&mut self, index: usize, parts: u32, work: &mut [f64]) -> bool {
+        let motion = self.motion();
+        let Record { state, h, .. } = motion.trajectory.records[index];
         let mut powers = vec![0.0; work.len()];
-        let mut sampler = self.sampler();
         let part = h / f64::from(parts);
         for i in 0..parts {
             for (node, weight) in GAUSS {
-                self.model().powers(&sampler.at(state.t() + (f64::from(i) + node) * part), &mut powers);
+                motion.model().powers(&self.at(state.t() + (f64::from(i) + node) * part), &mut powers);
                 work.iter_mut().zip(&powers).for_each(|(work, power)| *work += part * weight * power);
             }
         }

@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::driver::Interpolant;
+use super::driver::{Interpolant, Maker};
 use super::error::{MotionError, SimulationError, suggest};
 use super::estimate::GlobalError;
 use super::formulation::Formulation;
@@ -96,7 +96,13 @@ impl<'m, M: Simulate> Motion<'m, M> {
     /// Evaluates states at times of one's choosing, at one set of stages per step where the times follow each other.
     #[must_use]
     pub fn sampler(&self) -> Sampler<'_, 'm, M> {
-        Sampler { motion: self, cached: None, upkeep: None }
+        Sampler { motion: self, cached: None, upkeep: None, memory: None }
+    }
+
+    /// A sampler for looks at all steps in turn: what makes them again remembers one for the next, which saves implicit methods most of their matrices. So states follow
+    /// from the order in which they are asked for, by a hundredth of what is permitted or so, as Newton's iterations end there.
+    pub(super) fn reader(&self) -> Sampler<'_, 'm, M> {
+        Sampler { memory: Some(None), ..self.sampler() }
     }
 
     /// The states at the requested output times, or after every accepted step where none were requested.
@@ -253,17 +259,34 @@ impl<'m, M: Simulate> Motion<'m, M> {
     }
 
     /// Adds the inputs of the law.
-    pub(super) fn complete(&self, mut state: M::State) -> M::State {
+    pub(crate) fn complete(&self, mut state: M::State) -> M::State {
         if self.trajectory.has_law && self.law.is_none() {
             state.inputs_mut().as_mut_slice().fill(f64::NAN);
         }
         with_inputs::<M>(self.law.as_ref(), state)
     }
 
+    /// Whether inputs come from a law.
+    #[cfg(feature = "std")]
+    pub(crate) fn has_law(&self) -> bool {
+        self.trajectory.has_law
+    }
+
+    /// What depends on parameters alone.
+    #[cfg(feature = "std")]
+    pub(crate) fn constants(&self) -> &M::Constants {
+        &self.constants
+    }
+
     /// The plant as it was during the step that leaves a record.
     pub(super) fn plant(&self, index: usize) -> Plant<'_, 'm, M> {
+        self.plant_in(index, Vec::new())
+    }
+
+    /// The same in memory that another one left: see [`Upkeep::into_memory`].
+    pub(super) fn plant_in(&self, index: usize, memory: Vec<f64>) -> Plant<'_, 'm, M> {
         let Record { state, usual, pace, .. } = &self.trajectory.records[index];
-        let mut upkeep = self.upkeep(*usual);
+        let mut upkeep = self.upkeep(*usual, memory);
         upkeep.replay(*pace);
         Plant {
             model: self.model,
@@ -279,9 +302,9 @@ impl<'m, M: Simulate> Motion<'m, M> {
         }
     }
 
-    fn upkeep(&self, usual: Option<f64>) -> Upkeep<M> {
+    fn upkeep(&self, usual: Option<f64>, memory: Vec<f64>) -> Upkeep<M> {
         let run = (self.start_time(), self.end_time());
-        let mut upkeep = Upkeep::new(self.formulation(), f64::INFINITY, self.constants, run);
+        let mut upkeep = Upkeep::within(self.formulation(), f64::INFINITY, self.constants, run, memory);
         upkeep.usual = usual;
         upkeep.under_way = true;
         upkeep
@@ -303,18 +326,34 @@ impl<'m, M: Simulate> Motion<'m, M> {
         Step { start: from.knot(), end: to.knot(), h: from.h, kept: from.kept }
     }
 
-    fn interpolant(&self, index: usize) -> Cached<M::Vector> {
+    /// The interpolant of the step that leaves a record, by what made the one before again, if that is remembered.
+    fn interpolant(&self, index: usize, memory: &mut Option<Memory<M>>) -> Cached<M::Vector> {
         let step = self.step(index);
-        let plant = &mut self.plant(index);
+        let (mut maker, room) = match memory.take() {
+            Some(Memory { maker, next, room }) => (Some(maker).filter(|_| next == index), room),
+            None => (None, Vec::new()),
+        };
+        let mut plant = self.plant_in(index, room);
         let tolerances = &self.trajectory.tolerances;
         let driver = self.trajectory.driver_of(index).filter(|_| self.is_repeatable());
-        let again = driver.and_then(|driver| driver.interpolate(plant, &step, tolerances));
+        let again = driver
+            .and_then(|driver| maker.get_or_insert_with(|| driver.maker()).interpolate(&mut plant, &step, tolerances));
+        // After a reset, other constraints or another method nothing of before counts.
+        let maker = maker.filter(|_| again.is_some() && self.goes_on(index));
         let interpolant = match again {
             Some(again) if !plant.strays(&*again, &step, tolerances) => again,
-            again => self.by_its_ends(plant, &step, again),
+            again => self.by_its_ends(&mut plant, &step, again),
         };
         let settles = !M::ROWS.is_empty() && plant.settles_between(&*interpolant, &step, tolerances);
+        *memory = maker.map(|maker| Memory { maker, next: index + 1, room: plant.upkeep.into_memory() });
         Cached { index, interpolant, settles }
+    }
+
+    /// Whether the step that leaves a record is followed by another of the same kind.
+    fn goes_on(&self, index: usize) -> bool {
+        let [here, next] = [0, 1].map(|i| &self.trajectory.records[index + i]);
+        let drivers = [0, 1].map(|i| self.trajectory.driver_of(index + i).map(|driver| driver.method()));
+        next.h != 0.0 && here.state.modes() == next.state.modes() && drivers[0] == drivers[1]
     }
 
     /// The interpolant of a step by its ends alone, which are known in any case: where the step cannot be made again, as where the law changed its mind, or where one of
@@ -363,13 +402,38 @@ pub struct Sampler<'a, 'm, M: Simulate> {
     cached: Option<Cached<M::Vector>>,
     /// Puts states onto the constraints, where `.consistent_output()` or the step asks for it.
     upkeep: Option<Upkeep<M>>,
+    /// What made the last step again, if it is to be remembered and is.
+    memory: Option<Option<Memory<M>>>,
 }
 
-impl<M: Simulate> Sampler<'_, '_, M> {
+/// What made a step again, and which one it may go on with.
+struct Memory<M: Simulate> {
+    maker: Box<dyn Maker<M>>,
+    next: usize,
+    /// What its constraints are kept in.
+    room: Vec<f64>,
+}
+
+impl<'a, 'm, M: Simulate> Sampler<'a, 'm, M> {
+    pub(super) fn motion(&self) -> &'a Motion<'m, M> {
+        self.motion
+    }
+
+    /// As [`Trajectory::find`], where states are asked for in turn without a search.
+    fn find(&self, t: f64) -> Option<usize> {
+        let trajectory = &self.motion.trajectory;
+        let direction = trajectory.direction();
+        let here = self.cached.as_ref().map(|cached| cached.index).filter(|&index| {
+            let times = [0, 1].map(|i| trajectory.records[index + i].state.t());
+            direction * (times[0] - t) <= 0.0 && direction * (times[1] - t) > 0.0
+        });
+        here.or_else(|| trajectory.find(t))
+    }
+
     /// The state at time t, as [`Motion::at`] gives it.
     pub fn at(&mut self, t: f64) -> M::State {
         let trajectory = &self.motion.trajectory;
-        let Some(index) = trajectory.find(t) else {
+        let Some(index) = self.find(t) else {
             let mut inputs = M::Inputs::zeros();
             inputs.as_mut_slice().fill(f64::NAN);
             return M::State::new(t, nan(), nan(), inputs);
@@ -379,7 +443,7 @@ impl<M: Simulate> Sampler<'_, '_, M> {
             return self.motion.complete(state);
         }
         if self.cached.as_ref().is_none_or(|cached| cached.index != index) {
-            self.cached = Some(self.motion.interpolant(index));
+            self.cached = Some(self.motion.interpolant(index, self.memory.as_mut().unwrap_or(&mut None)));
         }
         let (mut between, settled) = self.between(index, t);
         if !settled && let Some(y) = self.bridged(index, (t - state.t()) / h) {
@@ -400,7 +464,7 @@ impl<M: Simulate> Sampler<'_, '_, M> {
         if !(trajectory.consistent || *settles) || M::ROWS.is_empty() {
             return (between, true);
         }
-        let upkeep = self.upkeep.get_or_insert_with(|| self.motion.upkeep(usual));
+        let upkeep = self.upkeep.get_or_insert_with(|| self.motion.upkeep(usual, Vec::new()));
         upkeep.usual = usual;
         // Constraints may contain inputs; the law sees those that are held.
         let mut settled = self.motion.complete(between);

@@ -109,7 +109,12 @@ impl<M: Simulate> Motion<'_, M> {
     /// as much as the run, and three to four times as much where that is stiff.
     #[must_use]
     pub fn summary(&self) -> Summary {
-        let history = self.energy_history();
+        let (mut conditions, asks) = (Vec::new(), self.asks_for_nearest());
+        let history = self.energy_history(|sampler, index| {
+            if asks {
+                self.add_conditions(sampler, index, &mut conditions);
+            }
+        });
         let worst = history.errors.iter().fold(0.0f64, |worst, (_, error)| larger(worst, error.abs()));
         let counts = self.counts();
         let mut events: Vec<(String, usize)> = Vec::new();
@@ -142,7 +147,7 @@ impl<M: Simulate> Motion<'_, M> {
             upkept: self.trajectory.upkept,
             falls_back: matches!(M::ROUTE, Route::Unrolled { .. }),
             released: self.released(),
-            nearest: self.nearest(),
+            nearest: self.nearest(&conditions),
             impacts: self.events().iter().flat_map(|event| &event.impacts).filter(|impact| !impact.held).count(),
             energy_lost: self.events().iter().fold(0.0, |lost, event| lost + event.energy_lost()),
             stuck_in_impact: self.stuck_in_impact(),

@@ -1,6 +1,5 @@
 //! What keeps the constraints of a run, by its formulation.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 mod contacts;
@@ -108,7 +107,18 @@ impl<M: Constraints> Upkeep<M> {
         formulation: Option<Formulation>,
         drift_limit: f64,
         constants: M::Constants,
+        run: (f64, f64),
+    ) -> Self {
+        Self::within(formulation, drift_limit, constants, run, Vec::new())
+    }
+
+    /// As [`Upkeep::new`], in memory that another one [left](Upkeep::into_memory).
+    pub(crate) fn within(
+        formulation: Option<Formulation>,
+        drift_limit: f64,
+        constants: M::Constants,
         (from, to): (f64, f64),
+        mut workspace: Vec<f64>,
     ) -> Self {
         // What damps in one direction of time drives in the other.
         let along = if to < from { -1.0 } else { 1.0 };
@@ -117,7 +127,7 @@ impl<M: Constraints> Upkeep<M> {
             _ => (0.0, 0.0),
         };
         let len = constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len());
-        let workspace = vec![0.0; if M::ROWS.is_empty() { 0 } else { len }];
+        workspace.resize(if M::ROWS.is_empty() { 0 } else { len }, 0.0);
         Self {
             formulation,
             upkept: Upkept::default(),
@@ -135,6 +145,11 @@ impl<M: Constraints> Upkeep<M> {
             under_way: false,
             workspace,
         }
+    }
+
+    /// The memory that it worked in.
+    pub(crate) fn into_memory(self) -> Vec<f64> {
+        self.workspace
     }
 
     /// Whether the gains follow the step.

@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::plant::{EvaluationError, Plant};
-use super::query::Motion;
+use super::query::{Motion, Sampler};
 use super::simulate::Simulate;
 use crate::integrate::{Phase, Scheme, System};
 use crate::model::ModelState;
@@ -54,31 +54,33 @@ pub(super) struct EnergyHistory {
     pub(super) account: WorkAccount,
 }
 
-impl<M: Simulate> Motion<'_, M> {
+impl<'m, M: Simulate> Motion<'m, M> {
     /// The work–energy account: the work of every force, energy changes at resets, and the error with which it closes.
     ///
     /// NaN where a motion was saved from a failed simulation without its inputs closure.
     #[must_use]
     pub fn work(&self) -> WorkAccount {
-        self.energy_history().account
+        self.energy_history(|_, _| {}).account
     }
 
     /// (t, (E − E₀ − work)/scale) at the accepted steps, for plots of the energy's drift; `work` is that of forces and resets up
     /// to there, `scale` the largest of |T|, |V|, |E| met.
     #[must_use]
     pub fn energy_errors(&self) -> Vec<(f64, f64)> {
-        let history = self.energy_history();
+        let history = self.energy_history(|_, _| {});
         let scale = if history.scale > 0.0 { history.scale } else { 1.0 };
         history.errors.into_iter().map(|(t, error)| (t, error / scale)).collect()
     }
 
-    pub(super) fn energy_history(&self) -> EnergyHistory {
+    /// `also` looks at the step that leaves each record, while it is at hand: steps of implicit methods are as costly to make again as they were.
+    pub(super) fn energy_history(&self, mut also: impl FnMut(&mut Sampler<'_, 'm, M>, usize)) -> EnergyHistory {
         let records = &self.trajectory.records;
         let mut work = vec![0.0; M::POWERS.len()];
         let mut resets: Vec<WorkRow> = Vec::new();
         let mut errors = Vec::with_capacity(records.len());
         let mut scale = 0.0f64;
         let unknown = M::ENERGY_HAS_INPUTS && self.trajectory.has_law;
+        let mut sampler = self.reader();
         let (mut first, mut energy, mut brought, mut size) = (0.0, 0.0, 0.0, 0.0f64);
         for (index, record) in records.iter().enumerate() {
             let state = self.complete(record.state);
@@ -95,9 +97,10 @@ impl<M: Simulate> Motion<'_, M> {
                         self.add_reset(&mut resets, state.t(), change);
                     }
                 }
-                Some(last) => self.add_work(last, &mut work),
+                Some(last) => self.add_work(&mut sampler, last, &mut work),
             }
             scale = scale.max(size);
+            also(&mut sampler, index);
             let unknown = if index > 0 && unknown { f64::NAN } else { 0.0 };
             errors.push((state.t(), energy - first - brought - work.iter().sum::<f64>() - unknown));
         }
@@ -134,16 +137,16 @@ impl<M: Simulate> Motion<'_, M> {
     }
 
     /// Adds the work done during the step that leaves a record.
-    fn add_work(&self, index: usize, work: &mut [f64]) {
+    fn add_work(&self, sampler: &mut Sampler<'_, '_, M>, index: usize, work: &mut [f64]) {
         if work.is_empty() {
             return;
         }
         let done = self.is_repeatable()
             && match self.trajectory.driver_of(index) {
-                Some(driver) => driver.meter(self, index, work),
+                Some(driver) => driver.meter(sampler, index, work),
                 // Steps are as long as Newton's method permits, up to a radian of a crank: on quarters of them the quadrature leaves about
                 // 10⁻¹² of the energy (slider-crank, Jansen's leg).
-                None => self.meter_by_quadrature(index, 4, work),
+                None => sampler.meter_by_quadrature(index, 4, work),
             };
         if !done {
             work.fill(f64::NAN);

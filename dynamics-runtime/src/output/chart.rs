@@ -53,6 +53,8 @@ pub enum Mark {
     Line,
     /// A sign at every point.
     Points,
+    /// A dot at every point: sets of thousands, as sections through a motion.
+    Dots,
     /// Both.
     LineAndPoints,
 }
@@ -161,6 +163,12 @@ impl Panel {
     #[must_use]
     pub fn points(self, name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         self.series(Series::new(name, points).mark(Mark::Points))
+    }
+
+    /// Adds points (x, y), each as a dot: sets of thousands.
+    #[must_use]
+    pub fn dots(self, name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        self.series(Series::new(name, points).mark(Mark::Dots))
     }
 
     /// Adds points (x, y), each with a sign, joined by lines: measurements such as error against cost.

@@ -157,7 +157,7 @@ fn header<M: Simulate>() -> String {
 }
 
 /// A field after RFC 4180.
-fn quoted(field: String) -> String {
+pub(crate) fn quoted(field: String) -> String {
     if field.contains([',', '"', '\n', '\r']) { alloc::format!("\"{}\"", field.replace('"', "\"\"")) } else { field }
 }
 

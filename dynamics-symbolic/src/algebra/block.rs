@@ -12,7 +12,7 @@ use super::unrolled::{Guard, Guarded};
 /// Most unknowns that are solved by cofactors.
 const CORE: usize = 3;
 /// Smallest admissible ratio of a determinant, or a pivot, to the norms of its columns and rows. The general solver takes over below.
-pub(super) const DEPENDENT: f64 = 1e-4;
+pub(super) const DEPENDENT: f64 = 1e-3;
 
 /// One step of Gaussian elimination, all numbers being those of the whole system.
 #[derive(Clone, Debug)]

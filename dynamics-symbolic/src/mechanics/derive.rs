@@ -4,10 +4,11 @@ use crate::algebra::Levers;
 use crate::calculus::{ZeroDenominator, directional, gradient, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
+use super::bodies::Tree;
 use super::constraints::{self, Rows};
 use super::equations::{ConstraintEquations, Derivation, Equations, Named, Released, Solution, Variations};
 use super::forces::{dissipated, generalized, power};
-use super::inverse::{self, Residual, SOLVED_FOR, Sweep};
+use super::inverse::{self, Residual, SOLVED_FOR, Sweep, residual_by_entries};
 use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
 use super::levers::levers;
 use super::model::{Energy, EnergyRole, Force, Model, Output};
@@ -44,10 +45,19 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
 pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Underivable> {
     let n = model.coordinates.len();
     let rows = Rows::of(model);
+    let mut energies = Energies::sum(&mut model.graph, &model.energies);
+    let tree = Tree::of(model, energies.kinetic, energies.potential);
     let g = &mut model.graph;
-    let energies = Energies::sum(g, &model.energies);
-    let parts = Parts::split(g, &energies, n);
     let applied = applied(g, &model.forces, &model.energies, n);
+    let parts = Parts::shortest(g, &energies, tree, n, &|g, parts| {
+        let (inertia, _) = parts.balance(g, &applied, n);
+        match &rows {
+            // With constraints the rest of the work is the same.
+            Some(_) => Some([inertia.mass.concat(), inertia.force].concat()),
+            None => Some(Solved::free(g, &inertia, &|g| parts.levers(g, &applied, n)).ok()?.free_results()),
+        }
+    });
+    parts.rewrite(g, &mut energies);
     let (inertia, free_force) = parts.balance(g, &applied, n);
     let mut powers = powers(g, &applied, energies.lagrangian);
     powers.extend(rows.iter().flat_map(|rows| constraints::powers(g, &model.constraints, &rows.velocity_offset)));
@@ -114,9 +124,10 @@ pub fn momentum_rates(model: &mut Model) -> Vec<NodeId> {
 pub fn variations(model: &mut Model) -> Result<Variations, usize> {
     let size = (model.coordinates.len(), model.inputs.len());
     let rows = Rows::of(model);
+    let energies = Energies::sum(&mut model.graph, &model.energies);
+    let tree = Tree::of(model, energies.kinetic, energies.potential);
     let g = &mut model.graph;
-    let energies = Energies::sum(g, &model.energies);
-    let parts = Parts::split(g, &energies, size.0);
+    let parts = Parts::shortest(g, &energies, tree, size.0, &|g, parts| Some(parts.inverse(g, size.0)));
     let applied = applied(g, &model.forces, &model.energies, size.0);
     let inverse = parts.inverse(g, size.0);
     let residual = applied.iter().fold(inverse, |total, (_, part)| each(g, &total, part, Graph::sub));
@@ -218,27 +229,88 @@ impl Energies {
     }
 }
 
-/// L as a part in velocity form and a general rest.
+/// L as bodies that hang on one another, a part in velocity form and a general rest.
 struct Parts {
+    bodies: Option<Tree>,
     form: VelocityForm,
     general: NodeId,
     derivation: Derivation,
 }
 
 impl Parts {
-    fn split(g: &mut Graph, energies: &Energies, n: usize) -> Self {
-        let (form, rest) = VelocityForm::split(g, energies.kinetic, n);
-        if form.is_empty() {
-            return Self { form, general: energies.lagrangian, derivation: Derivation::Momenta };
+    fn split(g: &mut Graph, energies: &Energies, bodies: Option<Tree>, n: usize) -> Self {
+        let (kinetic, potential) =
+            bodies.as_ref().map_or((energies.kinetic, energies.potential), |tree| (tree.kinetic, tree.potential));
+        let (form, rest) = VelocityForm::split(g, kinetic, n);
+        if form.is_empty() && bodies.is_none() {
+            return Self { bodies, form, general: energies.lagrangian, derivation: Derivation::Momenta };
         }
-        let rest = g.sub(rest, energies.potential);
+        let rest = g.sub(rest, potential);
         let general = g.add(rest, energies.direct);
         let mixed = g.dependence(general).on(Dependence::RATES);
-        Self { form, general, derivation: if mixed { Derivation::Mixed } else { Derivation::VelocityForm } }
+        let derivation = match bodies {
+            Some(_) => Derivation::Bodies,
+            None if mixed => Derivation::Mixed,
+            None => Derivation::VelocityForm,
+        };
+        Self { bodies, form, general, derivation }
+    }
+
+    /// With the tree of bodies or without, whichever has the shorter results.
+    fn shortest(
+        g: &mut Graph,
+        energies: &Energies,
+        tree: Option<Tree>,
+        n: usize,
+        results: &dyn Fn(&mut Graph, &Self) -> Option<Vec<NodeId>>,
+    ) -> Self {
+        let Some(tree) = tree else { return Self::split(g, energies, None, n) };
+        // On copies, so that what is not taken leaves no trace.
+        let weight = |tree: Option<Tree>| {
+            let mut trial = g.clone();
+            let parts = Self::split(&mut trial, energies, tree, n);
+            let results = results(&mut trial, &parts)?;
+            Some(trial.weight(&results))
+        };
+        let (without, with) = (weight(None), weight(Some(tree.clone())));
+        let shorter = with.is_some_and(|with| without.is_none_or(|without| with < without));
+        let taken = shorter && Self::agree(g, energies, &tree, n);
+        Self::split(g, energies, taken.then_some(tree), n)
+    }
+
+    /// Whether M q̈ − Q, both ways, is that of T and V: the bodies are noted beside the energies, and what was noted proves itself before it is used.
+    fn agree(g: &Graph, energies: &Energies, tree: &Tree, n: usize) -> bool {
+        let mut trial = g.clone();
+        let g = &mut trial;
+        let expected = Self::split(g, energies, None, n).inverse(g, n);
+        let parts = Self::split(g, energies, Some(tree.clone()), n);
+        let found = parts.inertia(g, n);
+        let by_entries = residual_by_entries(g, &found.mass, &found.force);
+        let by_recursion = parts.inverse(g, n);
+        let same = |a: &[NodeId], b: &[NodeId]| a.iter().zip(b).all(|(a, b)| g.fingerprint(*a) == g.fingerprint(*b));
+        same(&by_entries, &expected) && same(&by_recursion, &expected)
+    }
+
+    /// T as the recursion has it, where that is shorter than it was said.
+    fn rewrite(&self, g: &mut Graph, energies: &mut Energies) {
+        let Some(tree) = &self.bodies else { return };
+        let energy = tree.afresh(g, |g| tree.energy(g));
+        let kinetic = g.add(energy, tree.kinetic);
+        if g.weight(&[kinetic]) < g.weight(&[energies.kinetic]) {
+            energies.kinetic = kinetic;
+            // T + V, too, is to be made of it.
+            let parts = g.cone(&[kinetic, energies.potential]);
+            g.afresh(&parts, |g| g.add(kinetic, energies.potential));
+        }
     }
 
     fn inertia(&self, g: &mut Graph, n: usize) -> Inertia {
-        if self.form.is_empty() { lagrange(g, self.general, n) } else { mixed(g, &self.form, self.general, n) }
+        let beside =
+            if self.form.is_empty() { lagrange(g, self.general, n) } else { mixed(g, &self.form, self.general, n) };
+        match &self.bodies {
+            Some(tree) => tree.afresh(g, |g| tree.inertia(g)).and(g, &beside),
+            None => beside,
+        }
     }
 
     /// M, Q and p with the applied forces, and Q without those that contain reactions.
@@ -256,7 +328,14 @@ impl Parts {
     }
 
     fn inverse(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
-        inverse_dynamics(g, &self.form, self.general, n)
+        let beside = inverse_dynamics(g, &self.form, self.general, n);
+        match &self.bodies {
+            Some(tree) => {
+                let bodies = tree.afresh(g, |g| tree.inverse(g));
+                each(g, &bodies, &beside, Graph::add)
+            }
+            None => beside,
+        }
     }
 
     /// T as velocities that are made of one another, where they are.

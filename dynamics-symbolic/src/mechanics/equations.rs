@@ -14,6 +14,9 @@ pub enum Derivation {
     Momenta,
     /// Part of T in velocity form, the rest by momenta.
     Mixed,
+    /// Rigid bodies that hang on one another: M from composite inertias, Q by velocities and accelerations outward and forces inward; what else
+    /// there is in T as above.
+    Bodies,
 }
 
 /// A pivot of M = LDLᵀ, to be compared with the diagonal element that it came from; where the forces in rods are solved for, a pivot of their

@@ -17,6 +17,18 @@ pub(super) struct Inertia {
     pub(super) momenta: Vec<NodeId>,
 }
 
+impl Inertia {
+    /// Both together.
+    pub(super) fn and(self, g: &mut Graph, other: &Self) -> Self {
+        let mut each = |a: Vec<NodeId>, b: &[NodeId]| a.into_iter().zip(b).map(|(a, b)| g.add(a, *b)).collect();
+        Self {
+            mass: self.mass.into_iter().zip(&other.mass).map(|(a, b)| each(a, b)).collect(),
+            force: each(self.force, &other.force),
+            momenta: each(self.momenta, &other.momenta),
+        }
+    }
+}
+
 /// The symbols q or q̇ of n coordinates.
 pub(super) fn symbols(n: usize, kind: fn(u32) -> Symbol) -> Vec<Symbol> {
     (0..n as u32).map(kind).collect()

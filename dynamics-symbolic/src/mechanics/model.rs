@@ -22,6 +22,8 @@ pub struct Model {
     pub functions: Vec<Function>,
     /// Energies and dissipation functions.
     pub energies: Vec<Energy>,
+    /// Rigid bodies whose energies are among them, where it is known how their frames are reached: what is derived from them is the same, and often shorter.
+    pub bodies: Vec<Body>,
     /// Applied forces.
     pub forces: Vec<Force>,
     /// Constraints, the holonomic ones first; their components in this order are the rows of Φ_q and of λ: `Symbol::Multiplier(i)`.
@@ -73,6 +75,37 @@ pub struct AngleSet {
     pub angles: [u32; 3],
     /// The axes, 1 to 3.
     pub axes: [u8; 3],
+}
+
+/// A step from one frame to the next.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Step {
+    /// To an origin with these coordinates in the frame before, axes parallel.
+    Shift([NodeId; 3]),
+    /// Axes turned about the origin.
+    Turn {
+        /// Carries components in the new frame into components in the frame before.
+        rotation: [[NodeId; 3]; 3],
+        /// The angular velocity of the new frame against the one before, in the new frame's components.
+        rate: [NodeId; 3],
+    },
+}
+
+/// A rigid body with kinetic energy ½ m v² + ½ ω·I ω, v the velocity of its center of mass.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// From the world to its frame.
+    pub steps: Vec<Step>,
+    /// Mass.
+    pub mass: NodeId,
+    /// Center of mass in the frame.
+    pub center: [NodeId; 3],
+    /// Inertia about the center of mass, in the frame's axes.
+    pub inertia: [[NodeId; 3]; 3],
+    /// Its kinetic energy, a part of T.
+    pub kinetic: NodeId,
+    /// Gravity in the world, and the potential energy −m g·r that it gives, a part of V.
+    pub weight: Option<([NodeId; 3], NodeId)>,
 }
 
 /// What an energy function means.

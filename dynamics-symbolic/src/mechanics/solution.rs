@@ -110,6 +110,13 @@ impl Solved {
         }
     }
 
+    /// q̈ and pivots of a model without constraints.
+    pub(super) fn free_results(&self) -> Vec<NodeId> {
+        let Self::Free { accelerations, pivots } = self else { return Vec::new() };
+        let pivots = pivots.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]);
+        accelerations.iter().copied().chain(pivots).collect()
+    }
+
     /// q̈ of a model without constraints.
     pub(super) fn free_accelerations(&self) -> Option<&[NodeId]> {
         match self {

@@ -23,7 +23,7 @@ struct Product {
 }
 
 /// T split into a part in velocity form and the rest.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct VelocityForm {
     velocities: Vec<NodeId>,
     products: Vec<Product>,

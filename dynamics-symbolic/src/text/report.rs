@@ -113,6 +113,7 @@ fn derived(out: &mut String, model: &Model, equations: &Equations, structure: &S
     let derivation = match equations.derivation {
         Derivation::VelocityForm => "velocities are time derivatives of positions: M = sum of w (dv/dq')^2",
         Derivation::Momenta => "momenta p = dL/dq', M = dp/dq'",
+        Derivation::Bodies => "bodies that hang on one another: M of composite bodies, forces by recursion",
         Derivation::Mixed => "partly from velocities that are time derivatives of positions, partly from momenta",
     };
     entry(out, "derivation", derivation);

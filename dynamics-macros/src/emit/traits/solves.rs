@@ -137,6 +137,38 @@ impl Emission<'_> {
         }
     }
 
+    /// `impl Parameters`: the scalars by index, to be changed; their derivatives where there is an `impl Linearize` to take them from.
+    pub(super) fn parameters(&self) -> TokenStream {
+        let (model, private, f64) = (&self.surface.target, &self.private, self.float());
+        let (index, value, state, values) = (local("index"), local("value"), local("state"), local("values"));
+        let (usize, bool) = (quote!(#private::usize), quote!(#private::bool));
+        let arms = self.surface.parameters.iter().enumerate().map(|(i, place)| quote!(#i => self #place = #value,));
+        let derivatives = self.compiled.programs.jacobians.is_ok().then(|| {
+            quote! {
+                #[inline]
+                fn acceleration_by_parameters(
+                    &self,
+                    #state: &<Self as Model>::State,
+                    #values: &mut [#f64],
+                ) -> #bool {
+                    #private::acceleration_by_parameters(self, #state, #values)
+                }
+            }
+        });
+        quote! {
+            impl #private::Parameters for #model {
+                fn set_parameter(&mut self, #index: #usize, #value: #f64) -> #bool {
+                    match #index {
+                        #(#arms)*
+                        _ => return false,
+                    }
+                    true
+                }
+                #derivatives
+            }
+        }
+    }
+
     /// `fn acceleration_derivatives`, where there is an `impl Linearize` to take them from.
     fn derivatives(&self) -> TokenStream {
         if self.compiled.programs.jacobians.is_err() {

@@ -102,3 +102,41 @@ impl<V: Vector> Dense<V> for Collocation<V> {
         y
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Knot, Radau5, Scheme};
+    use super::*;
+    use core::convert::Infallible;
+    use nalgebra::SVector;
+
+    type V = SVector<f64, 1>;
+
+    /// A step of h = 0.1 of q̈ = −q from (1, 0), its end off by `off` in u, made again: evaluations, and whether its ends tell the interpolant.
+    fn made_again(off: f64) -> (u32, bool) {
+        let mut evaluations = 0;
+        let mut oscillator = |_: f64, q: &V, _: &V| {
+            evaluations += 1;
+            Ok::<V, Infallible>(-q)
+        };
+        let knot = |t: f64, off: f64| {
+            let (sine, cosine) = t.sin_cos();
+            Knot { t, y: Phase { q: V::new(cosine), u: V::new(off - sine) }, a: V::new(-cosine) }
+        };
+        let (start, end) = (knot(0.0, 0.0), knot(0.1, off));
+        let found = Radau5::<V>::new().by_ends(&mut oscillator, &start, &end, 0.1, &Tolerances::both(1e-6));
+        let told = found.expect("it is defined").is_some_and(|found| {
+            let Between::Quintic(quintic) = found else { panic!("the ends tell no stages") };
+            (quintic.at(0.4).q[0] - 0.04f64.cos()).abs() < 1e-9
+        });
+        (evaluations, told)
+    }
+
+    #[test]
+    fn ends_tell_the_interpolant_where_it_solves_the_equations_of_the_stages() {
+        assert_eq!(made_again(0.0), (2, true));
+        // Permitted are 1e-5 of the estimate at tolerance 1e-6.
+        assert_eq!(made_again(1e-3), (1, false));
+        assert_eq!(made_again(f64::NAN), (1, false));
+    }
+}

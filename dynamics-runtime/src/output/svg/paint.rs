@@ -67,6 +67,13 @@ fn legend(svg: &mut String, plot: &Plot<'_>, top: f64) {
 
 /// A piece of the curve before its name.
 fn sample(svg: &mut String, look: Look, [x, y]: [f64; 2]) {
+    if look.mark == Mark::Dots {
+        return dots(
+            svg,
+            look,
+            &[[x + 0.35 * SAMPLE, y - 2.0], [x + 0.5 * SAMPLE, y + 2.0], [x + 0.65 * SAMPLE, y - 1.0]],
+        );
+    }
     if look.mark != Mark::Points {
         let ends = pairs(&[[x, y], [x + SAMPLE, y]]);
         let _ = writeln!(svg, "<polyline points=\"{ends}\" fill=\"none\" stroke-width=\"2\"{}/>", stroke(look));
@@ -193,6 +200,9 @@ fn draw(svg: &mut String, plot: &Plot<'_>, curve: &Curve<'_>) {
             place.iter().all(|p| p.is_finite()).then(|| place.map(|p| p.clamp(-FAR, FAR)))
         })
         .collect();
+    if curve.look.mark == Mark::Dots {
+        return dots(svg, curve.look, &placed.into_iter().flatten().collect::<Vec<_>>());
+    }
     if curve.look.mark != Mark::Points {
         for piece in placed.split(Option::is_none) {
             let piece: Vec<_> = piece.iter().flatten().copied().collect();
@@ -206,6 +216,22 @@ fn draw(svg: &mut String, plot: &Plot<'_>, curve: &Curve<'_>) {
             sign(svg, curve.look, place, hollow);
         }
     }
+}
+
+/// Lines of no length with round ends, which are shorter to write than circles.
+fn dots(svg: &mut String, look: Look, places: &[[f64; 2]]) {
+    if places.is_empty() {
+        return;
+    }
+    let mut path = String::with_capacity(12 * places.len());
+    for [x, y] in places {
+        let _ = write!(path, "M{},{}h0", pixel(*x), pixel(*y));
+    }
+    let color = look.color.on_light();
+    let _ = writeln!(
+        svg,
+        "<path d=\"{path}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.8\" stroke-linecap=\"round\"/>"
+    );
 }
 
 fn line(svg: &mut String, look: Look, points: &[[f64; 2]]) {

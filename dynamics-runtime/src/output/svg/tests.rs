@@ -171,7 +171,7 @@ proptest! {
         (middle, power) in (-9.0..9.0f64, -320i32..308),
         (log_x, log_y, equal) in any::<(bool, bool, bool)>(),
         range in prop::option::of((prop::num::f64::ANY, prop::num::f64::ANY)),
-        mark in prop::sample::select(vec![Mark::Line, Mark::Points, Mark::LineAndPoints]),
+        mark in prop::sample::select(vec![Mark::Line, Mark::Points, Mark::LineAndPoints, Mark::Dots]),
     ) {
         let axis = |log: bool, title: &str| if log { Axis::log(title) } else { Axis::new(title) };
         let scale = 10f64.powi(power);

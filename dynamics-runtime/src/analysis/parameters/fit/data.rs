@@ -1,0 +1,119 @@
+//! What was measured, beside what the motion says.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::sensitivity::{Measured, Sensitivities, SensitivityError};
+use super::FitError;
+use crate::model::{ModelState, Parameters};
+use crate::motion::{Motion, Simulate};
+
+/// Data as they were given.
+pub(super) struct Given {
+    pub(super) name: String,
+    pub(super) points: Vec<(f64, f64)>,
+    pub(super) sigma: Option<f64>,
+}
+
+/// Measured values of one quantity.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Series {
+    pub(in super::super) name: String,
+    pub(in super::super) unit: String,
+    pub(in super::super) quantity: Measured,
+    pub(in super::super) points: Vec<(f64, f64)>,
+    /// σ of the noise; 1 where it was not given.
+    pub(in super::super) sigma: f64,
+}
+
+/// The data, checked, and the time at which they end.
+pub(super) fn read<M: Simulate>(data: &[Given], start: f64) -> Result<(Vec<Series>, f64), FitError> {
+    let mut found = Vec::new();
+    for Given { name, points, sigma } in data {
+        let quantity = Measured::of::<M>(name).map_err(FitError::Motion)?;
+        if points.is_empty() {
+            return Err(FitError::NoData { name: name.clone() });
+        }
+        for (row, (time, value)) in points.iter().enumerate() {
+            if !time.is_finite() || !value.is_finite() {
+                return Err(FitError::NotANumber { name: name.clone(), row, time: *time, value: *value });
+            }
+            if *time < start {
+                return Err(FitError::BeforeStart { name: name.clone(), row, time: *time, start });
+            }
+        }
+        if let Some(sigma) = sigma.filter(|sigma| !(*sigma > 0.0 && sigma.is_finite())) {
+            return Err(FitError::Noise { name: name.clone(), sigma });
+        }
+        let (points, sigma, unit) = (points.clone(), sigma.unwrap_or(1.0), quantity.unit::<M>());
+        found.push(Series { name: name.clone(), unit, quantity, points, sigma });
+    }
+    // σ are given for all or for none: else the weights of some would have units and those of others none.
+    let given = data.iter().filter(|given| given.sigma.is_some()).count();
+    if given > 0 && given < data.len() {
+        let without = data.iter().find(|given| given.sigma.is_none()).map(|given| given.name.clone());
+        return Err(FitError::NoiseOfSome { without: without.unwrap_or_default() });
+    }
+    let times = found.iter().flat_map(|s: &Series| &s.points).map(|(t, _)| *t);
+    let end = times.fold(start, f64::max);
+    if found.is_empty() {
+        return Err(FitError::NoSeries);
+    }
+    if end == start { Err(FitError::OneInstant { time: start }) } else { Ok((found, end)) }
+}
+
+/// (f − y)/σ of all data.
+pub(super) fn residuals<M: Simulate>(
+    series: &[Series],
+    motion: &Motion<'_, M>,
+) -> Result<DVector<f64>, SensitivityError> {
+    let mut found = Vec::new();
+    let (start, end) = (motion.start_time(), motion.end_time());
+    for Series { quantity, points, sigma, .. } in series {
+        let mut sampler = motion.sampler();
+        for (t, value) in points {
+            if !(start..=end).contains(t) {
+                // An event has ended it.
+                return Err(SensitivityError::OutOfRange { time: *t, start, end });
+            }
+            let state = sampler.at(*t);
+            let modelled = match quantity {
+                Measured::Position(i) => state.q()[*i],
+                Measured::Velocity(i) => state.u()[*i],
+                Measured::Output(i) => motion.outputs_of(&state)[*i],
+            };
+            if !modelled.is_finite() {
+                return Err(SensitivityError::NotFinite { time: *t });
+            }
+            found.push((modelled - value) / sigma);
+        }
+    }
+    Ok(DVector::from_vec(found))
+}
+
+/// ∂residuals/∂unknowns.
+pub(super) fn jacobian<M: Simulate + Parameters + Clone>(
+    series: &[Series],
+    found: &Sensitivities<'_, M>,
+) -> Result<DMatrix<f64>, SensitivityError> {
+    let quantities: Vec<Measured> = series.iter().map(|s| s.quantity).collect();
+    let rows = (0..found.times().len()).map(|k| found.rows(&quantities, k)).collect::<Result<Vec<_>, _>>()?;
+    let count = series.iter().map(|s| s.points.len()).sum();
+    let mut jacobian = DMatrix::zeros(count, found.variables().len());
+    let mut row = 0;
+    for (i, s) in series.iter().enumerate() {
+        for (t, _) in &s.points {
+            let not_there = SensitivityError::NotFinite { time: *t };
+            let k = found.times().iter().position(|time| time == t).ok_or(not_there)?;
+            jacobian.set_row(row, &(rows[k].row(i) / s.sigma));
+            row += 1;
+        }
+    }
+    if jacobian.iter().all(|x| x.is_finite()) {
+        Ok(jacobian)
+    } else {
+        Err(SensitivityError::NotFinite { time: found.motion.end_time() })
+    }
+}

@@ -1,0 +1,178 @@
+//! Why there is no fit.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::super::sensitivity::SensitivityError;
+use super::super::variable::VariableError;
+use super::Fit;
+
+/// Why unknowns were not found.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum FitError {
+    /// A name or a value.
+    Variable(VariableError),
+    /// Nothing is to be found.
+    NothingToFind,
+    /// The model, written by hand, does not tell the value of a parameter.
+    NotTold {
+        /// The parameter.
+        name: String,
+    },
+    /// Bounds that are none, or between which the first value does not lie.
+    Bounds {
+        /// The unknown.
+        name: String,
+        /// The bounds.
+        bounds: [f64; 2],
+        /// Its first value.
+        first: f64,
+    },
+    /// No data were given.
+    NoSeries,
+    /// No data of a quantity were given.
+    NoData {
+        /// The quantity.
+        name: String,
+    },
+    /// A time or a value of the data is not a finite number.
+    NotANumber {
+        /// The quantity.
+        name: String,
+        /// The row, from 0.
+        row: usize,
+        /// Its time.
+        time: f64,
+        /// Its value.
+        value: f64,
+    },
+    /// A time of the data lies before the start.
+    BeforeStart {
+        /// The quantity.
+        name: String,
+        /// The row, from 0.
+        row: usize,
+        /// Its time.
+        time: f64,
+        /// Time of the start.
+        start: f64,
+    },
+    /// All data are of the time of the start: nothing moves.
+    OneInstant {
+        /// That time.
+        time: f64,
+    },
+    /// The noise is not a positive number.
+    Noise {
+        /// The quantity.
+        name: String,
+        /// What was given.
+        sigma: f64,
+    },
+    /// The noise is given of some data only.
+    NoiseOfSome {
+        /// A quantity without it.
+        without: String,
+    },
+    /// There are fewer data than unknowns, the noise among them where it is not given.
+    TooFewData {
+        /// Data.
+        data: usize,
+        /// Unknowns.
+        unknowns: usize,
+        /// Whether the noise is to be found, too.
+        noise: bool,
+    },
+    /// The motion or its sensitivities do not exist.
+    Motion(SensitivityError),
+    /// The data do not tell some unknowns apart, or say nothing of one.
+    Indistinguishable {
+        /// Groups of unknowns of which one could make up for the others; groups of one have no influence on what was measured.
+        groups: Vec<Vec<String>>,
+        /// Values at which the search ended: some of many that are as good.
+        values: Vec<(String, f64)>,
+        /// χ² there.
+        chi_squared: f64,
+    },
+    /// The iterations were not enough.
+    NotSettled {
+        /// Iterations made.
+        iterations: usize,
+        /// The best so far.
+        so_far: Box<Fit>,
+    },
+    /// The cores cannot be had.
+    Threads(String),
+}
+
+impl From<VariableError> for FitError {
+    fn from(error: VariableError) -> Self {
+        Self::Variable(error)
+    }
+}
+
+impl From<SensitivityError> for FitError {
+    fn from(error: SensitivityError) -> Self {
+        Self::Motion(error)
+    }
+}
+
+impl fmt::Display for FitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Variable(error) => error.fmt(f),
+            Self::NothingToFind => f.write_str("nothing is to be found; name parameters or starts with `.find(..)`"),
+            Self::NotTold { name } => {
+                write!(f, "the model does not tell the value of `{name}`; implement `Dynamics::parameter`")
+            }
+            Self::Bounds { name, bounds: [low, high], first } => write!(
+                f,
+                "`{name}` begins at {first}, which does not lie between {low} and {high}; let model, start and bounds agree"
+            ),
+            Self::NoSeries => f.write_str("there are no data; give some with `.data(..)`"),
+            Self::NoData { name } => write!(f, "there are no data of `{name}`; give some, or leave it out"),
+            Self::NotANumber { name, row, time, value } => {
+                write!(f, "row {row} of `{name}` is ({time}, {value}); leave out what was not measured")
+            }
+            Self::BeforeStart { name, row, time, start } => write!(
+                f,
+                "row {row} of `{name}` is of t = {time}, before the start at {start}; start earlier, or leave it out"
+            ),
+            Self::OneInstant { time } => {
+                write!(f, "all data are of t = {time}, where the motion starts; give some of later times")
+            }
+            Self::Noise { name, sigma } => {
+                write!(f, "the noise of `{name}` cannot be {sigma}; give a positive standard deviation")
+            }
+            Self::NoiseOfSome { without } => {
+                write!(f, "the noise of `{without}` is not given, that of others is; give it of all, or of none")
+            }
+            Self::TooFewData { data, unknowns, noise } => {
+                let of_noise = if *noise { " and the noise" } else { "" };
+                write!(f, "{data} data cannot tell {unknowns} unknowns{of_noise}; measure more, or find fewer")
+            }
+            Self::Motion(error) => error.fmt(f),
+            Self::Indistinguishable { groups, .. } => {
+                for (k, group) in groups.iter().enumerate() {
+                    f.write_str(if k > 0 { "; " } else { "" })?;
+                    match group.as_slice() {
+                        [one] => write!(f, "the data say nothing of `{one}`")?,
+                        several => write!(f, "the data do not tell `{}` apart", several.join("`, `"))?,
+                    }
+                }
+                f.write_str("; hold some of them, or measure another quantity")
+            }
+            Self::NotSettled { iterations, so_far } => write!(
+                f,
+                "{iterations} iterations were not enough (χ² = {:.6e}); begin nearer, or permit more with `.iterations(..)`",
+                so_far.chi_squared
+            ),
+            Self::Threads(why) => write!(f, "the threads cannot be started ({why})"),
+        }
+    }
+}
+
+impl core::error::Error for FitError {}

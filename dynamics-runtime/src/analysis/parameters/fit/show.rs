@@ -1,0 +1,40 @@
+//! Fits in words.
+
+use core::fmt;
+
+use super::Fit;
+
+/// One line for each unknown, then correlations that matter, then one line for each quantity.
+impl fmt::Display for Fit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let wide = self.found.iter().map(|fitted| fitted.name.chars().count()).max().unwrap_or(0);
+        for fitted in &self.found {
+            let error = fitted.standard_error.map_or("on its bound".into(), |error| alloc::format!("± {error:.2e}"));
+            writeln!(f, "{:<wide$}  {:>14.7e} {error} {}", fitted.name, fitted.value, fitted.unit)?;
+        }
+        for i in 0..self.found.len() {
+            for j in 0..i {
+                let correlation = self.correlation[(i, j)];
+                // Below, each is known nearly as well as if the other were given.
+                if correlation.abs() > 0.9 {
+                    let (one, other) = (&self.found[j].name, &self.found[i].name);
+                    writeln!(f, "`{one}` and `{other}` go together: correlation {correlation:.4}")?;
+                }
+            }
+        }
+        for left in &self.residuals {
+            let (count, rms, unit) = (left.points.len(), left.rms, &left.unit);
+            write!(f, "{}: {count} data, residuals of {rms:.3e} {unit}", left.name)?;
+            if left.explained.is_finite() {
+                write!(f, ", {:.4} % of their scatter explained", 100.0 * left.explained)?;
+            }
+            if left.neighbours > 2.0 / (count as f64).sqrt() {
+                write!(f, "; neighbours are alike ({:.2}), as the model lacks something", left.neighbours)?;
+            }
+            writeln!(f)?;
+        }
+        let noise = if self.absolute { "noise given" } else { "noise from the residuals" };
+        write!(f, "χ² = {:.6e} with {} degrees of freedom ({noise}), ", self.chi_squared, self.freedom)?;
+        write!(f, "independence {:.1e}, {} iterations", self.independence, self.iterations)
+    }
+}

@@ -1,0 +1,106 @@
+//! Independent runs on all cores, their results in the order of the runs whichever core made them. Without the feature `parallel` one after the other.
+
+use alloc::string::String;
+#[cfg(feature = "parallel")]
+use alloc::string::ToString;
+use alloc::vec::Vec;
+
+/// `run(0), …, run(count − 1)`. `threads`: how many cores, `None` for all; `progress`: whether a bar is shown.
+pub(super) fn ordered<T: Send>(
+    count: usize,
+    threads: Option<usize>,
+    progress: bool,
+    run: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>, String> {
+    let bar = Bar::new(count, progress);
+    let one = |i: usize| {
+        let result = run(i);
+        bar.one_more();
+        result
+    };
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        let all = || (0..count).into_par_iter().map(one).collect();
+        let Some(threads) = threads else { return Ok(all()) };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| error.to_string())?;
+        Ok(pool.install(all))
+    }
+    #[cfg(not(feature = "parallel"))]
+    {
+        let _ = threads;
+        Ok((0..count).map(one).collect())
+    }
+}
+
+/// How many runs are done, on the error stream, where all take longer than a second; nothing without the feature `progress`.
+struct Bar {
+    #[cfg(feature = "progress")]
+    shown: Option<shown::Shown>,
+}
+
+impl Bar {
+    fn new(count: usize, progress: bool) -> Self {
+        let _ = (count, progress);
+        Self {
+            #[cfg(feature = "progress")]
+            shown: progress.then(|| shown::Shown::new(count)),
+        }
+    }
+
+    fn one_more(&self) {
+        #[cfg(feature = "progress")]
+        if let Some(shown) = &self.shown {
+            shown.one_more();
+        }
+    }
+}
+
+#[cfg(feature = "progress")]
+mod shown {
+    use core::sync::atomic::{AtomicU64, Ordering};
+    use std::sync::Mutex;
+    use std::time::{Duration, Instant};
+
+    pub(super) struct Shown {
+        done: AtomicU64,
+        count: u64,
+        begun: Instant,
+        /// When it was last drawn, and the bar once there is one. Who finds it locked goes on: another core draws.
+        bar: Mutex<(Instant, Option<indicatif::ProgressBar>)>,
+    }
+
+    impl Shown {
+        pub(super) fn new(count: usize) -> Self {
+            let now = Instant::now();
+            Self { done: AtomicU64::new(0), count: count as u64, begun: now, bar: Mutex::new((now, None)) }
+        }
+
+        pub(super) fn one_more(&self) {
+            let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+            let Ok(mut drawn) = self.bar.try_lock() else { return };
+            let now = Instant::now();
+            if now - drawn.0 < Duration::from_millis(100) || now - self.begun < Duration::from_secs(1) {
+                return;
+            }
+            drawn.0 = now;
+            let bar = drawn.1.get_or_insert_with(|| {
+                let bar = indicatif::ProgressBar::new(self.count);
+                let template = "{bar:40} {pos} of {len} runs  {elapsed} of about {duration}";
+                if let Ok(style) = indicatif::ProgressStyle::with_template(template) {
+                    bar.set_style(style);
+                }
+                bar
+            });
+            bar.set_position(done);
+        }
+    }
+
+    impl Drop for Shown {
+        fn drop(&mut self) {
+            if let Ok((_, Some(bar))) = self.bar.get_mut().as_deref() {
+                bar.finish_and_clear();
+            }
+        }
+    }
+}

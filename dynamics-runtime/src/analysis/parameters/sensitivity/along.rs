@@ -1,0 +1,261 @@
+//! The variational equations, integrated along a motion.
+
+use alloc::string::ToString;
+use alloc::vec::Vec;
+
+use nalgebra::DMatrix;
+
+use super::super::equations::{coefficients, not_solved, settle, size};
+use super::super::variable::Variable;
+use super::SensitivityError;
+use super::collocation::{AtNode, Gauss};
+use crate::model::{ModelState, Parameters, Vector};
+use crate::motion::{Motion, Sampler, Simulate};
+
+/// Steps of differences of a law of inputs, relative: their error, of order 2, and what rounding leaves are both near 1e-10.
+const LAW_STEP: f64 = 1e-5;
+/// Columns below this part of what the motion has for each unit of its variable are measured by that: what has no influence is made of rounding alone.
+const LEAST: f64 = 1e-3;
+/// Most steps.
+const MOST_STEPS: usize = 1_000_000;
+
+/// What was found at the times, and how.
+pub(super) struct Found {
+    pub(super) changes: Vec<DMatrix<f64>>,
+    pub(super) exact: bool,
+    pub(super) steps: usize,
+}
+
+/// S at the given times, which stand along the motion.
+pub(super) fn along<M: Simulate + Parameters + Clone>(
+    motion: &Motion<'_, M>,
+    variables: &[Variable],
+    times: &[f64],
+    tolerance: f64,
+) -> Result<Found, SensitivityError> {
+    refuse_resets(motion)?;
+    let knots: Vec<M::State> = motion.steps().collect();
+    let parameters = variables.iter().map(|variable| match variable {
+        Variable::Parameter(i) => Some(*i),
+        _ => None,
+    });
+    let parameters: Vec<Option<usize>> = parameters.collect();
+    let n = M::Vector::LEN;
+    let mut x = DMatrix::zeros(2 * n, variables.len());
+    for (k, variable) in variables.iter().enumerate() {
+        match variable {
+            Variable::Parameter(_) => {}
+            Variable::Position(i) => x[(*i, k)] = 1.0,
+            Variable::Velocity(i) => x[(n + i, k)] = 1.0,
+        }
+    }
+    settle(motion.model(), &motion.start(), &parameters, &mut x)?;
+    let first = knots.get(1).map_or(0.0, |next| next.t() - knots[0].t());
+    let mut way = Way {
+        motion,
+        parameters,
+        fine: Gauss::new(5),
+        coarse: Gauss::new(4),
+        tolerance,
+        sampler: motion.sampler(),
+        least: least(motion, variables),
+        largest: x.map(f64::abs),
+        h: first,
+        found: Found { changes: Vec::new(), exact: true, steps: 0 },
+    };
+    let mut times = times.iter().copied().peekable();
+    let sign = first.signum();
+    while times.next_if(|t| *t == knots[0].t()).is_some() {
+        way.found.changes.push(x.clone());
+    }
+    for (k, pair) in knots.windows(2).enumerate() {
+        let (from, to) = (pair[0].t(), pair[1].t());
+        if pair[0].modes() != pair[1].modes() {
+            return Err(SensitivityError::Jump { time: to, what: "constraints engage or let go".into() });
+        }
+        if k > 0 && M::KINKS > 0 {
+            refuse_jump(motion, from, (from - knots[k - 1].t()).abs().min((to - from).abs()))?;
+        }
+        let mut t = from;
+        while let Some(at) = times.next_if(|at| sign * (to - at) >= 0.0) {
+            x = way.go(x, t, at)?;
+            t = at;
+            way.found.changes.push(x.clone());
+        }
+        if t != to {
+            x = way.go(x, t, to)?;
+        }
+        // Errors of steps drift off the constraints; what is kept at times between is off by one step's at most.
+        settle(motion.model(), &pair[1], &way.parameters, &mut x)?;
+    }
+    Ok(way.found)
+}
+
+/// A motion with resets has velocities that jump, or inputs.
+fn refuse_resets<M: Simulate>(motion: &Motion<'_, M>) -> Result<(), SensitivityError> {
+    let jumps =
+        |event: &&crate::motion::EventRecord<M::State>| event.before != event.after || !event.impacts.is_empty();
+    match motion.events().iter().find(jumps) {
+        Some(event) => Err(SensitivityError::Jump { time: event.time(), what: event.name.to_string() }),
+        None => Ok(()),
+    }
+}
+
+/// Whether accelerations jump where a branch changes: what lies between both sides then does not shrink with their distance.
+fn refuse_jump<M: Simulate>(motion: &Motion<'_, M>, t: f64, h: f64) -> Result<(), SensitivityError> {
+    let across = |distance: f64| {
+        let [before, after] = [t - distance, t + distance].map(|t| motion.accelerations_at(t));
+        let size = |v: &M::Vector| v.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let between = before.as_slice().iter().zip(after.as_slice()).map(|(a, b)| (a - b).abs());
+        (between.fold(0.0, f64::max), size(&before).max(size(&after)))
+    };
+    let ((far, size), (near, _)) = (across(1e-4 * h), across(1e-6 * h));
+    if near > 1e-9 * size && near > 0.3 * far {
+        return Err(SensitivityError::Jump { time: t, what: "an acceleration".into() });
+    }
+    Ok(())
+}
+
+/// What columns are measured by at least.
+fn least<M: Simulate>(motion: &Motion<'_, M>, variables: &[Variable]) -> DMatrix<f64> {
+    let start = motion.start();
+    let largest = |of: fn(&M::State) -> &M::Vector| {
+        let all = motion.steps().map(|state| of(&state).as_slice().iter().fold(0.0, |most: f64, x| most.max(x.abs())));
+        all.fold(0.0, f64::max)
+    };
+    let of_motion = [largest(M::State::q), largest(M::State::u)];
+    let of = |k: usize| variables[k].value(motion.model(), &start).map_or(1.0, size);
+    DMatrix::from_fn(2, variables.len(), |half, k| LEAST * of_motion[half] / of(k))
+}
+
+struct Way<'a, 'm, M: Simulate> {
+    motion: &'a Motion<'m, M>,
+    parameters: Vec<Option<usize>>,
+    fine: Gauss,
+    coarse: Gauss,
+    tolerance: f64,
+    sampler: Sampler<'a, 'm, M>,
+    /// What the positions and the velocities of each column are measured by at least, 2×K.
+    least: DMatrix<f64>,
+    /// The largest of each element so far: what errors are measured by.
+    largest: DMatrix<f64>,
+    h: f64,
+    found: Found,
+}
+
+impl<M: Simulate + Parameters + Clone> Way<'_, '_, M> {
+    /// From one time to another, between which the motion is smooth.
+    fn go(&mut self, mut x: DMatrix<f64>, from: f64, to: f64) -> Result<DMatrix<f64>, SensitivityError> {
+        let sign = (to - from).signum();
+        let mut t = from;
+        while sign * (to - t) > 0.0 {
+            self.h = sign * self.h.abs();
+            // The last step is not left with a splinter.
+            let last = (to - t).abs() <= self.h.abs() * 1.01;
+            let h = if last { to - t } else { self.h };
+            if t + 0.01 * h == t && !last || self.found.steps >= MOST_STEPS {
+                return Err(SensitivityError::StepTooSmall { time: t });
+            }
+            let (fine, coarse) = (self.at_nodes(t, h, true)?, self.at_nodes(t, h, false)?);
+            let ends = (self.fine.step(&x, h, &fine), self.coarse.step(&x, h, &coarse));
+            let (Some(end), Some(lower)) = ends else {
+                self.h = 0.2 * h;
+                continue;
+            };
+            let error = self.error(&end, &lower);
+            let factor = if error > 0.0 { (0.9 * error.powf(-1.0 / 9.0)).clamp(0.2, 4.0) } else { 4.0 };
+            self.found.steps += 1;
+            if error <= 1.0 {
+                (x, t) = (end, if last { to } else { t + h });
+                self.largest.zip_apply(&x, |most, x| *most = most.max(x.abs()));
+                // A step that was cut short says little of the next.
+                self.h = if last { self.h.abs().max(factor * h.abs()) } else { factor * h };
+            } else {
+                self.h = factor.min(0.9) * h;
+            }
+        }
+        Ok(x)
+    }
+
+    /// By how many tolerances the lower order differs, positions and velocities of each column measured by their own largest.
+    fn error(&self, end: &DMatrix<f64>, lower: &DMatrix<f64>) -> f64 {
+        let n = M::Vector::LEN;
+        let mut most = 0.0_f64;
+        for column in 0..end.ncols() {
+            for half in [0, n] {
+                let (mut off, mut size) = (0.0_f64, self.least[(half / n, column)]);
+                for i in half..half + n {
+                    let at = (i, column);
+                    off = off.max((end[at] - lower[at]).abs());
+                    size = size.max(self.largest[at]).max(end[at].abs());
+                }
+                most = most.max(if off > 0.0 { off / (self.tolerance * size) } else { 0.0 });
+            }
+        }
+        most
+    }
+
+    /// A and b at the nodes of a step.
+    fn at_nodes(&mut self, t: f64, h: f64, fine: bool) -> Result<Vec<AtNode>, SensitivityError> {
+        let nodes = if fine { self.fine.nodes.clone() } else { self.coarse.nodes.clone() };
+        nodes.into_iter().map(|c| self.at(t + c * h)).collect()
+    }
+
+    fn at(&mut self, t: f64) -> Result<AtNode, SensitivityError> {
+        let (n, state, model) = (M::Vector::LEN, self.sampler.at(t), self.motion.model());
+        let asked: Vec<usize> = self.parameters.iter().flatten().copied().collect();
+        let mut found = coefficients(model, self.motion.constants(), &state, &asked)?;
+        self.found.exact &= found.exact;
+        if self.motion.has_law() {
+            self.add_law(&state, &mut found.by_q, &mut found.by_u)?;
+        }
+        let mut a = DMatrix::zeros(2 * n, 2 * n);
+        a.view_mut((0, n), (n, n)).fill_with_identity();
+        a.view_mut((n, 0), (n, n)).copy_from(&found.by_q);
+        a.view_mut((n, n), (n, n)).copy_from(&found.by_u);
+        let mut b = DMatrix::zeros(2 * n, self.parameters.len());
+        let of_parameters = self.parameters.iter().enumerate().filter(|(_, p)| p.is_some());
+        for (k, (column, _)) in of_parameters.enumerate() {
+            b.view_mut((n, column), (n, 1)).copy_from(&found.by_p.column(k));
+        }
+        Ok((a, b))
+    }
+
+    /// What inputs that follow the state add.
+    fn add_law(
+        &mut self,
+        state: &M::State,
+        by_q: &mut DMatrix<f64>,
+        by_u: &mut DMatrix<f64>,
+    ) -> Result<(), SensitivityError> {
+        let (n, motion) = (M::Vector::LEN, self.motion);
+        let accelerations = |inputs: M::Inputs| {
+            let mut other = *state;
+            *other.inputs_mut() = inputs;
+            let found = motion.model().accelerations_with(motion.constants(), &other);
+            found.map_err(|error| not_solved::<M>(state, error))
+        };
+        for j in 0..2 * n {
+            let value = if j < n { state.q()[j] } else { state.u()[j - n] };
+            let by = LAW_STEP * value.abs().max(1.0);
+            let moved = |by: f64| {
+                let mut moved = *state;
+                if j < n {
+                    moved.q_mut()[j] += by
+                } else {
+                    moved.u_mut()[j - n] += by
+                }
+                *motion.complete(moved).inputs()
+            };
+            let (right, left) = (moved(by), moved(-by));
+            if right == left && right == *state.inputs() {
+                continue;
+            }
+            self.found.exact = false;
+            let (right, left) = (accelerations(right)?, accelerations(left)?);
+            let matrix = if j < n { &mut *by_q } else { &mut *by_u };
+            (0..n).for_each(|i| matrix[(i, j % n)] += (right[i] - left[i]) / (2.0 * by));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,242 @@
+//! How equilibria and natural frequencies change with a parameter.
+//!
+//! *Equilibria*, by the implicit function theorem: the balance Eᵀ(Q + Φ_qᵀλ) = 0 on the constraints Φ = 0 goes on to hold, so that with δq = D δz + δq_Φ, where δq_Φ are the dependent
+//! coordinates that keep Φ = 0 while z stands still,
+//!
+//! ```text
+//! K δz = −(Eᵀ r_p + Eᵀ r_q δq_Φ) δp        K = Eᵀ r_q D at the λ that leaves nothing on dependent coordinates
+//! ```
+//!
+//! *Frequencies*: K φ = ω² M φ with φᵀM φ = 1 gives δ(ω²) = φᵀ(δK − ω² δM) φ (R. L. Fox & M. P. Kapoor, AIAA J. 6 (1968) 2426), where δK and δM are total: the equilibrium moves with the
+//! parameter. They are differences of order 4 of the exact matrices. Frequencies that are equal have no derivatives of their own: along the parameter they part as the eigenvalues of
+//! Φᵀ(δK − ω² δM)Φ, Φ all their modes, and these are given.
+
+use alloc::vec::Vec;
+
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
+
+use super::equations::{by_parameter, fourth_order, step};
+use super::sensitivity::SensitivityError;
+use super::variable::{Variable, VariableError, moved};
+use crate::analysis::linearize::{Linearization, SmallMotions};
+use crate::constrain::{project_positions, solve_once, with_workspace};
+use crate::error::SolveError;
+use crate::model::{ModelState, Parameters, Quantity, Vector};
+use crate::motion::Simulate;
+
+/// Singular values of the stiffness below this part of the largest: half the digits are lost there.
+const FOLD: f64 = 1e-8;
+/// Terms beside mass and stiffness up to this part count as none.
+const CONSERVATIVE: f64 = 1e-10;
+/// Frequencies count as equal where ω² differs by less than this part of the largest near them.
+const EQUAL: f64 = 1e-8;
+
+/// How an equilibrium moves with a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EquilibriumChange {
+    /// ∂q/∂parameter, N, in the units of the coordinates by that of the parameter.
+    pub by: DVector<f64>,
+    /// The coordinates.
+    pub coordinates: &'static [Quantity],
+    /// How many times errors of forces grow on their way to the coordinates: the largest over the smallest singular value of the stiffness.
+    pub conditioning: f64,
+}
+
+/// How a natural frequency changes with a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrequencyChange {
+    /// ω, rad/s; 0 for what is free, NaN for what is unstable.
+    pub frequency: f64,
+    /// ω², 1/s².
+    pub square: f64,
+    /// ∂ω²/∂parameter.
+    pub square_by: f64,
+    /// ∂ω/∂parameter; NaN where ω is 0 or none.
+    pub frequency_by: f64,
+    /// How many frequencies are equal to this, itself included: above 1 this is one of the ways in which they part.
+    pub multiplicity: usize,
+}
+
+fn parameter_of<M: Parameters>(name: &str) -> Result<usize, SensitivityError> {
+    match Variable::of::<M>(name)? {
+        Variable::Parameter(i) => Ok(i),
+        _ => Err(VariableError::Unknown { name: name.into(), nearest: None }.into()),
+    }
+}
+
+/// δq̇ and δλ have no part in it: the state is at rest.
+pub(super) fn equilibrium_by<M: Simulate + Parameters + Clone>(
+    model: &M,
+    state: &M::State,
+    parameter: &str,
+) -> Result<EquilibriumChange, SensitivityError> {
+    let parameter = parameter_of::<M>(parameter)?;
+    let linear = model.linearize(state)?;
+    if let Some(reason) = linear.unsteady {
+        return Err(reason.into());
+    }
+    if linear.coordinates.len() != linear.velocities.len() {
+        // Nonholonomic constraints leave whole families of equilibria.
+        return Err(SensitivityError::Fold { coordinate: linear.coordinates[0].name, ratio: 0.0 });
+    }
+    change_of(model, state, parameter, &linear)
+}
+
+fn change_of<M: Simulate + Parameters + Clone>(
+    model: &M,
+    state: &M::State,
+    parameter: usize,
+    linear: &Linearization,
+) -> Result<EquilibriumChange, SensitivityError> {
+    let n = M::Vector::LEN;
+    // The dependent coordinates follow the constraints; the independent ones stand still.
+    let mut names: Vec<&'static str> = Vec::new();
+    names.extend(linear.coordinates.iter().map(|q| q.name));
+    let held: Vec<usize> = (0..n).filter(|i| names.contains(&M::COORDINATES[*i].name)).collect();
+    let accelerations = |model: &M| {
+        let constants = model.constants().map_err(SolveError::from);
+        let solve = |state: &M::State| {
+            let solved = solve_once(model, constants.as_ref().map_err(Clone::clone)?, state)?;
+            Ok::<_, SolveError>(solved.accelerations)
+        };
+        let at = on_constraints(model, state, &held, linear)?;
+        let found = solve(&at).map_err(|error| SensitivityError::Solve { time: state.t(), error })?;
+        Ok(DVector::from_column_slice(found.as_slice()))
+    };
+    // EᵀM E v̇ = −EᵀM… is what is out of balance once the parameter has moved: v̇ of the independent velocities.
+    let by = by_parameter(model, parameter, accelerations)?;
+    let rates: Vec<usize> = linear.velocities.iter().filter_map(|v| index::<M>(v.name)).collect();
+    let force = &linear.mass * by.select_rows(&rates);
+    let svd = linear.stiffness.clone().svd(true, true);
+    let (least, most) = (svd.singular_values.min(), svd.singular_values.max());
+    if least.is_nan() || least <= FOLD * most {
+        let along = svd.v_t.as_ref().map_or(0, |v| v.row(v.nrows() - 1).transpose().iamax());
+        let ratio = if most > 0.0 { least / most } else { 0.0 };
+        return Err(SensitivityError::Fold { coordinate: linear.coordinates[along].name, ratio });
+    }
+    let of_independent = svd.solve(&force, 0.0).map_err(|_| SensitivityError::NotFinite { time: state.t() })?;
+    let following = by_parameter(model, parameter, |model| {
+        let at = on_constraints(model, state, &held, linear)?;
+        Ok(DVector::from_column_slice(at.q().as_slice()))
+    })?;
+    let by = following + &linear.shape * of_independent;
+    Ok(EquilibriumChange { by, coordinates: M::COORDINATES, conditioning: most / least })
+}
+
+fn index<M: Simulate>(name: &str) -> Option<usize> {
+    M::COORDINATES.iter().position(|q| q.name == name)
+}
+
+/// The state moved onto the constraints of a model with another parameter, its independent coordinates held.
+fn on_constraints<M: Simulate>(
+    model: &M,
+    state: &M::State,
+    held: &[usize],
+    linear: &Linearization,
+) -> Result<M::State, SensitivityError> {
+    let failed = |error| SensitivityError::Solve { time: state.t(), error };
+    let constants = model.constants().map_err(SolveError::from).map_err(failed)?;
+    let mut moved = *state;
+    // Projections move all coordinates; what they did to the independent ones is taken back along the constraints.
+    for _ in 0..8 {
+        with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut moved, memory)).map_err(failed)?;
+        let mut off = DVector::zeros(linear.coordinates.len());
+        for (k, q) in linear.coordinates.iter().enumerate() {
+            let i = index::<M>(q.name).filter(|i| held.contains(i));
+            off[k] = i.map_or(0.0, |i| moved.q()[i] - state.q()[i]);
+        }
+        if off.amax() == 0.0 {
+            break;
+        }
+        let back = &linear.shape * off;
+        moved.q_mut().as_mut_slice().iter_mut().zip(back.iter()).for_each(|(q, d)| *q -= d);
+    }
+    with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut moved, memory)).map_err(failed)?;
+    Ok(moved)
+}
+
+pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
+    model: &M,
+    state: &M::State,
+    parameter: &str,
+) -> Result<Vec<FrequencyChange>, SensitivityError> {
+    let index = parameter_of::<M>(parameter)?;
+    let linear = model.linearize(state)?;
+    conservative(&linear)?;
+    let change = equilibrium_by(model, state, parameter)?;
+    let names: Vec<&str> = linear.coordinates.iter().map(|q| q.name).collect();
+    let value = model.parameter(index).ok_or(SensitivityError::NotTold { name: M::PARAMETERS[index].name })?;
+    let h = step(value);
+    let (rows, failed) = (linear.mass.nrows(), |error| SensitivityError::Solve { time: state.t(), error });
+    let at = |by: f64| {
+        let moved = moved(model, index, by).ok_or(SensitivityError::NotTold { name: M::PARAMETERS[index].name })?;
+        let constants = moved.constants().map_err(SolveError::from).map_err(failed)?;
+        let mut state = *state;
+        let shift = change.by.iter().map(|x| x * by);
+        state.q_mut().as_mut_slice().iter_mut().zip(shift).for_each(|(q, d)| *q += d);
+        with_workspace::<M, _>(|memory| project_positions(&moved, &constants, &mut state, memory)).map_err(failed)?;
+        // In balance to the second order of the step: to all of it by the model's own search.
+        let state = crate::analysis::Equilibria::equilibrium(&moved, &state)?.state;
+        let beside = moved.linearize_in(&state, &names)?;
+        let both = beside.mass.iter().chain(beside.stiffness.iter()).copied();
+        Ok::<_, SensitivityError>(DVector::from_iterator(2 * rows * rows, both))
+    };
+    let by = fourth_order([at(h)?, at(-h)?, at(2.0 * h)?, at(-2.0 * h)?], h);
+    let matrix = |first: usize| DMatrix::from_column_slice(rows, rows, &by.as_slice()[first..first + rows * rows]);
+    changes(&linear, &matrix(0), &matrix(rows * rows))
+}
+
+/// That mass and stiffness are all there is.
+fn conservative(linear: &Linearization) -> Result<(), SensitivityError> {
+    if let Some(reason) = &linear.unsteady {
+        return Err(reason.clone().into());
+    }
+    let (k, m) = (linear.stiffness.amax(), linear.mass.amax());
+    let circulatory = linear.circulatory().map_or(f64::INFINITY, |n| n.amax() / k.max(f64::MIN_POSITIVE));
+    let damping = linear.damping.amax() / (k * m).sqrt().max(f64::MIN_POSITIVE);
+    let part = circulatory.max(damping);
+    if part <= CONSERVATIVE { Ok(()) } else { Err(SensitivityError::NotConservative { part }) }
+}
+
+fn changes(
+    linear: &Linearization,
+    mass_by: &DMatrix<f64>,
+    stiffness_by: &DMatrix<f64>,
+) -> Result<Vec<FrequencyChange>, SensitivityError> {
+    let inertia = crate::analysis::LinearizeError::Inertia;
+    let factors = Cholesky::new(linear.mass.clone()).ok_or(inertia)?;
+    let lower = factors.l();
+    let stiffness = 0.5 * (&linear.stiffness + linear.stiffness.transpose());
+    let not_finite = || SensitivityError::NotFinite { time: 0.0 };
+    let half = lower.solve_lower_triangular(&stiffness).ok_or_else(not_finite)?;
+    let whole = lower.solve_lower_triangular(&half.transpose()).ok_or_else(not_finite)?;
+    let eigen = SymmetricEigen::new(0.5 * (&whole + whole.transpose()));
+    let modes = lower.tr_solve_lower_triangular(&eigen.eigenvectors).ok_or_else(not_finite)?;
+    let mut order: Vec<usize> = (0..modes.ncols()).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    let largest = eigen.eigenvalues.amax();
+    let mut found = Vec::new();
+    let mut rest = order.as_slice();
+    while let Some(first) = rest.first() {
+        let square = eigen.eigenvalues[*first];
+        let near = |i: &&usize| {
+            let other = eigen.eigenvalues[**i];
+            (other - square).abs() <= EQUAL * other.abs().max(square.abs()).max(1e-6 * largest)
+        };
+        let count = rest.iter().take_while(near).count();
+        let (group, after) = rest.split_at(count);
+        rest = after;
+        let modes = modes.select_columns(group);
+        let by = modes.tr_mul(&((stiffness_by - mass_by * square) * &modes));
+        let mut ways: Vec<f64> =
+            SymmetricEigen::new(0.5 * (&by + by.transpose())).eigenvalues.iter().copied().collect();
+        ways.sort_by(f64::total_cmp);
+        for (i, square_by) in group.iter().zip(ways) {
+            let square = eigen.eigenvalues[*i];
+            let frequency = square.sqrt();
+            let frequency_by = if frequency > 0.0 { square_by / (2.0 * frequency) } else { f64::NAN };
+            found.push(FrequencyChange { frequency, square, square_by, frequency_by, multiplicity: count });
+        }
+    }
+    Ok(found)
+}

@@ -1,0 +1,144 @@
+//! Fits: what made the data is found, as well as the covariance says.
+
+use dynamics::analysis::Fit;
+use dynamics::prelude::*;
+
+use super::models::Oscillator;
+
+/// Numbers of mean 0 and variance 1: sums of twelve even ones.
+struct Noise(u64);
+
+impl Noise {
+    fn even(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.even()).sum::<f64>() - 6.0
+    }
+}
+
+const TRUE: [f64; 5] = [2.0, 1.2, 50.0, 0.3, 0.0];
+const SIGMA: f64 = 0.004;
+
+/// x of the closed form at 60 times, with noise.
+fn measured(sigma: f64, seed: u64) -> Vec<(f64, f64)> {
+    let mut noise = Noise(seed);
+    (1..=60)
+        .map(|k| 0.05 * f64::from(k))
+        .map(|t| (t, Oscillator::closed(TRUE, t)[0] + sigma * noise.normal()))
+        .collect()
+}
+
+fn first() -> (Oscillator, <Oscillator as Model>::State) {
+    let guess = Oscillator { mass: 2.0, damping: 0.5, stiffness: 42.0 };
+    let start = guess.state().x(0.25).build().unwrap();
+    (guess, start)
+}
+
+const FOUND: [&str; 3] = ["damping", "stiffness", "x"];
+
+#[test]
+fn data_without_noise_give_back_what_made_them() {
+    let (guess, start) = first();
+    let fit = guess.fit(start).find(FOUND).data("x", measured(0.0, 0)).tolerance(1e-11).run().unwrap();
+    for (name, value) in [("damping", 1.2), ("stiffness", 50.0), ("x", 0.3)] {
+        let found = fit.get(name).unwrap();
+        assert!((found.value / value - 1.0).abs() < 1e-8, "{fit}");
+    }
+    assert!(fit.rank == 3 && fit.iterations < 20 && fit.residuals[0].explained > 1.0 - 1e-12, "{fit}");
+    assert_eq!(fit.get("damping").unwrap().unit, "N*s/m");
+    assert_eq!(fit.get("x").unwrap().unit, "m");
+    assert!(fit.get("mass").is_none());
+}
+
+/// The scatter of 120 fits is that of the covariance: of each, of pairs, with the noise given and not.
+#[test]
+fn the_covariance_is_that_of_many_experiments() {
+    let (guess, start) = first();
+    let fit = |seed: u64, given: bool| {
+        let data = measured(SIGMA, seed);
+        let fit = guess.fit(start).find(FOUND).tolerance(1e-8);
+        if given { fit.data_with("x", SIGMA, data).run().unwrap() } else { fit.data("x", data).run().unwrap() }
+    };
+    let values = |fit: &Fit| [fit.found[0].value, fit.found[1].value, fit.found[2].value];
+    let all: Vec<Fit> = (1..=120).map(|seed| fit(seed, true)).collect();
+    let count = all.len() as f64;
+    let mean = all.iter().map(values).fold([0.0; 3], |s, v| [0, 1, 2].map(|i| s[i] + v[i] / count));
+    let scatter = |i: usize, j: usize| {
+        all.iter().map(values).map(|v| (v[i] - mean[i]) * (v[j] - mean[j])).sum::<f64>() / (count - 1.0)
+    };
+    let told = &all[0].covariance;
+    for i in 0..3 {
+        let ratio = (scatter(i, i) / told[(i, i)]).sqrt();
+        // Standard deviations of 120 experiments are known to 6.5 %.
+        assert!((ratio - 1.0).abs() < 0.2, "{}: {ratio}\n{}", FOUND[i], all[0]);
+        let bias = (mean[i] - [1.2, 50.0, 0.3][i]) / (told[(i, i)] / count).sqrt();
+        assert!(bias.abs() < 4.0, "{}: off by {bias} standard errors of the mean", FOUND[i]);
+        for j in 0..i {
+            let correlation = scatter(i, j) / (scatter(i, i) * scatter(j, j)).sqrt();
+            assert!((correlation - all[0].correlation[(i, j)]).abs() < 0.25);
+        }
+    }
+    // χ² has the mean of its degrees of freedom, and a residual of neighbours that is none.
+    let reduced = all.iter().filter_map(Fit::reduced_chi_squared).sum::<f64>() / count;
+    assert!((reduced - 1.0).abs() < 0.08, "{reduced}");
+    let neighbours = all.iter().map(|fit| fit.residuals[0].neighbours).sum::<f64>() / count;
+    assert!(neighbours.abs() < 0.1, "{neighbours}");
+    // Without the noise given it is found from what is left.
+    let (with, without) = (fit(7, true), fit(7, false));
+    let ratio = without.covariance[(0, 0)] / with.covariance[(0, 0)] / with.reduced_chi_squared().unwrap();
+    assert!((ratio - 1.0).abs() < 1e-3 && !without.absolute, "{ratio}");
+    assert!((without.residuals[0].rms / SIGMA - 1.0).abs() < 0.3);
+}
+
+#[test]
+fn samples_scatter_as_the_covariance_says_and_are_the_same_again() {
+    let (guess, start) = first();
+    let asked = guess.fit(start).find(FOUND).data("x", measured(SIGMA, 5)).tolerance(1e-8);
+    let (fit, sampled) = asked.resample(80, 42).unwrap();
+    assert_eq!(sampled.failures(), 0);
+    let covariance = sampled.covariance().unwrap();
+    for (i, fitted) in fit.found.iter().enumerate() {
+        let (error, sampled_error) = (fitted.standard_error.unwrap(), covariance[(i, i)].sqrt());
+        assert!((sampled_error / error - 1.0).abs() < 0.3, "{}: {sampled_error} {error}", fitted.name);
+        let [low, high] = sampled.interval(&fitted.name, 0.95).unwrap();
+        assert!(low < fitted.value && fitted.value < high);
+        assert!(((high - low) / (3.92 * error) - 1.0).abs() < 0.4);
+    }
+    let again = asked.resample(80, 42).unwrap().1;
+    assert_eq!(sampled, again);
+    assert_ne!(sampled, asked.resample(80, 43).unwrap().1);
+}
+
+/// Outputs, velocities and coordinates together, each with its noise; times in any order.
+#[test]
+fn several_quantities_with_noise_of_their_own() {
+    let (guess, start) = first();
+    let model = Oscillator::PLAIN;
+    let motion = model.simulate(model.state().x(0.3).build().unwrap()).until(2.0).tolerance(1e-11).run().unwrap();
+    let times = || (0..=40).rev().map(|k| 0.05 * f64::from(k));
+    let mut noise = Noise(3);
+    let pull: Vec<_> = times().map(|t| (t, motion.output("pull", t).unwrap() + 0.2 * noise.normal())).collect();
+    let rate: Vec<_> = times().map(|t| (t, motion.at(t).x_rate() + 0.01 * noise.normal())).collect();
+    let asked = guess.fit(start).find(["mass", "damping", "stiffness", "x"]);
+    let fit = asked.data_with("pull", 0.2, pull).data_with("x_rate", 0.01, rate).run().unwrap();
+    for (name, value) in [("mass", 2.0), ("damping", 1.2), ("stiffness", 50.0), ("x", 0.3)] {
+        let found = fit.get(name).unwrap();
+        assert!(((found.value - value) / found.standard_error.unwrap()).abs() < 4.0, "{fit}");
+    }
+    assert_eq!((fit.residuals[0].unit.as_str(), fit.residuals[1].unit.as_str()), ("N", "m/s"));
+    assert!((0.5..1.6).contains(&fit.reduced_chi_squared().unwrap()), "{fit}");
+}
+
+#[test]
+fn what_lies_on_its_bound_has_no_error_and_the_others_theirs() {
+    let (guess, start) = first();
+    let fit = guess.fit(start).find(["stiffness", "x"]).find_within("damping", [0.0, 0.8]);
+    let fit = fit.data("x", measured(SIGMA, 9)).run().unwrap();
+    let damping = fit.get("damping").unwrap();
+    assert!(damping.value == 0.8 && damping.standard_error.is_none(), "{fit}");
+    assert!(fit.get("stiffness").unwrap().standard_error.is_some() && fit.rank == 2);
+    // The wrong damping leaves what is no noise, and the fit says so.
+    assert!(fit.residuals[0].neighbours > 0.5 && fit.to_string().contains("the model lacks something"), "{fit}");
+}

@@ -1,0 +1,109 @@
+//! Fits that cannot be: an error with what is wrong, and no numbers that look like a result.
+
+use dynamics::analysis::{FitError, SensitivityError, VariableError};
+use dynamics::prelude::*;
+
+use super::models::{Angle, Oscillator};
+
+fn data(count: u32) -> Vec<(f64, f64)> {
+    let p = [2.0, 1.2, 50.0, 0.3, 0.0];
+    (1..=count).map(|k| 0.05 * f64::from(k)).map(|t| (t, Oscillator::closed(p, t)[0])).collect()
+}
+
+fn asked() -> (Oscillator, <Oscillator as Model>::State) {
+    let model = Oscillator { mass: 2.2, damping: 1.0, stiffness: 48.0 };
+    let start = model.state().x(0.3).build().unwrap();
+    (model, start)
+}
+
+/// Mass, damping and stiffness scaled together move alike.
+#[test]
+fn what_cannot_be_told_apart_is_named() {
+    let (model, start) = asked();
+    let error = model.fit(start).find(["mass", "damping", "stiffness"]).data("x", data(60)).run().unwrap_err();
+    let FitError::Indistinguishable { groups, values, chi_squared } = &error else { panic!("{error}") };
+    assert_eq!(*groups, [["mass", "damping", "stiffness"]]);
+    // The search came to the valley: ratios are those of the data.
+    let value = |name: &str| values.iter().find(|(n, _)| n == name).unwrap().1;
+    assert!((value("stiffness") / value("mass") - 25.0).abs() < 1e-3 && *chi_squared < 1e-10);
+    assert!(
+        error.to_string().contains("do not tell `mass`, `damping`, `stiffness` apart; hold some of them"),
+        "{error}"
+    );
+    // A force among the data tells the scale.
+    let motion = Oscillator::PLAIN;
+    let motion = motion.simulate(motion.state().x(0.3).build().unwrap()).until(3.0).run().unwrap();
+    let pull = data(60).into_iter().map(|(t, _)| (t, motion.output("pull", t).unwrap()));
+    let fit = model.fit(start).find(["mass", "damping", "stiffness"]).data("x", data(60)).data("pull", pull);
+    let fit = fit.run().unwrap();
+    assert!((fit.get("mass").unwrap().value - 2.0).abs() < 1e-6, "{fit}");
+}
+
+#[test]
+fn what_has_no_influence_is_named() {
+    let angle = Angle { mass: 0.4, length: 1.3, g: 9.81, push: 0.0 };
+    let start = angle.state().theta(0.8).build().unwrap();
+    let motion = angle.simulate(start).until(3.0).run().unwrap();
+    let data: Vec<_> = (1..40).map(|k| 0.07 * f64::from(k)).map(|t| (t, motion.at(t).theta())).collect();
+    let error = angle.fit(start).find(["mass", "length"]).data("theta", data.clone()).run().unwrap_err();
+    assert!(matches!(&error, FitError::Indistinguishable { groups, .. } if *groups == [["mass"]]), "{error}");
+    let error = angle.fit(start).find(["g", "length"]).data("theta", data).run().unwrap_err();
+    assert!(matches!(&error, FitError::Indistinguishable { groups, .. } if *groups == [["g", "length"]]), "{error}");
+}
+
+#[test]
+fn data_that_make_no_sense_are_refused_with_their_row() {
+    let (model, start) = asked();
+    let fit = || model.fit(start).find(["damping", "stiffness"]);
+    let mut broken = data(20);
+    broken[7].1 = f64::NAN;
+    let error = fit().data("x", broken).run().unwrap_err();
+    assert!(
+        matches!(&error, FitError::NotANumber { name, row: 7, value, .. } if name == "x" && value.is_nan()),
+        "{error}"
+    );
+    let mut early = data(20);
+    early[3].0 = -0.1;
+    let error = fit().data("x", early).run().unwrap_err();
+    assert!(matches!(error, FitError::BeforeStart { row: 3, time: -0.1, start: 0.0, .. }), "{error}");
+    let error = fit().data("x", data(2)).run().unwrap_err();
+    assert_eq!(error, FitError::TooFewData { data: 2, unknowns: 2, noise: true });
+    let error = fit().data_with("x", 0.1, data(1)).run().unwrap_err();
+    assert_eq!(error, FitError::TooFewData { data: 1, unknowns: 2, noise: false });
+    assert!(matches!(fit().data("x", []).run().unwrap_err(), FitError::NoData { .. }));
+    assert_eq!(fit().run().unwrap_err(), FitError::NoSeries);
+    assert_eq!(
+        fit().data("x", [(0.0, 0.3), (0.0, 0.3), (0.0, 0.3)]).run().unwrap_err(),
+        FitError::OneInstant { time: 0.0 }
+    );
+    assert!(matches!(fit().data_with("x", 0.0, data(20)).run().unwrap_err(), FitError::Noise { sigma: 0.0, .. }));
+    let error = fit().data_with("x", 0.1, data(20)).data("pull", data(20)).run().unwrap_err();
+    assert_eq!(error, FitError::NoiseOfSome { without: "pull".into() });
+}
+
+#[test]
+fn names_and_bounds_that_make_no_sense_are_refused() {
+    let (model, start) = asked();
+    let fit = || model.fit(start).data("x", data(20));
+    assert_eq!(fit().run().unwrap_err(), FitError::NothingToFind);
+    let error = fit().find(["stifness"]).run().unwrap_err();
+    assert!(matches!(&error, FitError::Variable(VariableError::Unknown { nearest: Some(n), .. }) if n == "stiffness"));
+    let error = model.fit(start).find(["mass"]).data("y", data(20)).run().unwrap_err();
+    assert!(matches!(error, FitError::Motion(SensitivityError::UnknownQuantity { .. })), "{error}");
+    for bounds in [[50.0, 60.0], [60.0, 40.0], [f64::NAN, 60.0]] {
+        let error = fit().find_within("stiffness", bounds).run().unwrap_err();
+        assert!(matches!(error, FitError::Bounds { first: 48.0, .. }), "{error}");
+    }
+    let massless = Oscillator { mass: 0.0, ..model.clone() };
+    let error = massless.fit(start).find(["stiffness"]).data("x", data(20)).run().unwrap_err();
+    assert!(matches!(error, FitError::Motion(SensitivityError::Motion(_))), "{error}");
+}
+
+/// What was found before is in the error.
+#[test]
+fn a_search_that_is_cut_short_is_no_result() {
+    let (model, start) = asked();
+    let error = model.fit(start).find(["damping", "stiffness"]).data("x", data(60)).iterations(1).run().unwrap_err();
+    let FitError::NotSettled { iterations: 1, so_far } = &error else { panic!("{error}") };
+    assert!(so_far.found.len() == 2 && so_far.chi_squared > 0.0);
+}

@@ -1,0 +1,96 @@
+//! Poincaré sections.
+
+use std::f64::consts::TAU;
+
+use dynamics::motion::Direction;
+use dynamics::prelude::*;
+
+use crate::double_pendulum::DoublePendulum;
+use crate::models::{Duffing, Pendulum, VanDerPol};
+
+static STOP: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(true);
+
+#[test]
+fn a_cycle_crosses_in_one_point() {
+    let model = VanDerPol { mu: 1.0 };
+    let start = model.state().x(0.5).build().unwrap();
+    let section =
+        model.poincare(start).section(|s| s.x(), Direction::Rising).skip(20).points(10).until(500.0).run().unwrap();
+    assert_eq!(section.points.len(), 10);
+    let first = section.points[0];
+    for pair in section.points.windows(2) {
+        assert!((pair[1].t - pair[0].t - 6.663_286_859_323_13).abs() < 1e-8);
+        assert!(pair[1].x().abs() < 1e-12 && pair[1].x_rate() > 0.0);
+        assert!((pair[1].x_rate() - first.x_rate()).abs() < 1e-8);
+    }
+    // It is a guess that is a solution.
+    let back = section.closest_return(1).unwrap();
+    let orbit = model.periodic(back.state, back.period).run().unwrap();
+    assert!(orbit.iterations <= 4 && (orbit.period - back.period).abs() < 1e-8, "{orbit}");
+}
+
+#[test]
+fn a_driven_oscillator_once_a_period() {
+    let model = Duffing { alpha: -1.0, beta: 1.0, delta: 0.25, gamma: 0.4, omega: 1.0 };
+    let start = model.state().x(1.0).build().unwrap();
+    let section = model.poincare(start).every(TAU).skip(50).points(400).run().unwrap();
+    assert_eq!(section.points.len(), 400);
+    assert!(section.points.iter().enumerate().all(|(k, s)| (s.t - TAU * (k + 51) as f64).abs() < 1e-9));
+    // A strange attractor: no two points alike, and in it an unstable cycle that the nearest return leads to.
+    let back = section.closest_return(1).unwrap();
+    assert!(back.miss > 1e-6 && back.miss < 0.2, "{back:?}");
+    let orbit = model.periodic(back.state, back.period).run().unwrap();
+    assert!(orbit.floquet.is_unstable(), "{orbit}");
+    let chart = Chart::from(section.panel("x").unwrap()).to_svg();
+    assert!(chart.starts_with("<svg") && section.panel("y").is_none());
+}
+
+#[test]
+fn angles_are_folded_and_turns_counted() {
+    let model = Pendulum { m: 1.0, l: 1.0, g: 9.81 };
+    let start = model.state().theta_rate(9.0).build().unwrap();
+    let section = model.poincare(start).section(|s| s.theta().cos(), Direction::Falling).fold("theta", TAU);
+    let section = section.points(5).until(20.0).run().unwrap();
+    assert!(section.points.iter().all(|s| (s.theta() - TAU / 4.0).abs() < 1e-9), "{section:?}");
+    let back = section.closest_return(1).unwrap();
+    assert!(back.turns == [("theta", TAU)] && back.miss < 1e-4, "{back:?}");
+    let orbit = model.periodic(back.state, back.period).hold("theta", TAU / 4.0).advance("theta", TAU).run().unwrap();
+    assert!((orbit.period - back.period).abs() < 1e-7);
+}
+
+#[test]
+fn a_swing_of_little_energy_lies_on_a_curve() {
+    // θ₁ = 0 rising: of a regular motion the points lie on a closed curve, and energy is that of the start on all of them.
+    let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81 };
+    let start = model.state().theta1(0.2).theta2(0.1).build().unwrap();
+    let section =
+        model.poincare(start).section(|s| s.theta1(), Direction::Rising).points(50).until(1000.0).run().unwrap();
+    use dynamics::model::Dynamics;
+    let energy = model.energy_function(&start);
+    assert!(
+        section.points.iter().all(|s| (model.energy_function(s) - energy).abs() < 1e-7 && s.theta1().abs() < 1e-11)
+    );
+}
+
+#[test]
+fn a_section_that_is_not_crossed_says_how_near_it_was() {
+    let model = Pendulum { m: 1.0, l: 1.0, g: 9.81 };
+    let start = model.state().theta(0.5).build().unwrap();
+    let said = model.poincare(start).section(|s| s.theta() - 1.0, Direction::Any).until(5.0).run().unwrap_err();
+    let PeriodicError::NeverCrossed { points: 0, range: [low, high], .. } = said else { panic!("{said}") };
+    assert!((low + 1.5).abs() < 0.05 && (high + 0.5).abs() < 1e-6, "{low} {high}");
+    for said in [
+        model.poincare(start).run().unwrap_err(),
+        model.poincare(start).every(1.0).points(0).run().unwrap_err(),
+        model.poincare(start).section(|s| s.theta(), Direction::Any).run().unwrap_err(),
+        model.poincare(start).every(0.0).run().unwrap_err(),
+        model.poincare(start).every(1.0).fold("theta", -1.0).run().unwrap_err(),
+    ] {
+        assert!(matches!(said, PeriodicError::Option { .. }), "{said}");
+    }
+    // Options reach the simulation: this one is cancelled.
+    let said = model.poincare(start).every(1.0).simulated(|run| run.cancel(&STOP)).run().unwrap_err();
+    assert!(matches!(said, PeriodicError::BrokenOff { points: 0, .. }), "{said}");
+    let said = model.poincare(start).event("nothing", Direction::Any).until(1.0).run().unwrap_err();
+    assert!(matches!(said, PeriodicError::BrokenOff { points: 0, .. }), "{said}");
+}
