@@ -6,5 +6,7 @@ mod large;
 mod models;
 mod normal;
 mod rotor;
+mod rounding;
 mod state_space;
+mod steady;
 mod time;

@@ -233,3 +233,18 @@ fn modes_move_on_the_drawing_and_stay_on_the_constraints() {
     let still = modes.iter().find(|mode| mode.eigenvalue.im == 0.0).unwrap();
     assert!(matches!(model.mode_film(&rest, still, 0.2), Err(VibrationError::NoOscillation { .. })));
 }
+
+/// What swings slowly beside something stiff is not mixed with what is free, though damping couples both.
+#[test]
+fn what_swings_slowly_is_not_free() {
+    let mut linear = Chain::between([1.0, 1.0], 0.0, 0.0).linear();
+    linear.stiffness.fill(0.0);
+    linear.stiffness.fill_diagonal(1e12);
+    for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        linear.stiffness[(i, j)] = if i == j { 5e-7 } else { -5e-7 };
+    }
+    linear.damping[(0, 0)] = 0.03;
+    let modes = linear.normal_modes().unwrap();
+    assert!(modes.rigid() == 1 && (modes.frequencies[1] - 1e-3).abs() < 1e-17, "{:?}", modes.frequencies);
+    assert!((modes.shapes[(0, 0)] - modes.shapes[(1, 0)]).abs() < 1e-14, "{}", modes.shapes);
+}

@@ -172,6 +172,18 @@ fn equal_frequencies_leave_the_whirl_open() {
     assert!(found.critical.len() == 2 && found.critical.iter().all(|c| (c.speed - 10.0).abs() < 1e-12), "{found}");
 }
 
+/// Speeds that lie above the onset have none among them, but are told to be unstable.
+#[test]
+fn what_is_unstable_from_the_first_speed_is_told() {
+    let at = |speed: f64| {
+        let rotor = Jeffcott { m: 1.0, k: 100.0, external: 0.1, internal: 0.2, speed };
+        rotor.linearize(&rotor.state().build()?)
+    };
+    let found = |speeds: &[f64]| Campbell::new(speeds, &[1.0], &[("x", "y")], at).unwrap().to_string();
+    assert!(found(&[16.0, 20.0]).starts_with("unstable at the first speed, 16, already"), "{}", found(&[16.0, 20.0]));
+    assert!(!found(&[1.0, 20.0]).contains("already"));
+}
+
 #[test]
 fn diagrams_that_cannot_be_are_refused() {
     let of = |speeds: &[f64], orders: &[f64], plane: (&str, &str)| {

@@ -172,6 +172,8 @@ fn loads_and_times_that_cannot_be_are_refused() {
         |points: Vec<(f64, f64)>| space.response(&[Load::new("force", points)], &["x"], &[], &[1.0]).unwrap_err();
     assert!(matches!(load(vec![(0.0, 1.0), (-1.0, 1.0)]), VibrationError::Value { .. }));
     assert!(matches!(load(vec![(0.0, f64::INFINITY), (1.0, 1.0)]), VibrationError::Value { .. }));
+    // A load is zero beyond its points: of one it would be zero always.
+    assert!(matches!(load(vec![(0.0, 5.0)]), VibrationError::TooFew { needed: 2, .. }));
     // An acceleration contains the impulse itself.
     let refused = space.impulse_response("force", "felt", &[0.0]).unwrap_err();
     assert!(matches!(refused, VibrationError::Feedthrough { .. }), "{refused}");

@@ -37,7 +37,8 @@ use crate::constrain::{check_start, solve_once};
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
 pub(super) use modes::eigenvector;
 pub(super) use reduce::{Tangent, scales};
-pub(super) use spectrum::{general, symmetric as undamped};
+pub(super) use spectrum::{drop_rounding, general, symmetric as undamped};
+pub(super) use steady::later;
 
 /// Models whose small motions can be asked for: all.
 pub trait SmallMotions: Constraints {
@@ -169,10 +170,12 @@ impl Linearization {
         modes::modes(self)
     }
 
-    /// mass⁻¹ `right`.
-    fn solve(&self, right: &DMatrix<f64>) -> Result<DMatrix<f64>, LinearizeError> {
+    /// mass⁻¹ `right`; what rounding leaves of terms that cancel is 0, as of a push that leaves a coordinate at rest: balancing would make much of it.
+    pub(super) fn solve(&self, right: &DMatrix<f64>) -> Result<DMatrix<f64>, LinearizeError> {
         let factors = self.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
-        let found = factors.solve(right);
+        let terms = factors.inverse().abs() * right.abs();
+        let least = 4.0 * self.mass.nrows() as f64 * f64::EPSILON;
+        let found = factors.solve(right).zip_map(&terms, |x, size| if x.abs() <= least * size { 0.0 } else { x });
         if found.iter().all(|x| x.is_finite()) { Ok(found) } else { Err(LinearizeError::NotFinite) }
     }
 }
@@ -316,7 +319,7 @@ fn in_coordinates<M: Constraints>(
 }
 
 /// The linear equations in the coordinates of a tangent space.
-fn assemble<M: Constraints>(read: &Read, tangent: &Tangent) -> Linearization {
+pub(super) fn assemble<M: Constraints>(read: &Read, tangent: &Tangent) -> Linearization {
     let [mass, damping, stiffness, particular] = read.project(tangent);
     let named = |indices: &[usize]| indices.iter().map(|i| M::COORDINATES[*i]).collect::<Vec<_>>();
     Linearization {

@@ -25,6 +25,7 @@ mod resonance;
 mod riccati;
 mod state_space;
 mod time_response;
+mod varying;
 
 pub use banded::Banded;
 pub use campbell::{Campbell, CriticalSpeed, Onset, RotorMode};

@@ -3,6 +3,7 @@
 use alloc::vec::Vec;
 use core::fmt;
 
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{Linearization, LinearizeError, spectrum};
@@ -122,9 +123,16 @@ pub(in crate::analysis) fn eigenvector(
     at: Complex<f64>,
     which: usize,
 ) -> Result<DVector<Complex<f64>>, LinearizeError> {
+    // Balanced: the shift is measured by the matrix, which beside something stiff is otherwise far larger than any of its eigenvalues.
+    let mut balanced = a.clone();
+    let scale = balance_parlett_reinsch(&mut balanced);
     // A little beside the eigenvalue the matrix has an inverse; where it is defective, by chance not there.
-    let beside = [4.0, 13.0, 41.0].into_iter().find_map(|by| inverse_iteration(a, at, by * f64::EPSILON, which));
-    beside.ok_or(LinearizeError::NoConvergence { size: a.nrows() })
+    let beside =
+        [4.0, 13.0, 41.0].into_iter().find_map(|by| inverse_iteration(&balanced, at, by * f64::EPSILON, which));
+    let found = beside.ok_or(LinearizeError::NoConvergence { size: a.nrows() })?;
+    let found = found.zip_map(&scale, |x, scale| x * scale);
+    let size = found.norm();
+    Ok(found.unscale(size))
 }
 
 fn inverse_iteration(a: &DMatrix<f64>, at: Complex<f64>, by: f64, which: usize) -> Option<DVector<Complex<f64>>> {

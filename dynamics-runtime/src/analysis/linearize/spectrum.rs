@@ -56,19 +56,36 @@ pub(in crate::analysis) fn symmetric(linear: &Linearization) -> Result<Option<Un
     let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?;
     let reduced = 0.5 * (&reduced + reduced.transpose());
     let sizes = reduced.abs();
-    let eigen =
-        SymmetricEigen::try_new(reduced, f64::EPSILON, SWEEPS * n).ok_or(LinearizeError::NoConvergence { size: n })?;
+    let (values, vectors) = by_blocks(&reduced)?;
     let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|i, j| eigen.eigenvalues[*i].total_cmp(&eigen.eigenvalues[*j]));
+    order.sort_by(|i, j| values[*i].total_cmp(&values[*j]));
     // Rounding of what is free to move is no frequency: that of the terms of vᵀKv, which is not that of what is stiff beside it.
     let square = |i: usize| {
-        let v = eigen.eigenvectors.column(i).abs();
-        if eigen.eigenvalues[i].abs() <= rounding * v.dot(&(&sizes * &v)) { 0.0 } else { eigen.eigenvalues[i] }
+        let v = vectors.column(i).abs();
+        if values[i].abs() <= rounding * v.dot(&(&sizes * &v)) { 0.0 } else { values[i] }
     };
     let squares = DVector::from_fn(n, |k, _| square(order[k]));
-    let vectors = eigen.eigenvectors.select_columns(&order);
+    let vectors = vectors.select_columns(&order);
     let vectors = lower.tr_solve_lower_triangular(&vectors).ok_or(LinearizeError::Inertia)?;
     Ok(Some((squares, vectors)))
+}
+
+/// Eigenvalues and vectors of a symmetric matrix, its uncoupled parts apart: beside what is 1/ε times as stiff the QR iteration drops what couples soft ones, and mixes their vectors.
+fn by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeError> {
+    let n = of.nrows();
+    let (mut values, mut vectors) = (DVector::zeros(n), DMatrix::zeros(n, n));
+    let mut k = 0;
+    for block in blocks(of) {
+        let part = of.select_rows(&block).select_columns(&block);
+        let eigen = SymmetricEigen::try_new(part, f64::EPSILON, SWEEPS * block.len());
+        let eigen = eigen.ok_or(LinearizeError::NoConvergence { size: block.len() })?;
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            values[k] = *value;
+            block.iter().zip(vector.iter()).for_each(|(i, x)| vectors[(*i, k)] = *x);
+            k += 1;
+        }
+    }
+    Ok((values, vectors))
 }
 
 /// The eigenvalues of any matrix.
@@ -93,7 +110,7 @@ pub(in crate::analysis) fn general(mut a: DMatrix<f64>) -> Result<Vec<Complex<f6
 }
 
 /// Elements that are rounding beside the others become zero.
-pub(super) fn drop_rounding(a: &mut DMatrix<f64>) {
+pub(in crate::analysis) fn drop_rounding(a: &mut DMatrix<f64>) {
     let least = a.nrows() as f64 * f64::EPSILON * a.norm();
     a.iter_mut().filter(|x| x.abs() <= least).for_each(|x| *x = 0.0);
 }

@@ -34,7 +34,7 @@ pub(super) fn judge<M: Constraints>(
     let essential = essential(&a);
     // No period divides both.
     for part in [1e-2, 2.645_751_311_064_590_7e-2] {
-        let Some((read, tangent)) = later(model, state, tangent, part / rate) else {
+        let Some((_, read, tangent)) = later(model, state, tangent, part / rate) else {
             return Some(LinearizeError::Ends);
         };
         let then = assemble::<M>(&read, &tangent);
@@ -89,7 +89,12 @@ fn essential(a: &DMatrix<f64>) -> alloc::vec::Vec<usize> {
 }
 
 /// What is there a little later on a motion whose independent velocities stay.
-fn later<M: Constraints>(model: &M, state: &M::State, tangent: &Tangent, after: f64) -> Option<(Read, Tangent)> {
+pub(in crate::analysis) fn later<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    tangent: &Tangent,
+    after: f64,
+) -> Option<(M::State, Read, Tangent)> {
     let constants = model.constants().ok()?;
     let solved = solve_once(model, &constants, state).ok()?;
     let mut later = at_time(state, state.t() + after);
@@ -111,5 +116,6 @@ fn later<M: Constraints>(model: &M, state: &M::State, tangent: &Tangent, after: 
     let missed = DMatrix::from_iterator(there.row_count(), 1, held);
     let change = there.particular(&missed);
     later.u_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(u, d)| *u += d);
-    at(&later)
+    let (read, tangent) = at(&later)?;
+    Some((later, read, tangent))
 }

@@ -76,6 +76,10 @@ impl Banded {
         self.values.iter().all(|x| x.is_finite())
     }
 
+    pub(super) fn is_zero(&self) -> bool {
+        self.values.iter().all(|x| *x == 0.0)
+    }
+
     /// A x.
     pub(super) fn times(&self, x: &[f64]) -> Vec<f64> {
         let mut y = alloc::vec![0.0; self.n];

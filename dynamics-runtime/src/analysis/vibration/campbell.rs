@@ -3,7 +3,8 @@
 //! Whirl goes forward where the orbit of a mode in the plane (x, y), x = Re(X e^{iωt}), y = Re(Y e^{iωt}), turns as the rotor does: −2 Im(X̄ Y)/(|X|² + |Y|²) is 1 for a circle forward, −1 for one
 //! backward, 0 where nothing turns (G. Genta, *Dynamics of Rotating Systems*, §2.4, §4.3). Critical speeds Ω of order k, Im σ = k Ω, are where the number of modes above the line k Ω changes, and
 //! onsets of instability where the number of growing modes changes. Both are counted, so that no mode need be followed through crossings, and bisected to the last digit. What crosses a line and comes back between
-//! two neighbouring speeds is not seen.
+//! two neighbouring speeds is not seen, nor are two modes that cross it there in opposite directions. A mode counts as growing where it does so by more than rounding may cause, 1e-14 of
+//! the largest eigenvalue: beside something very stiff an onset is late by as much over the slope of the growth.
 
 use alloc::format;
 use alloc::string::String;
@@ -92,7 +93,7 @@ struct Study<'a, F> {
 }
 
 impl Campbell {
-    /// Over speeds (ascending, of one sign), for orders k (1 is unbalance), from the linear equations at each speed; `planes` are pairs of coordinates (x, y) in which
+    /// Over speeds (ascending, none negative), for orders k (1 is unbalance), from the linear equations at each speed; `planes` are pairs of coordinates (x, y) in which
     /// whirl is looked at, the rotor turning from x to y at positive speeds.
     ///
     /// # Errors
@@ -278,6 +279,12 @@ fn whirl(mode: &Mode, planes: &[(&str, &str)]) -> Result<Option<f64>, VibrationE
 impl fmt::Display for Campbell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut lines: Vec<String> = Vec::new();
+        // What grows from the first speed on has no onset among these.
+        if let (Some(speed), true) =
+            (self.speeds.first(), self.modes.first().is_some_and(|m| m.iter().any(RotorMode::grows)))
+        {
+            lines.push(format!("unstable at the first speed, {speed}, already"));
+        }
         for CriticalSpeed { speed, order, mode } in &self.critical {
             lines.push(format!("critical speed of order {order}: {speed:.9} ({})", mode.direction()));
         }

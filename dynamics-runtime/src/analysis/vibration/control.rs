@@ -17,9 +17,9 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix};
 
 use super::riccati::{Riccati, solve};
-use super::state_space::{Place, Signal, find};
+use super::state_space::{Held, Signal, find};
 use super::{StateSpace, VibrationError};
-use crate::analysis::linearize::{eigenvector, general};
+use crate::analysis::linearize::{drop_rounding, eigenvector, general};
 use crate::model::{ModelState, Vector};
 
 /// Least singular value, in parts of the largest and after scaling, below which a mode counts as not reached: what rounding leaves of nothing.
@@ -85,12 +85,16 @@ impl StateSpace {
 fn reach(space: &StateSpace, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<Vec<Reach>, VibrationError> {
     let mut balanced = a.clone();
     let scale = balance_parlett_reinsch(&mut balanced);
+    // Rows are made of one length later, which would make much of what rounding left of nothing.
+    drop_rounding(&mut balanced);
     let mut b = b.clone();
+    let least = b.nrows() as f64 * f64::EPSILON;
     for mut column in b.column_iter_mut() {
         column.component_div_assign(&scale);
         let size = column.norm();
         if size > 0.0 {
             column.unscale_mut(size);
+            column.iter_mut().filter(|x| x.abs() <= least).for_each(|x| *x = 0.0);
         }
     }
     let mut found = Vec::new();
@@ -156,6 +160,8 @@ impl LqrDesign<'_> {
     /// equation that is not solved to 1e-9.
     pub fn solve(self) -> Result<Lqr, VibrationError> {
         let space = self.space;
+        // Of a model every state must have constant coefficients.
+        space.places.iter().zip(&space.states).try_for_each(|(_, state)| space.output(&state.name).map(|_| ()))?;
         let (controls, r, outputs) = self.sorted()?;
         let b = space.b.select_columns(&controls);
         let q = outputs.iter().fold(DMatrix::zeros(space.a.nrows(), space.a.nrows()), |q, (row, weight)| {
@@ -202,6 +208,7 @@ impl LqrDesign<'_> {
                 }
                 Some(k) if controls.contains(&k) => return Err(value("given once for each control")),
                 Some(k) => {
+                    space.input(name)?;
                     controls.push(k);
                     r.push(*weight);
                 }
@@ -212,7 +219,11 @@ impl LqrDesign<'_> {
                     if !(weight.is_finite() && *weight >= 0.0) {
                         return Err(value("0 or a positive number"));
                     }
-                    outputs.push((space.output(name)?, *weight));
+                    let row = space.output(name)?;
+                    if outputs.iter().any(|(other, _)| *other == row) {
+                        return Err(value("given once for each output"));
+                    }
+                    outputs.push((row, *weight));
                 }
             }
         }
@@ -234,23 +245,30 @@ impl LqrDesign<'_> {
 
 /// Refuses what has no stabilising solution.
 fn check(space: &StateSpace, b: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<(), VibrationError> {
-    let size = space.eigenvalues()?.iter().map(|x| x.norm()).fold(0.0, f64::max);
-    // The root of rounding is what a defective pair of zeros has.
-    let stays = |reach: &&Reach| reach.eigenvalue.re >= -1e-7 * size;
-    for Reach { eigenvalue, distance, states } in reach(space, &space.a, b)?.iter().filter(stays) {
-        if *distance <= NOT_REACHED {
-            let (eigenvalue, distance, states) = (*eigenvalue, *distance, states.clone());
+    for Reach { eigenvalue, distance, states } in reach(space, &space.a, b)? {
+        if distance <= NOT_REACHED && eigenvalue.re >= -rounding(&space.a, eigenvalue)? {
             return Err(VibrationError::Unstabilisable { eigenvalue, states, distance });
         }
     }
-    let marginal = |reach: &&Reach| reach.eigenvalue.re.abs() <= 1e-7 * size;
-    for Reach { eigenvalue, distance, states } in reach(space, &space.a.transpose(), q)?.iter().filter(marginal) {
-        if *distance <= NOT_REACHED {
-            let (eigenvalue, distance, states) = (*eigenvalue, *distance, states.clone());
+    for Reach { eigenvalue, distance, states } in reach(space, &space.a.transpose(), q)? {
+        if distance <= NOT_REACHED && eigenvalue.re.abs() <= rounding(&space.a, eigenvalue)? {
             return Err(VibrationError::Undetectable { eigenvalue, states, distance });
         }
     }
     Ok(())
+}
+
+/// How far rounding may have moved an eigenvalue: ε |y|ᵀ|A||x|/|yᴴx|, x and y its vectors to the right and to the left, at most the root of ε, as of a defective pair. Its own
+/// measure, not that of the stiffest: what dies away slowly beside it does die away.
+fn rounding(a: &DMatrix<f64>, eigenvalue: Complex<f64>) -> Result<f64, VibrationError> {
+    let mut a = a.clone();
+    balance_parlett_reinsch(&mut a);
+    let size = general(a.clone())?.iter().map(|x| x.norm()).fold(0.0, f64::max);
+    let (right, left) = (eigenvector(&a, eigenvalue, 0)?, eigenvector(&a.transpose(), eigenvalue.conj(), 0)?);
+    let [of_right, of_left] = [&right, &left].map(|x| x.map(|x| x.norm()));
+    let conditioning = of_left.dot(&(a.abs() * of_right)) / left.dotc(&right).norm();
+    // Not a number, or infinite, where the vectors are orthogonal: defective.
+    Ok((64.0 * f64::EPSILON * conditioning).min(1e-7 * size))
 }
 
 /// A linear–quadratic regulator: controls = those of the reference − gain · deviations of the states.
@@ -271,7 +289,7 @@ pub struct Lqr {
     /// The states, in the order of its columns.
     pub states: Vec<Signal>,
     indices: Vec<usize>,
-    places: Vec<(Place, f64)>,
+    places: Vec<Held>,
     input_values: Vec<f64>,
 }
 
@@ -284,7 +302,7 @@ impl Lqr {
         Some(self.gain[(row, column)])
     }
 
-    /// All inputs of the model at a state: the controls by the regulator, the others as in the reference. Of matrices of one's own, or another model's state, not numbers.
+    /// All inputs of the model at a state: the controls by the regulator, the others as in the reference, which goes on where it is a steady motion. Of matrices of one's own, or another model's state, not numbers.
     /// Angles count as they are: one that has turned over is far away.
     #[must_use]
     pub fn inputs_at<S: ModelState>(&self, state: &S) -> S::Inputs {
@@ -295,12 +313,8 @@ impl Lqr {
             return inputs;
         }
         values.copy_from_slice(&self.input_values);
-        for (column, (place, reference)) in self.places.iter().enumerate() {
-            let at = match place {
-                Place::Coordinate(i) => state.q().as_slice().get(*i),
-                Place::Rate(i) => state.u().as_slice().get(*i),
-            };
-            let deviation = at.map_or(f64::NAN, |at| at - reference);
+        for (column, held) in self.places.iter().enumerate() {
+            let deviation = held.deviation(state);
             for (row, k) in self.indices.iter().enumerate() {
                 values[*k] -= self.gain[(row, column)] * deviation;
             }

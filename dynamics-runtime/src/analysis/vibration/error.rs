@@ -29,7 +29,7 @@ pub enum VibrationError {
         /// A known one that is similar.
         nearest: Option<String>,
     },
-    /// An output has no linear equation.
+    /// An output, or an input, has no linear equation with constant coefficients.
     NoRow {
         /// Its name.
         name: String,
@@ -157,6 +157,11 @@ impl fmt::Display for VibrationError {
             Self::NoRow { name, why: Withheld::NotFinite } => {
                 write!(f, "the derivative of `{name}` is not finite at this state; ask for what it is made of")
             }
+            Self::NoRow { name, why: Withheld::Varies } => write!(
+                f,
+                "the coefficients of `{name}` change along the steady motion, as of what is seen, or pushed, in a direction that turns, so that it has no constant linear equation; \
+                 ask for what turns with the motion"
+            ),
             Self::NoOutputDerivatives => f.write_str(
                 "the outputs have no exact derivatives: the model is written by hand, they are too large to be generated, or they take fourth derivatives of a curve; \
                  declare fewer outputs",
@@ -164,7 +169,7 @@ impl fmt::Display for VibrationError {
             Self::Value { what, value, must_be } => write!(f, "{what} is {value:e}; it must be {must_be}"),
             Self::Resonance { frequency, eigenvalue, conditioning } => write!(
                 f,
-                "at {frequency:.9e} rad/s the response is infinite: it is the frequency of a mode without damping ({}, condition number {conditioning:.1e}); \
+                "at {frequency:.9e} rad/s the response is infinite, or not to be told: it is the frequency of a mode without damping ({}, condition number {conditioning:.1e}); \
                  ask beside it, or give the mode damping",
                 Value(*eigenvalue)
             ),
@@ -197,6 +202,10 @@ impl fmt::Display for VibrationError {
             Self::NoNormalModes { why } => {
                 write!(f, "there are no normal modes: {why}; `modes()` are those of the whole linear model")
             }
+            Self::NotDefinite { matrix: "stiffness", row } => write!(
+                f,
+                "the stiffness matrix has a negative eigenvalue, as row {row} shows; the position is unstable, and falls along a mode rather than swings"
+            ),
             Self::NotDefinite { matrix, row } => write!(
                 f,
                 "the {matrix} matrix is not positive definite, as row {row} shows; every coordinate needs inertia"

@@ -49,7 +49,7 @@ impl From<&str> for Excitation {
     }
 }
 
-/// `count` frequencies from `from` to `to`, in rad/s, each greater than the one before by the same factor.
+/// `count` frequencies from `from` to `to`, in rad/s and both positive, each greater than the one before by the same factor.
 pub fn frequencies(from: f64, to: f64, count: usize) -> Vec<f64> {
     let last = count.saturating_sub(1).max(1) as f64;
     let at = |k: usize| if k + 1 == count && count > 1 { to } else { from * (to / from).powf(k as f64 / last) };

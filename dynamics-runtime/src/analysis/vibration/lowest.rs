@@ -16,6 +16,8 @@ use super::banded::{Banded, Factors};
 const MOST: usize = 200;
 /// Change of a Ritz value, in parts of it, below which it has settled.
 const SETTLED: f64 = 4e-15;
+/// Least eigenvalue, in parts of the shift, that is the rounding of 0.
+const NEGATIVE: f64 = 1e-7;
 
 /// The lowest modes.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,8 +44,11 @@ pub fn lowest_modes(mass: &Banded, stiffness: &Banded, count: usize) -> Result<L
         let shapes = [(n, n), (stiffness.len(), stiffness.len())].into();
         return Err(VibrationError::Shapes { shapes });
     }
-    if count == 0 || n < count {
-        return Err(VibrationError::TooFew { what: "rows of the matrices", count: n, needed: count.max(1) });
+    if count == 0 {
+        return Err(VibrationError::TooFew { what: "modes asked for", count, needed: 1 });
+    }
+    if n < count {
+        return Err(VibrationError::TooFew { what: "rows of the matrices", count: n, needed: count });
     }
     if !mass.is_finite() || !stiffness.is_finite() {
         return Err(crate::analysis::LinearizeError::NotFinite.into());
@@ -67,7 +72,7 @@ pub fn lowest_modes(mass: &Banded, stiffness: &Banded, count: usize) -> Result<L
                 residual,
             });
         }
-        vectors = (vectors + found.counted.saturating_sub(count).max(4)).min(n);
+        vectors = vectors.saturating_add(found.counted.saturating_sub(count).max(4)).min(n);
     }
 }
 
@@ -83,13 +88,15 @@ fn shifted(mass: &Banded, stiffness: &Banded) -> Result<(Factors, f64), Vibratio
             return Ok((factors, 0.0));
         }
     }
-    let shift = 1e-6 * stiffest;
-    let factors = stiffness.minus(-shift, mass).factor();
-    let factors = factors.map_err(|row| VibrationError::NotDefinite { matrix: "stiffness", row })?;
-    match pivots(&factors) {
-        Some(row) => Err(VibrationError::NotDefinite { matrix: "stiffness", row }),
-        None => Ok((factors, shift)),
-    }
+    let shift = if stiffness.is_zero() { 1.0 } else { 1e-6 * stiffest };
+    let indefinite = |row| VibrationError::NotDefinite { matrix: "stiffness", row };
+    // The shift would make what falls look as if it were free to move: less than zero by more than rounding is refused.
+    let definite = |by: f64| {
+        let factors = stiffness.minus(-by, mass).factor().map_err(indefinite)?;
+        pivots(&factors).map_or(Ok(factors), |row| Err(indefinite(row)))
+    };
+    definite(NEGATIVE * shift)?;
+    Ok((definite(shift)?, shift))
 }
 
 fn iterate(

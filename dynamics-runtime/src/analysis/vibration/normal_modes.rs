@@ -74,7 +74,7 @@ impl Linearization {
         Ok(NormalModes {
             frequencies: squares.iter().map(|square| square.sqrt()).collect(),
             all: &self.shape * &shapes,
-            damping: shapes.tr_mul(&(dissipative * &shapes)),
+            damping: modal(&dissipative, &shapes),
             shapes,
             mass: self.mass.clone(),
             coordinates: self.coordinates.clone(),
@@ -83,13 +83,24 @@ impl Linearization {
     }
 }
 
+/// ΦᵀC Φ; what rounding leaves of nothing is 0, as of dampers between bodies that move together.
+fn modal(damping: &DMatrix<f64>, shapes: &DMatrix<f64>) -> DMatrix<f64> {
+    let sizes = shapes.abs().tr_mul(&(damping.abs() * shapes.abs()));
+    let least = 4.0 * shapes.nrows() as f64 * f64::EPSILON;
+    shapes.tr_mul(&(damping * shapes)).zip_map(&sizes, |x, size| if x.abs() <= least * size { 0.0 } else { x })
+}
+
 /// Turns the vectors of each frequency so that damping does not couple them.
 fn turn_equal(squares: &DVector<f64>, shapes: &mut DMatrix<f64>, damping: &DMatrix<f64>) {
     let n = squares.len();
     let mut first = 0;
     while first < n {
         let size = squares[n - 1].abs();
-        let same = |k: &usize| squares[*k] - squares[first] <= EQUAL * squares[first].max(1e-6 * size);
+        // What is free has exactly 0, and nothing that swings, however slowly, is like it.
+        let same = |k: &usize| match squares[first] {
+            0.0 => squares[*k] == 0.0,
+            square => squares[*k] - square <= EQUAL * square.max(1e-6 * size),
+        };
         let count = (first..n).take_while(same).count();
         if count > 1 {
             let block = shapes.columns(first, count).into_owned();
@@ -150,7 +161,14 @@ impl NormalModes {
     /// r of the independent coordinates.
     fn direction(&self, direction: &[(&str, f64)]) -> Result<DVector<f64>, VibrationError> {
         let mut r = DVector::zeros(self.coordinates.len());
-        for (name, value) in direction {
+        for (k, (name, value)) in direction.iter().enumerate() {
+            let wrong = |must_be| VibrationError::Value { what: "a direction", value: *value, must_be };
+            if !value.is_finite() {
+                return Err(wrong("a finite number"));
+            }
+            if direction[..k].iter().any(|(other, _)| other == name) {
+                return Err(wrong("given once for each coordinate"));
+            }
             let at = self.coordinates.iter().position(|q| q.name == *name);
             let at = at.ok_or_else(|| VibrationError::UnknownName {
                 what: "independent coordinate",
@@ -166,7 +184,7 @@ impl NormalModes {
     /// that are not named do nothing.
     ///
     /// # Errors
-    /// Names that are not independent coordinates.
+    /// Names that are not independent coordinates, or come twice, and values that are not finite.
     pub fn participation(&self, direction: &[(&str, f64)]) -> Result<Vec<f64>, VibrationError> {
         Ok(self.shapes.tr_mul(&(&self.mass * self.direction(direction)?)).as_slice().to_vec())
     }
@@ -174,7 +192,7 @@ impl NormalModes {
     /// Γ²: the mass that each mode moves; their sum is that of the whole system along the direction, so that it says how many modes suffice.
     ///
     /// # Errors
-    /// Names that are not independent coordinates.
+    /// Names that are not independent coordinates, or come twice, and values that are not finite.
     pub fn effective_masses(&self, direction: &[(&str, f64)]) -> Result<Vec<f64>, VibrationError> {
         Ok(self.participation(direction)?.into_iter().map(|x| x * x).collect())
     }

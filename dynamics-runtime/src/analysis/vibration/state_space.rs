@@ -14,9 +14,10 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::VibrationError;
+use super::varying::{Equations, varying};
 use crate::analysis::linearize::{Linearization, LinearizeError, Read, SmallMotions, Tangent, general, scales};
 use crate::constrain::held::active_rows;
 use crate::model::{Constraints, ModelState, Outputs, Quantity, Vector};
@@ -47,6 +48,8 @@ pub enum Withheld {
     Corner,
     /// Its derivative is not finite there.
     NotFinite,
+    /// Its coefficients change along the steady motion of reference, as those of what is seen from the side on something that turns.
+    Varies,
 }
 
 /// Where the value of a state stands in a model's state.
@@ -54,6 +57,26 @@ pub enum Withheld {
 pub(super) enum Place {
     Coordinate(usize),
     Rate(usize),
+}
+
+/// The value of a state on the motion of reference: value + rate · (t − `since`), as what turns steadily goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Held {
+    pub(super) place: Place,
+    value: f64,
+    rate: f64,
+    since: f64,
+}
+
+impl Held {
+    /// How far a state is from the reference at its time.
+    pub(super) fn deviation<S: ModelState>(&self, state: &S) -> f64 {
+        let at = match self.place {
+            Place::Coordinate(i) => state.q().as_slice().get(i),
+            Place::Rate(i) => state.u().as_slice().get(i),
+        };
+        at.map_or(f64::NAN, |at| at - self.value - self.rate * (state.t() - self.since))
+    }
 }
 
 /// ẋ = A x + B w, y = C x + D w: n states, W inputs, Y outputs, all deviations from the state of reference.
@@ -75,8 +98,10 @@ pub struct StateSpace {
     pub outputs: Vec<Signal>,
     /// Outputs that have no row, and why: theirs is not a number.
     withheld: Vec<(usize, Withheld)>,
-    /// Where the states stand in the model's state, and their values, and those of the model's inputs, in the reference; empty for matrices of one's own.
-    pub(super) places: Vec<(Place, f64)>,
+    /// Inputs whose columns change along the motion of reference.
+    varying: Vec<usize>,
+    /// The states, and the values of the model's inputs, in the reference; empty for matrices of one's own.
+    pub(super) places: Vec<Held>,
     pub(super) input_values: Vec<f64>,
 }
 
@@ -105,6 +130,7 @@ impl StateSpace {
             inputs: named("w", w),
             outputs: named("y", y),
             withheld: Vec::new(),
+            varying: Vec::new(),
             places: Vec::new(),
             input_values: Vec::new(),
             a,
@@ -126,7 +152,11 @@ impl StateSpace {
 
     /// Index of the input of this name.
     pub(super) fn input(&self, name: &str) -> Result<usize, VibrationError> {
-        find(&self.inputs, name, "input or coordinate to push along")
+        let index = find(&self.inputs, name, "input or coordinate to push along")?;
+        if self.varying.contains(&index) {
+            return Err(VibrationError::NoRow { name: name.into(), why: Withheld::Varies });
+        }
+        Ok(index)
     }
 
     /// Index of the output of this name.
@@ -171,14 +201,51 @@ pub(super) fn of_model<M: Constraints + Outputs>(model: &M, state: &M::State) ->
         &read.mass,
         [independent[0].as_slice(), independent[1].as_slice()],
     );
+    let (mut now, mut withheld) = equations(model, state, &read, &tangent, &linear)?;
+    for (i, why) in corners(model, state, &read) {
+        if withheld.iter().all(|(row, _)| *row != i) {
+            withheld.push((i, why));
+        }
+    }
+    let (varying_outputs, varying) = varying(model, state, &tangent, &now)?;
+    withheld.extend(varying_outputs.into_iter().map(|i| (i, Withheld::Varies)));
+    for (i, _) in &withheld {
+        now.c.row_mut(*i).fill(f64::NAN);
+        now.d.row_mut(*i).fill(f64::NAN);
+    }
+    let (places, states) = places::<M>(state, &independent);
+    let of_coordinates = names::coordinates::<M>().chain(names::velocities::<M>()).chain(names::accelerations::<M>());
+    Ok(StateSpace {
+        a: now.a,
+        b: now.b,
+        c: now.c,
+        d: now.d,
+        states,
+        inputs: signals(names::plain(M::INPUTS).chain(names::forces::<M>())),
+        outputs: signals(names::plain(M::OUTPUTS).chain(of_coordinates)),
+        withheld,
+        varying,
+        places,
+        input_values: state.inputs().as_slice().to_vec(),
+    })
+}
+
+/// A, B, C and D at a state, and the outputs that have no row there.
+pub(super) fn equations<M: Constraints + Outputs>(
+    model: &M,
+    state: &M::State,
+    read: &Read,
+    tangent: &Tangent,
+    linear: &Linearization,
+) -> Result<(Equations, Vec<(usize, Withheld)>), VibrationError> {
     let a = linear.state_matrix()?;
     // Unit generalized forces along coordinates join the inputs.
     let n = M::Vector::LEN;
     let forces = join(&-&read.force_by_inputs, &DMatrix::identity(n, n));
-    let b = by_forces(&linear, &tangent, &forces)?;
-    let [q, u, accelerations] = motions(&read, &tangent, &linear, &a, &b);
-    let reactions = reactions(&read, [&q, &u, &accelerations], &forces);
-    let (declared, withheld) = declared(model, state, &read, [&q, &u, &accelerations], &reactions)?;
+    let b = by_forces(linear, tangent, &forces)?;
+    let [q, u, accelerations] = motions(read, tangent, linear, &a, &b);
+    let reactions = reactions(read, [&q, &u, &accelerations], &forces);
+    let (declared, withheld) = declared(model, state, read, [&q, &u, &accelerations], &reactions)?;
     let stacked = |of: fn(&By) -> &DMatrix<f64>| {
         let rows = [&declared, &q, &u, &accelerations].map(of);
         DMatrix::from_fn(rows.iter().map(|m| m.nrows()).sum(), rows[1].ncols(), |i, j| {
@@ -190,28 +257,15 @@ pub(super) fn of_model<M: Constraints + Outputs>(model: &M, state: &M::State) ->
             rows[part][(i, j)]
         })
     };
-    let (places, states) = places::<M>(state, &independent);
-    let of_coordinates = names::coordinates::<M>().chain(names::velocities::<M>()).chain(names::accelerations::<M>());
-    Ok(StateSpace {
-        c: stacked(|by| &by.x),
-        d: stacked(|by| &by.w),
-        a,
-        b,
-        states,
-        inputs: signals(names::plain(M::INPUTS).chain(names::forces::<M>())),
-        outputs: signals(names::plain(M::OUTPUTS).chain(of_coordinates)),
-        withheld,
-        places,
-        input_values: state.inputs().as_slice().to_vec(),
-    })
+    let (c, d) = (stacked(|by| &by.x), stacked(|by| &by.w));
+    Ok((Equations { a, b, c, d }, withheld))
 }
 
 /// B for generalized forces on all coordinates: mass⁻¹Eᵀ of them.
 fn by_forces(linear: &Linearization, tangent: &Tangent, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, VibrationError> {
     let (c, f) = (linear.coordinates.len(), linear.velocities.len());
-    let factors = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
     let mut b = DMatrix::zeros(c + f, forces.ncols());
-    b.view_mut((c, 0), (f, forces.ncols())).copy_from(&factors.solve(&tangent.velocities.tr_mul(forces)));
+    b.view_mut((c, 0), (f, forces.ncols())).copy_from(&linear.solve(&tangent.velocities.tr_mul(forces))?);
     Ok(b)
 }
 
@@ -230,19 +284,26 @@ fn motions(read: &Read, tangent: &Tangent, linear: &Linearization, a: &DMatrix<f
     ]
 }
 
-/// δλ of the rows that hold, where they are unique, and the projector on their unique part.
-fn reactions(read: &Read, [q, u, accelerations]: [&By; 3], forces: &DMatrix<f64>) -> (By, DMatrix<f64>) {
+/// δλ of the rows that hold, where they are unique; and what λ is measured by, with the part of it that is not unique.
+fn reactions(read: &Read, [q, u, accelerations]: [&By; 3], forces: &DMatrix<f64>) -> (By, [DMatrix<f64>; 2]) {
     let rows = read.jacobian.nrows();
     if rows == 0 {
         let none = |of: &DMatrix<f64>| DMatrix::zeros(0, of.ncols());
-        return (By { x: none(&q.x), w: none(&q.w) }, DMatrix::zeros(0, 0));
+        return (By { x: none(&q.x), w: none(&q.w) }, [DMatrix::zeros(0, 0), DMatrix::zeros(0, 0)]);
     }
-    let inverse = pseudo_inverse(&read.jacobian.transpose());
+    // Rows of one length: their units decide nothing about which of them repeat others.
+    let length = |i: usize| match read.jacobian.row(i).norm() {
+        0.0 => 1.0,
+        length => 1.0 / length,
+    };
+    let units = DMatrix::from_diagonal(&DVector::from_fn(rows, |i, _| length(i)));
+    let columns = read.jacobian.transpose() * &units;
+    let inverse = pseudo_inverse(&columns);
     let [r_q, r_u] = &read.force_by;
-    let x = &inverse * (&read.mass * &accelerations.x + r_u * &u.x + r_q * &q.x);
-    let w = &inverse * (&read.mass * &accelerations.w - forces);
-    let projector = &inverse * read.jacobian.transpose();
-    (By { x, w }, projector)
+    let x = &units * &inverse * (&read.mass * &accelerations.x + r_u * &u.x + r_q * &q.x);
+    let w = &units * &inverse * (&read.mass * &accelerations.w - forces);
+    let open = &units * (DMatrix::identity(rows, rows) - inverse * columns);
+    (By { x, w }, [units, open])
 }
 
 /// By singular values; those below 1e-10 of the largest count as zero.
@@ -252,6 +313,12 @@ fn pseudo_inverse(m: &DMatrix<f64>) -> DMatrix<f64> {
     svd.pseudo_inverse(least).unwrap_or_else(|_| DMatrix::from_element(m.ncols(), m.nrows(), f64::NAN))
 }
 
+/// The declared outputs that have a corner at a state.
+fn corners<M: Constraints + Outputs>(model: &M, state: &M::State, read: &Read) -> Vec<(usize, Withheld)> {
+    let corners = Arguments::<M>::of(state, read).corners(model).into_iter().enumerate();
+    corners.filter(|(_, is_corner)| *is_corner).map(|(i, _)| (i, Withheld::Corner)).collect()
+}
+
 /// Rows of the declared outputs, and which of them have none.
 #[allow(clippy::type_complexity)]
 fn declared<M: Constraints + Outputs>(
@@ -259,33 +326,27 @@ fn declared<M: Constraints + Outputs>(
     state: &M::State,
     read: &Read,
     [q, u, accelerations]: [&By; 3],
-    (lambda, projector): &(By, DMatrix<f64>),
+    (lambda, [units, open]): &(By, [DMatrix<f64>; 2]),
 ) -> Result<(By, Vec<(usize, Withheld)>), VibrationError> {
     let (y, n) = (M::OUTPUTS.len(), M::Vector::LEN);
     let at = Arguments::<M>::of(state, read);
     let by = at.derivatives(model).ok_or(VibrationError::NoOutputDerivatives)?;
     let active: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
     let by_lambda = by[3].select_columns(&active);
-    let beside = &by_lambda - &by_lambda * projector;
+    let (beside, whole) = (&by_lambda * open, &by_lambda * units);
     let direct = join(&by[4], &DMatrix::zeros(y, n));
-    let mut found = By {
+    let found = By {
         x: &by[0] * &q.x + &by[1] * &u.x + &by[2] * &accelerations.x + &by_lambda * &lambda.x,
         w: &by[2] * &accelerations.w + &by_lambda * &lambda.w + direct,
     };
-    let corners = at.corners(model);
     let why = |i: usize| {
         let all = found.x.row(i).iter().chain(found.w.row(i).iter()).all(|x| x.is_finite());
         match () {
-            () if beside.row(i).norm() > 1e-9 * by_lambda.row(i).norm() => Some(Withheld::NotUnique),
-            () if !all => Some(Withheld::NotFinite),
-            () => corners[i].then_some(Withheld::Corner),
+            () if beside.row(i).norm() > 1e-9 * whole.row(i).norm() => Some(Withheld::NotUnique),
+            () => (!all).then_some(Withheld::NotFinite),
         }
     };
-    let withheld: Vec<_> = (0..y).filter_map(|i| Some((i, why(i)?))).collect();
-    for (i, _) in &withheld {
-        found.x.row_mut(*i).fill(f64::NAN);
-        found.w.row_mut(*i).fill(f64::NAN);
-    }
+    let withheld = (0..y).filter_map(|i| Some((i, why(i)?))).collect();
     Ok((found, withheld))
 }
 
@@ -362,16 +423,13 @@ fn join(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     joined
 }
 
-fn places<M: Constraints + Outputs>(
-    state: &M::State,
-    independent: &[Vec<usize>; 2],
-) -> (Vec<(Place, f64)>, Vec<Signal>) {
-    let (q, u) = (state.q().as_slice(), state.u().as_slice());
-    let of_q = independent[0].iter().map(|i| (Place::Coordinate(*i), q[*i]));
-    let of_u = independent[1].iter().map(|i| (Place::Rate(*i), u[*i]));
+fn places<M: Constraints + Outputs>(state: &M::State, independent: &[Vec<usize>; 2]) -> (Vec<Held>, Vec<Signal>) {
+    let (q, u, since) = (state.q().as_slice(), state.u().as_slice(), state.t());
+    let of_q = independent[0].iter().map(|i| Held { place: Place::Coordinate(*i), value: q[*i], rate: u[*i], since });
+    let of_u = independent[1].iter().map(|i| Held { place: Place::Rate(*i), value: u[*i], rate: 0.0, since });
     let places: Vec<_> = of_q.chain(of_u).collect();
     let named: [Vec<Signal>; 2] = [signals(names::coordinates::<M>()), signals(names::velocities::<M>())];
-    let signal = |place: &(Place, f64)| match place.0 {
+    let signal = |held: &Held| match held.place {
         Place::Coordinate(i) => named[0][i].clone(),
         Place::Rate(i) => named[1][i].clone(),
     };

@@ -86,7 +86,7 @@ impl StateSpace {
     /// The response of outputs to loads, from deviations of the states at time 0, by name (none: from rest).
     ///
     /// # Errors
-    /// Names that are not known, values that are not finite, and times that fall or are negative.
+    /// Names that are not known, or come twice among the start, loads of fewer than two points, values that are not finite, and times that fall or are negative.
     pub fn response(
         &self,
         loads: &[Load],
@@ -96,8 +96,12 @@ impl StateSpace {
     ) -> Result<TimeResponse, VibrationError> {
         let rows = outputs.iter().map(|name| self.output(name)).collect::<Result<Vec<_>, _>>()?;
         let mut x = DVector::zeros(self.states.len());
-        for (name, value) in start {
+        for (k, (name, value)) in start.iter().enumerate() {
             finite("a start", *value)?;
+            if start[..k].iter().any(|(other, _)| other == name) {
+                let must_be = "given once for each state";
+                return Err(VibrationError::Value { what: "a start", value: *value, must_be });
+            }
             x[super::state_space::find(&self.states, name, "state")?] = *value;
         }
         self.march(loads, &rows, x, times)
@@ -112,6 +116,10 @@ impl StateSpace {
     ) -> Result<TimeResponse, VibrationError> {
         let columns = loads.iter().map(|load| self.input(&load.input)).collect::<Result<Vec<_>, _>>()?;
         for load in loads {
+            if load.points.len() < 2 {
+                let what = "points of a load, which is zero beyond them,";
+                return Err(VibrationError::TooFew { what, count: load.points.len(), needed: 2 });
+            }
             ascending(load.points.iter().map(|point| point.0), f64::NEG_INFINITY)?;
             load.points.iter().try_for_each(|(_, value)| finite("a load", *value))?;
         }
