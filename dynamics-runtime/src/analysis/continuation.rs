@@ -21,6 +21,8 @@ mod error;
 mod flutter;
 mod fold_curve;
 mod locate;
+mod measure;
+mod meet;
 mod newton;
 mod problem;
 mod show;
@@ -123,9 +125,9 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self
     }
 
-    /// Most points of a branch, 2,000 unless given.
+    /// Most points of a branch, two or more: 2,000 unless given.
     pub fn points(mut self, count: usize) -> Self {
-        self.options.points = count.max(2);
+        self.options.points = count;
         self
     }
 
@@ -175,6 +177,9 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
             if !(value.is_finite() && value > self.options.shortest) {
                 return Err(ContinuationError::Option { name, value });
             }
+        }
+        if self.options.points < 2 {
+            return Err(ContinuationError::Points { count: self.options.points });
         }
         if rolls::<M>(&self.start) {
             return Err(ContinuationError::Nonholonomic);
@@ -228,7 +233,8 @@ impl<M: Constraints> Problem<'_, M> {
         if let Some(soft) = singular {
             return Err(ContinuationError::NotIsolated { coordinate: M::COORDINATES[soft].name });
         }
-        self.measure_zeros(place, &balance);
+        let still = self.measure_zeros(place, &balance);
+        self.measure_lengths(&balance, &still);
         Ok(())
     }
 
@@ -271,24 +277,6 @@ impl<M: Constraints> Problem<'_, M> {
                 })
         };
         (0..coordinates.len()).filter(nothing).map(|k| coordinates[k]).collect()
-    }
-
-    /// Coordinates of a unit of which all are 0 at the start, by a tenth of what they would do over the whole range.
-    fn measure_zeros(&mut self, place: &Place<M::State>, balance: &problem::Balance<M>) {
-        let Some([way, _]) = null_plane(self, balance) else { return };
-        if way.p[0] == 0.0 {
-            return;
-        }
-        let q = place.state.q().as_slice();
-        let moves = |i: usize| 0.1 * (way.q[i] / way.p[0] * self.widths[0]).abs();
-        let of_unit = |i: usize, f: &dyn Fn(usize) -> f64| {
-            let same = (0..q.len()).filter(|j| M::COORDINATES[*j].unit == M::COORDINATES[i].unit);
-            same.map(f).fold(0.0, f64::max)
-        };
-        let is_zero = |i: usize| M::COORDINATES[i].unit != "rad" && of_unit(i, &|j| q[j].abs()) < 1e-12;
-        let found = |i: usize| if is_zero(i) { of_unit(i, &moves) } else { 0.0 };
-        let measures: alloc::vec::Vec<f64> = (0..q.len()).map(found).collect();
-        self.scales.iter_mut().zip(measures).filter(|(_, found)| *found > 0.0).for_each(|(s, found)| *s = found);
     }
 }
 

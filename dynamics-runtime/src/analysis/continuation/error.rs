@@ -47,6 +47,11 @@ pub enum ContinuationError<S: ModelState> {
         /// What was given.
         value: f64,
     },
+    /// A branch of less than two points.
+    Points {
+        /// How many were allowed.
+        count: usize,
+    },
     /// Under load control: equilibria end in a fold, and beyond it there is none nearby.
     LimitLoad {
         /// What the parameter is called.
@@ -139,6 +144,7 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
                 "the range of the parameter, from {from} to {to}, is empty, not finite, or without the start at {start}; give finite ends in order with `.until(from..=to)`"
             ),
             Self::Option { name, value } => write!(f, "`.{name}({value})` makes no sense; give a positive number"),
+            Self::Points { count } => write!(f, "`.points({count})` leaves no branch; allow two points or more"),
             Self::LimitLoad { parameter, limit, .. } => write!(
                 f,
                 "the load cannot be carried beyond {limit:.12} ({parameter}): equilibria end there in a fold; leave load control, and the branch is followed \
@@ -149,8 +155,8 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
             }
             Self::Stuck { parameter, step, .. } => write!(
                 f,
-                "the branch could not be followed beyond {parameter} of its parameter, with steps down to {step:.1e}: forces have a corner there, or the constraints a \
-                 singular position; round it off, or start beyond it"
+                "the branch could not be followed beyond {parameter} of its parameter, with steps down to {step:.1e}: forces have a corner or a jump there, or the constraints a \
+                 singular position; round it off, or start beyond it. Or the parameter or a coordinate is so large beside what happens to it that rounding hides it; count it from a place nearby"
             ),
             Self::FoldCurve { at: [p, r], reason: Some(reason), .. } => {
                 write!(f, "the model ends beyond {p}, {r} of its parameters: {reason}")

@@ -73,9 +73,9 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
         self
     }
 
-    /// Most points, 1,000 unless given.
+    /// Most points, two or more: 1,000 unless given.
     pub fn points(mut self, count: usize) -> Self {
-        self.points = count.max(2);
+        self.points = count;
         self
     }
 
@@ -89,6 +89,12 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
             if !(lo.is_finite() && hi.is_finite() && lo < hi && (lo..=hi).contains(&start)) {
                 return Err(ContinuationError::Range { range, start });
             }
+        }
+        if self.points < 2 {
+            return Err(ContinuationError::Points { count: self.points });
+        }
+        if !(self.longest.is_finite() && self.longest > 0.0) {
+            return Err(ContinuationError::Option { name: "longest_step", value: self.longest });
         }
         if super::rolls::<M>(&self.place.state) {
             return Err(ContinuationError::Nonholonomic);

@@ -20,10 +20,6 @@ const HALVED: usize = 32;
 const FOLLOWED: usize = 6;
 /// β of a branch point, against the forces that stiffness makes: more is a near miss, of branches that do not meet.
 const UNFOLDED: f64 = 1e-10;
-/// Changes of the parameter below this part of its range and size are rounding.
-const NEUTRAL: f64 = 1e-12;
-/// How far the other branch is followed from a branch point, and if there is nothing, how far then.
-const ASIDE: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 impl<M: Constraints + Powers> Tracer<'_, M> {
     /// Looks for folds and branch points in a step, of which the middle is known, and where something seems to dip to zero; false as in [`Tracer::inspect`].
@@ -110,7 +106,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             return sound;
         };
         let ways = self.ways(&plane, &best.tangent);
-        let kind = self.tell(&balance, &ways, a, b);
+        let kind = self.tell(&balance, &ways);
         let mode = without_parameter(self.problem, &plane);
         self.add(kind, &balance, uncertainty, Some(mode), Some(ways));
         sound
@@ -202,42 +198,6 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             p: core::array::from_fn(|k| (e.p[k] * x + f.p[k] * y) / size),
         };
         [mix(x, y), mix(-y, x)]
-    }
-
-    /// How branches meet: by where the parameter goes on the other one.
-    fn tell(&self, balance: &Balance<M>, ways: &[Direction; 2], a: &Sample<M>, b: &Sample<M>) -> SpecialKind {
-        let star = balance.place.p[0];
-        let own = [a, b].map(|sample| sample.place().p[0] - star);
-        for h in ASIDE {
-            let arms = [1.0, -1.0].map(|sign| self.arm(balance, &ways[1].scaled(sign), h));
-            let [Some(plus), Some(minus)] = arms else { continue };
-            let other = [&plus, &minus].map(|arm| arm.place().p[0] - star);
-            let even = |x: [f64; 2]| (x[0] + x[1]).abs() > (x[0] - x[1]).abs();
-            // What does not move the parameter at all, as a load that is carried in every position, is neither.
-            if other.iter().all(|p| p.abs() <= NEUTRAL * (self.problem.widths[0] + star.abs())) {
-                return SpecialKind::BranchPoint;
-            }
-            // The one that bends lies on one side; the straight one is compared there.
-            let (bent, straight) = match (even(other), even(own)) {
-                (true, false) => ([(other[0], &plus), (other[1], &minus)], [(own[0], a), (own[1], b)]),
-                (false, true) => ([(own[0], a), (own[1], b)], [(other[0], &plus), (other[1], &minus)]),
-                (false, false) => return SpecialKind::Transcritical,
-                (true, true) => return SpecialKind::BranchPoint,
-            };
-            let beside = straight.iter().find(|(p, _)| (*p < 0.0) == (bent[0].0 < 0.0));
-            let Some((_, beside)) = beside else { return SpecialKind::BranchPoint };
-            let supercritical = bent[0].1.watch.negative() < beside.watch.negative();
-            return SpecialKind::Pitchfork { supercritical };
-        }
-        SpecialKind::BranchPoint
-    }
-
-    /// A place of another branch, a little way from where it meets this one.
-    pub(super) fn arm(&self, balance: &Balance<M>, way: &Direction, h: f64) -> Option<Sample<M>> {
-        let guess = self.problem.moved(&balance.place, &way.scaled(h));
-        let coordinates = &balance.statics.tangent.coordinates;
-        let arrived = self.problem.solve(&guess, coordinates, Some((way, &guess)), None, 3.0 * h).ok()?;
-        self.sample(arrived.balance, way).ok()
     }
 
     pub(super) fn add(

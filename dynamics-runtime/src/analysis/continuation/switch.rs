@@ -4,6 +4,7 @@ use alloc::string::ToString;
 use alloc::vec::Vec;
 
 use super::branch::{Branch, Diagram, Special};
+use super::meet::aside;
 use super::problem::{Place, Problem};
 use super::trace::{Sample, Tracer};
 use super::{Continuation, ContinuationError};
@@ -109,7 +110,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
             let balance = problem.balance(&place(at), &[]).ok()?;
             // The first step is along the direction that the other branch has a little way on.
             let way = other.scaled(sign);
-            let aside = [1e-2, 1e-3, 1e-4].into_iter().find_map(|h| tracer.arm(&balance, &way, h))?;
+            let aside = aside().find_map(|h| tracer.arm(&balance, &way, h))?;
             let chord = problem.between(&balance.place, aside.place());
             let tangent = chord.scaled(1.0 / problem.norm(&chord));
             let watch = aside.watch;
