@@ -515,3 +515,25 @@ impl Polynomial {
         Force::along(q.x, sum)
     }
 }
+
+/// A whirling mass: springs, damping, and a force across the displacement.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+pub(crate) struct Whirl {
+    pub(crate) m: f64,
+    pub(crate) springs: [f64; 2],
+    pub(crate) damping: f64,
+    pub(crate) across: f64,
+}
+#[dynamics]
+impl Whirl {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+    #[force]
+    fn force(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.springs[0] * q.x - self.damping * q.x.dt() - self.across * q.y)
+            + Force::along(q.y, -self.springs[1] * q.y - self.damping * q.y.dt() + self.across * q.x)
+    }
+}

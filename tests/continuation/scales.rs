@@ -122,3 +122,56 @@ fn branches_of_less_than_two_points() {
         assert_eq!(error, ContinuationError::Points { count });
     }
 }
+
+#[test]
+fn flutter_however_light_the_damping() {
+    // λ² + d λ + k = ± i n passes the axis at n = d √k.
+    for (spring, damping) in [(1.0, 0.1), (1e6, 1.0), (1e-6, 1e-5), (4.0, 1e-5), (1.0, 1e-9)] {
+        let family = |across: f64| Whirl { m: 1.0, springs: [spring; 2], damping, across };
+        let start = family(0.0).state().build().unwrap();
+        let limit = damping * spring.sqrt();
+        for width in [3.0, 30.0] {
+            let branch = continuation(family).from(&start, 0.0).until(0.0..=width * limit).run().unwrap();
+            let [point] = &branch.special[..] else { panic!("{spring}, {damping}: {branch}") };
+            let SpecialKind::Hopf { frequency } = point.kind else { panic!("{branch}") };
+            assert!((frequency / spring.sqrt() - 1.0).abs() < 1e-12, "{point:?}");
+            // Rounding of eigenvalues, 10⁻¹⁶ of the frequency, is part of what the load may be off by.
+            assert!((point.parameter - limit).abs() <= point.uncertainty, "{limit}: {point:?}");
+            assert!(point.uncertainty < 1e-12 * limit.max(spring), "{limit}: {point:?}");
+        }
+    }
+    // Two frequencies that are nearly one meet at n = |k₁ − k₂|/2, with growth of less than 10⁻⁶ of them.
+    let family = |across: f64| Whirl { m: 1.0, springs: [1.0, 1.000_001], damping: 0.0, across };
+    let start = family(0.0).state().build().unwrap();
+    let branch = continuation(family).from(&start, 0.0).until(0.0..=1.5e-6).run().unwrap();
+    let [point] = &branch.special[..] else { panic!("{branch}") };
+    assert!(matches!(point.kind, SpecialKind::FrequenciesMeet { .. }), "{point:?}");
+    assert!((point.parameter - 5e-7).abs() <= 1.01 * point.uncertainty && point.uncertainty < 1e-9, "{point:?}");
+}
+
+#[test]
+fn ranges_in_which_rounding_hides_the_parameter() {
+    let family = |p: f64| series([p, 1.0, 0.0, -1.0, 0.0], 0.0, 1.0);
+    let start = family(-1.0).state().x(-1.324_717_957_244_746).build().unwrap();
+    let end = -1.0 + 1e-12;
+    let error = continuation(family).from(&start, -1.0).until(-1.0..=end).run().unwrap_err();
+    assert_eq!(error, ContinuationError::Range { range: [-1.0, end], start: -1.0 });
+    let far = |p: f64| series([p - 1e9, 1.0, 0.0, -1.0, 0.0], 0.0, 1.0);
+    let error = continuation(far).from(&start, 1e9 - 1.0).until(1e9 - 1.0..=1e9 + 1.0).run().unwrap_err();
+    assert!(matches!(error, ContinuationError::Range { .. }), "{error}");
+}
+
+#[test]
+fn switching_where_no_branch_of_this_family_meets_another() {
+    let (family, other) = (
+        |p: f64| series([0.0, p - 0.3, 0.0, -1.0, 0.0], 0.0, 1.0),
+        |p: f64| series([0.0, p - 0.6, 0.0, -1.0, 0.0], 0.0, 1.0),
+    );
+    let start = family(0.0).state().build().unwrap();
+    let branch = continuation(family).from(&start, 0.0).until(0.0..=1.0).run().unwrap();
+    let point = &branch.special[0];
+    let error = continuation(other).from(&start, 0.0).until(0.0..=1.0).switch(point).unwrap_err();
+    assert_eq!(error, ContinuationError::NoOtherBranch { parameter: point.parameter });
+    let error = continuation(family).from(&start, 0.5).until(0.4..=1.0).switch(point).unwrap_err();
+    assert_eq!(error, ContinuationError::Range { range: [0.4, 1.0], start: point.parameter });
+}

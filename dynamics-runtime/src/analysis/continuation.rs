@@ -45,7 +45,7 @@ use super::equilibria::{Asked, find, periodic, scales};
 use crate::constrain::held::active_rows;
 use crate::model::{Constraints, ModelState, Powers, Vector};
 use locate::null_plane;
-use problem::{Direction, Place, Problem};
+use problem::{Direction, Place, Problem, is_range};
 use trace::{Options, Sample, Tracer, check_near};
 
 /// A family of models: one for each value of a parameter.
@@ -170,7 +170,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         f: impl FnOnce(&Problem<'_, M>, &[bool]) -> Result<R, ContinuationError<M::State>>,
     ) -> Result<R, ContinuationError<M::State>> {
         let range @ [lo, hi] = self.options.range;
-        if !(lo.is_finite() && hi.is_finite() && lo < hi && (lo..=hi).contains(&self.value)) {
+        if !is_range(range, self.value) {
             return Err(ContinuationError::Range { range, start: self.value });
         }
         for (name, value) in [("first_step", self.options.first), ("longest_step", self.options.longest)] {
@@ -243,6 +243,9 @@ impl<M: Constraints> Problem<'_, M> {
         let Some(weighed) = balance.weighed() else { return (0.0, None) };
         let (n, unknowns) = weighed.shape();
         let scaled = DMatrix::from_fn(n, unknowns, |i, j| weighed[(i, j)] * self.measure(balance, j));
+        if !scaled.iter().all(|x| x.is_finite()) {
+            return (0.0, None);
+        }
         let values = scaled.clone().svd(false, false).singular_values;
         let part = values.min() / values.max().max(f64::MIN_POSITIVE);
         let soft = (part <= 1e-12).then(|| {

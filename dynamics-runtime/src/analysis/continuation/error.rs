@@ -33,7 +33,7 @@ pub enum ContinuationError<S: ModelState> {
     Nonholonomic,
     /// The constraints leave nothing that could move, or no force acts on what they leave.
     NothingMoves,
-    /// The range of a parameter is empty or not finite, or the start is not in it.
+    /// The range of a parameter is empty, not finite, or narrower than 10⁻⁸ of the parameter, where rounding hides what it does, or the start is not in it.
     Range {
         /// From where to where.
         range: [f64; 2],
@@ -141,7 +141,8 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
             ),
             Self::Range { range: [from, to], start } => write!(
                 f,
-                "the range of the parameter, from {from} to {to}, is empty, not finite, or without the start at {start}; give finite ends in order with `.until(from..=to)`"
+                "the range of the parameter, from {from} to {to}, is empty, not finite, without {start}, or so narrow that rounding of the parameter hides what it does; give \
+                 finite ends in order with `.until(from..=to)`, and count a parameter that hardly changes from a value nearby"
             ),
             Self::Option { name, value } => write!(f, "`.{name}({value})` makes no sense; give a positive number"),
             Self::Points { count } => write!(f, "`.points({count})` leaves no branch; allow two points or more"),
@@ -172,7 +173,8 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
             ),
             Self::NoOtherBranch { parameter } => write!(
                 f,
-                "no other branch was found where branches meet at {parameter} of the parameter; try a shorter first step"
+                "no other branch was found where branches meet at {parameter} of the parameter; the point must be one of this very family, or start on the other branch with an \
+                 equilibrium that `.equilibrium(&start)` finds"
             ),
             Self::NoFold => {
                 f.write_str("the point is no fold of the family at these parameters; start from one of `branch.folds()`")

@@ -227,6 +227,9 @@ pub(super) fn null_plane<M: Constraints>(problem: &Problem<'_, M>, balance: &Bal
     let (unknowns, n) = (balance.jacobian.ncols(), balance.size());
     let measures = DVector::from_fn(unknowns, |j, _| problem.measure(balance, j));
     let scaled = balance.weighed()? * DMatrix::from_diagonal(&measures);
+    if !scaled.iter().all(|x| x.is_finite()) {
+        return None;
+    }
     // Thin decompositions leave the null space out: a row of zeros more has it in.
     let square = scaled.insert_row(n, 0.0);
     let svd = square.try_svd(false, true, f64::EPSILON, 1000)?;

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use super::branch::{Branch, Diagram, Special};
 use super::meet::aside;
-use super::problem::{Place, Problem};
+use super::problem::{Place, Problem, is_range};
 use super::trace::{Sample, Tracer};
 use super::{Continuation, ContinuationError};
 use crate::model::{Constraints, ModelState, Powers};
@@ -105,6 +105,9 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     ) -> Result<[Result<Branch<M::State>, ContinuationError<M::State>>; 2], ContinuationError<M::State>> {
         let parameter = at.parameter;
         let Some([_, other]) = &at.ways else { return Err(ContinuationError::NoBranchPoint { parameter }) };
+        if !is_range(self.options.range, parameter) {
+            return Err(ContinuationError::Range { range: self.options.range, start: parameter });
+        }
         let begin = |sign: f64| -> Option<Sample<M>> {
             let tracer = Tracer::new(problem, &self.options, periodic);
             let balance = problem.balance(&place(at), &[]).ok()?;
