@@ -175,3 +175,23 @@ fn switching_where_no_branch_of_this_family_meets_another() {
     let error = continuation(family).from(&start, 0.5).until(0.4..=1.0).switch(point).unwrap_err();
     assert_eq!(error, ContinuationError::Range { range: [0.4, 1.0], start: point.parameter });
 }
+
+#[test]
+fn stiffnesses_that_follow_forces_come_and_go_in_one_step() {
+    // det K = (p − 1.03)(1.03 + apart − p) + n²: zero twice, with all real, or complex in between.
+    for apart in [0.3, 0.05, 0.02, 0.005] {
+        for across in [0.0, 1e-3] {
+            let springs = |p: f64| [p - 1.03, 1.03 + apart - p];
+            let family = |p: f64| Whirl { m: 1.0, springs: springs(p), damping: 0.1, across };
+            let start = family(0.0).state().build().unwrap();
+            let branch = continuation(family).from(&start, 0.0).until(0.0..=3.0).run().unwrap();
+            let found: Vec<f64> = branch.special.iter().map(|one| one.parameter).collect();
+            let width = (apart * apart + 4.0 * across * across).sqrt();
+            assert_eq!(found.len(), 2, "{apart}, {across}: {branch}");
+            for (found, sign) in found.iter().zip([-1.0, 1.0]) {
+                let wanted = 1.03 + 0.5 * (apart + sign * width);
+                assert!((found - wanted).abs() < 1e-14, "{apart}, {across}: {found} for {wanted}");
+            }
+        }
+    }
+}

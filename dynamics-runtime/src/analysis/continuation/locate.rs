@@ -14,6 +14,12 @@ use super::problem::{Balance, Direction, Problem};
 use super::trace::{Sample, Tracer, shape};
 use crate::model::{Constraints, Powers, Vector};
 
+/// Points nearer than this along the branch are one.
+const TWICE: f64 = 1e-13;
+/// A point that is enclosed lies no farther beside that, as a part of the step: farther away there is another one.
+const BESIDE: f64 = 0.01;
+/// A point at the end of an interval may be found beyond it by this part, for rounding.
+const WITHIN: f64 = 1e-6;
 /// How often an interval is halved for what happens in it to stand alone.
 const HALVED: usize = 32;
 /// How often it is halved for shapes alone to be told apart.
@@ -77,7 +83,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             return false;
         };
         let uncertainty = width * self.problem.widths[0];
-        let reach = 0.2 * self.problem.distance(a.place(), b.place()) + 10.0 * width;
+        let reach = BESIDE * self.problem.distance(a.place(), b.place()) + 10.0 * width;
         let soft = crossing.and_then(|k| a.watch.like(k, &best.watch));
         let polished = Singular::beside(&best.balance, !is_fold, soft).and_then(|singular| {
             let place = best.place();
@@ -87,7 +93,13 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let stiffness = [a, b].map(|end| crossing.and_then(|k| a.watch.like(k, &end.watch)).or(end.watch.stiffest()));
         let stiffness = stiffness.into_iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
         let push = stiffness * self.size(&best.balance);
-        let polished = polished.filter(|found| found.beta.abs() <= UNFOLDED * push);
+        // What lies before or after both places is another point.
+        let length = self.ahead(a, b);
+        let is_between = |balance: &Balance<M>| {
+            let gone = self.problem.dot(&a.tangent, &self.problem.between(a.place(), &balance.place));
+            (-WITHIN * length..=(1.0 + WITHIN) * length).contains(&gone)
+        };
+        let polished = polished.filter(|found| found.beta.abs() <= UNFOLDED * push && is_between(&found.balance));
         let sound = polished.is_some();
         let (balance, uncertainty) = match polished {
             Some(found) => {
@@ -96,6 +108,11 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             }
             None => (best.balance, uncertainty),
         };
+        // One point is not found twice: what was looked for is another one, nearby.
+        let gone = self.arclength(&balance.place);
+        if self.special.last().is_some_and(|last| (last.arclength - gone).abs() <= TWICE) {
+            return false;
+        }
         let plane = null_plane(self.problem, &balance);
         if is_fold {
             self.add(SpecialKind::Fold, &balance, uncertainty, plane.map(|[first, _]| first), None);
