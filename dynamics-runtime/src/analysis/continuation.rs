@@ -113,7 +113,8 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self
     }
 
-    /// The longest step, 0.05 unless given: lengths as parts of the parameter's range, angles in rad, other coordinates by the largest of their unit at the start.
+    /// The longest step, 0.05 unless given: lengths as parts of the parameter's range, angles in rad, other coordinates by the largest of their unit at the start, or, where
+    /// that says nothing, by how far they go before the stiffness is another one.
     pub fn longest_step(mut self, length: f64) -> Self {
         self.options.longest = length;
         self
