@@ -3,6 +3,7 @@
 mod ends;
 mod meeting;
 mod models;
+mod scales;
 
 use dynamics::analysis::{BranchEnd, Stays};
 use dynamics::prelude::*;

@@ -492,3 +492,48 @@ impl Grooves {
         Force::along(q.x, (((4.0 * self.p).sin() - q.x) / self.apart).sin())
     }
 }
+
+/// A force that is any polynomial of (x − from)/size.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+pub(crate) struct Polynomial {
+    pub(crate) m: f64,
+    pub(crate) c: [f64; 5],
+    pub(crate) from: f64,
+    pub(crate) size: f64,
+}
+#[dynamics]
+impl Polynomial {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn force(&self, q: &Coordinates<Self>) -> Force {
+        let x = (q.x - self.from) / self.size;
+        let sum = self.c[0] + self.c[1] * x + self.c[2] * x.powi(2) + self.c[3] * x.powi(3) + self.c[4] * x.powi(4);
+        Force::along(q.x, sum)
+    }
+}
+
+/// A whirling mass: springs, damping, and a force across the displacement.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m)]
+pub(crate) struct Whirl {
+    pub(crate) m: f64,
+    pub(crate) springs: [f64; 2],
+    pub(crate) damping: f64,
+    pub(crate) across: f64,
+}
+#[dynamics]
+impl Whirl {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+    #[force]
+    fn force(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.springs[0] * q.x - self.damping * q.x.dt() - self.across * q.y)
+            + Force::along(q.y, -self.springs[1] * q.y - self.damping * q.y.dt() + self.across * q.x)
+    }
+}

@@ -21,6 +21,8 @@ mod error;
 mod flutter;
 mod fold_curve;
 mod locate;
+mod measure;
+mod meet;
 mod newton;
 mod problem;
 mod show;
@@ -43,7 +45,7 @@ use super::equilibria::{Asked, find, periodic, scales};
 use crate::constrain::held::active_rows;
 use crate::model::{Constraints, ModelState, Powers, Vector};
 use locate::null_plane;
-use problem::{Direction, Place, Problem};
+use problem::{Direction, Place, Problem, is_range};
 use trace::{Options, Sample, Tracer, check_near};
 
 /// A family of models: one for each value of a parameter.
@@ -111,7 +113,8 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self
     }
 
-    /// The longest step, 0.05 unless given: lengths as parts of the parameter's range, angles in rad, other coordinates by the largest of their unit at the start.
+    /// The longest step, 0.05 unless given: lengths as parts of the parameter's range, angles in rad, other coordinates by the largest of their unit at the start, or, where
+    /// that says nothing, by how far they go before the stiffness is another one.
     pub fn longest_step(mut self, length: f64) -> Self {
         self.options.longest = length;
         self
@@ -123,9 +126,9 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self
     }
 
-    /// Most points of a branch, 2,000 unless given.
+    /// Most points of a branch, two or more: 2,000 unless given.
     pub fn points(mut self, count: usize) -> Self {
-        self.options.points = count.max(2);
+        self.options.points = count;
         self
     }
 
@@ -168,13 +171,16 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         f: impl FnOnce(&Problem<'_, M>, &[bool]) -> Result<R, ContinuationError<M::State>>,
     ) -> Result<R, ContinuationError<M::State>> {
         let range @ [lo, hi] = self.options.range;
-        if !(lo.is_finite() && hi.is_finite() && lo < hi && (lo..=hi).contains(&self.value)) {
+        if !is_range(range, self.value) {
             return Err(ContinuationError::Range { range, start: self.value });
         }
         for (name, value) in [("first_step", self.options.first), ("longest_step", self.options.longest)] {
             if !(value.is_finite() && value > self.options.shortest) {
                 return Err(ContinuationError::Option { name, value });
             }
+        }
+        if self.options.points < 2 {
+            return Err(ContinuationError::Points { count: self.options.points });
         }
         if rolls::<M>(&self.start) {
             return Err(ContinuationError::Nonholonomic);
@@ -228,7 +234,8 @@ impl<M: Constraints> Problem<'_, M> {
         if let Some(soft) = singular {
             return Err(ContinuationError::NotIsolated { coordinate: M::COORDINATES[soft].name });
         }
-        self.measure_zeros(place, &balance);
+        let still = self.measure_zeros(place, &balance);
+        self.measure_lengths(&balance, &still);
         Ok(())
     }
 
@@ -237,6 +244,9 @@ impl<M: Constraints> Problem<'_, M> {
         let Some(weighed) = balance.weighed() else { return (0.0, None) };
         let (n, unknowns) = weighed.shape();
         let scaled = DMatrix::from_fn(n, unknowns, |i, j| weighed[(i, j)] * self.measure(balance, j));
+        if !scaled.iter().all(|x| x.is_finite()) {
+            return (0.0, None);
+        }
         let values = scaled.clone().svd(false, false).singular_values;
         let part = values.min() / values.max().max(f64::MIN_POSITIVE);
         let soft = (part <= 1e-12).then(|| {
@@ -271,24 +281,6 @@ impl<M: Constraints> Problem<'_, M> {
                 })
         };
         (0..coordinates.len()).filter(nothing).map(|k| coordinates[k]).collect()
-    }
-
-    /// Coordinates of a unit of which all are 0 at the start, by a tenth of what they would do over the whole range.
-    fn measure_zeros(&mut self, place: &Place<M::State>, balance: &problem::Balance<M>) {
-        let Some([way, _]) = null_plane(self, balance) else { return };
-        if way.p[0] == 0.0 {
-            return;
-        }
-        let q = place.state.q().as_slice();
-        let moves = |i: usize| 0.1 * (way.q[i] / way.p[0] * self.widths[0]).abs();
-        let of_unit = |i: usize, f: &dyn Fn(usize) -> f64| {
-            let same = (0..q.len()).filter(|j| M::COORDINATES[*j].unit == M::COORDINATES[i].unit);
-            same.map(f).fold(0.0, f64::max)
-        };
-        let is_zero = |i: usize| M::COORDINATES[i].unit != "rad" && of_unit(i, &|j| q[j].abs()) < 1e-12;
-        let found = |i: usize| if is_zero(i) { of_unit(i, &moves) } else { 0.0 };
-        let measures: alloc::vec::Vec<f64> = (0..q.len()).map(found).collect();
-        self.scales.iter_mut().zip(measures).filter(|(_, found)| *found > 0.0).for_each(|(s, found)| *s = found);
     }
 }
 

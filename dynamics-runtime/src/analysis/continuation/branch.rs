@@ -97,7 +97,7 @@ pub enum SpecialKind {
     },
     /// Two branches cross, and exchange stability.
     Transcritical,
-    /// Branches meet, but none could be followed far enough to say how.
+    /// Branches meet, but none could be followed far enough to say how, or both turn round.
     BranchPoint,
     /// Several stiffnesses vanish at once, or too close together to be told apart.
     Several {

@@ -33,7 +33,7 @@ pub enum ContinuationError<S: ModelState> {
     Nonholonomic,
     /// The constraints leave nothing that could move, or no force acts on what they leave.
     NothingMoves,
-    /// The range of a parameter is empty or not finite, or the start is not in it.
+    /// The range of a parameter is empty, not finite, or narrower than 10⁻⁸ of the parameter, where rounding hides what it does, or the start is not in it.
     Range {
         /// From where to where.
         range: [f64; 2],
@@ -46,6 +46,11 @@ pub enum ContinuationError<S: ModelState> {
         name: &'static str,
         /// What was given.
         value: f64,
+    },
+    /// A branch of less than two points.
+    Points {
+        /// How many were allowed.
+        count: usize,
     },
     /// Under load control: equilibria end in a fold, and beyond it there is none nearby.
     LimitLoad {
@@ -136,9 +141,11 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
             ),
             Self::Range { range: [from, to], start } => write!(
                 f,
-                "the range of the parameter, from {from} to {to}, is empty, not finite, or without the start at {start}; give finite ends in order with `.until(from..=to)`"
+                "the range of the parameter, from {from} to {to}, is empty, not finite, without {start}, or so narrow that rounding of the parameter hides what it does; give \
+                 finite ends in order with `.until(from..=to)`, and count a parameter that hardly changes from a value nearby"
             ),
             Self::Option { name, value } => write!(f, "`.{name}({value})` makes no sense; give a positive number"),
+            Self::Points { count } => write!(f, "`.points({count})` leaves no branch; allow two points or more"),
             Self::LimitLoad { parameter, limit, .. } => write!(
                 f,
                 "the load cannot be carried beyond {limit:.12} ({parameter}): equilibria end there in a fold; leave load control, and the branch is followed \
@@ -149,8 +156,8 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
             }
             Self::Stuck { parameter, step, .. } => write!(
                 f,
-                "the branch could not be followed beyond {parameter} of its parameter, with steps down to {step:.1e}: forces have a corner there, or the constraints a \
-                 singular position; round it off, or start beyond it"
+                "the branch could not be followed beyond {parameter} of its parameter, with steps down to {step:.1e}: forces have a corner or a jump there, or the constraints a \
+                 singular position; round it off, or start beyond it. Or the parameter or a coordinate is so large beside what happens to it that rounding hides it; count it from a place nearby"
             ),
             Self::FoldCurve { at: [p, r], reason: Some(reason), .. } => {
                 write!(f, "the model ends beyond {p}, {r} of its parameters: {reason}")
@@ -166,7 +173,8 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
             ),
             Self::NoOtherBranch { parameter } => write!(
                 f,
-                "no other branch was found where branches meet at {parameter} of the parameter; try a shorter first step"
+                "no other branch was found where branches meet at {parameter} of the parameter; the point must be one of this very family, or start on the other branch with an \
+                 equilibrium that `.equilibrium(&start)` finds"
             ),
             Self::NoFold => {
                 f.write_str("the point is no fold of the family at these parameters; start from one of `branch.folds()`")

@@ -11,10 +11,17 @@ use nalgebra::{Complex, DMatrix};
 use super::branch::SpecialKind;
 use super::trace::{Sample, Tracer};
 use crate::analysis::linearize::SmallMotions;
+use crate::analysis::{Stability, StabilityVerdict};
 use crate::model::{Constraints, Powers};
 
-/// Growth below this part of the frequency is rounding.
+/// Growth below this part of the frequency is rounding, unless the verdicts on both ends of a step tell it from that.
 const GROWTH: f64 = 1e-6;
+/// What is told from rounding is more than this part of the growth in which flutter is beyond doubt.
+const TOLD: f64 = 0.1;
+/// Bits by which eigenvalues are off.
+const ROUNDING: f64 = 16.0;
+/// How far along the branch the axis is looked for from where growth is told from rounding.
+const TO_AXIS: f64 = 0.2;
 
 /// What is between two points where the number of growing pairs changes.
 struct Enclosed<M: Constraints> {
@@ -24,15 +31,28 @@ struct Enclosed<M: Constraints> {
     inward: f64,
     /// Width of the bracket, along the branch.
     width: f64,
+    /// Growth below this part of the frequency is none.
+    least: f64,
 }
 
 /// How many pairs of eigenvalues grow swinging.
-fn fluttering(eigenvalues: &[Complex<f64>]) -> usize {
-    eigenvalues.iter().filter(|x| x.im > 0.0 && grows(x)).count()
+fn fluttering(eigenvalues: &[Complex<f64>], least: f64) -> usize {
+    eigenvalues.iter().filter(|x| x.im > 0.0 && grows(x, least)).count()
 }
 
-fn grows(x: &Complex<f64>) -> bool {
-    x.re > GROWTH * x.norm() && x.im.abs() > GROWTH * x.norm()
+fn grows(x: &Complex<f64>, least: f64) -> bool {
+    x.re > least * x.norm() && x.im.abs() > GROWTH * x.norm()
+}
+
+/// What growth counts between two points: where a verdict is flutter, whatever told that from rounding.
+fn least_growth(a: &Stability, b: &Stability) -> f64 {
+    let flutters = |one: &&Stability| matches!(one.verdict, StabilityVerdict::Flutter { .. });
+    let most = |of: &Stability| {
+        let swings = of.eigenvalues.iter().filter(|x| x.im > GROWTH * x.norm());
+        swings.map(|x| x.re / x.norm()).fold(0.0, f64::max)
+    };
+    let told = [a, b].into_iter().filter(flutters).map(most).filter(|most| *most > 0.0);
+    told.map(|most| TOLD * most).fold(GROWTH, f64::min)
 }
 
 /// The swinging pair next to the imaginary axis, or next to another one.
@@ -51,13 +71,14 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
     pub(super) fn inspect_flutter(&mut self, a: &Sample<M>, b: &Sample<M>) {
         let [.., before, after] = &self.points[..] else { return };
         let (Ok(of_a), Ok(of_b)) = (&before.stability, &after.stability) else { return };
-        let counts = [&of_a.eigenvalues, &of_b.eigenvalues].map(|all| fluttering(all));
+        let least = least_growth(of_a, of_b);
+        let counts = [&of_a.eigenvalues, &of_b.eigenvalues].map(|all| fluttering(all, least));
         if counts[0] == counts[1] {
             return;
         }
-        let Some(found) = self.enclose_flutter(a, b, counts) else { return };
+        let Some(found) = self.enclose_flutter(a, b, counts, least) else { return };
         let Some(all) = spectrum(&found.flutter) else { return };
-        let growing = || all.iter().filter(|x| x.im > 0.0 && grows(x));
+        let growing = || all.iter().filter(|x| x.im > 0.0 && grows(x, least));
         let to_axis = growing().map(|x| x.re / x.norm()).fold(f64::INFINITY, f64::min);
         let to_real = growing().min_by(|x, y| (x.im / x.norm()).total_cmp(&(y.im / y.norm())));
         let slope = found.flutter.tangent.p[0].abs();
@@ -77,7 +98,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         self.add(SpecialKind::Hopf { frequency }, &sample.balance, uncertainty, None, None);
     }
 
-    fn enclose_flutter(&self, a: &Sample<M>, b: &Sample<M>, counts: [usize; 2]) -> Option<Enclosed<M>> {
+    fn enclose_flutter(&self, a: &Sample<M>, b: &Sample<M>, counts: [usize; 2], least: f64) -> Option<Enclosed<M>> {
         let (mut lo, mut hi) = (0.0, self.ahead(a, b));
         let begins = counts[1] > counts[0];
         let mut flutter = self.copied(if begins { b } else { a })?;
@@ -89,13 +110,13 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             let Ok((sample, _)) = self.beside(a, s, hi) else { break };
             // Where two meet the iteration for eigenvalues may not settle: it is between these ends.
             let Some(all) = spectrum(&sample) else { break };
-            let is_first = fluttering(&all) == counts[0];
+            let is_first = fluttering(&all, least) == counts[0];
             (lo, hi) = if is_first { (s, hi) } else { (lo, s) };
             if is_first != begins {
                 flutter = sample;
             }
         }
-        Some(Enclosed { flutter, inward: if begins { 1.0 } else { -1.0 }, width: hi - lo })
+        Some(Enclosed { flutter, inward: if begins { 1.0 } else { -1.0 }, width: hi - lo, least })
     }
 
     /// How far what begins as a root of the distance was from its beginning where it was told from rounding: by how it grows a little on.
@@ -103,7 +124,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let on = 1e-5;
         let at = |sample: &Sample<M>| {
             let all = spectrum(sample)?;
-            all.iter().filter(|x| x.im > 0.0 && grows(x)).map(&of).reduce(f64::min)
+            all.iter().filter(|x| x.im > 0.0 && grows(x, found.least)).map(&of).reduce(f64::min)
         };
         let ends = self.beside(&found.flutter, found.inward * on, 1e-2).ok();
         let ends = ends.and_then(|(further, _)| Some([at(&found.flutter)?, at(&further)?]));
@@ -116,17 +137,21 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let (mut x, mut f) = ([0.0, -1e-6 * found.inward], first.re);
         let mut best: Option<(Sample<M>, f64, f64)> = None;
         for _ in 0..12 {
-            let Ok((sample, _)) = self.beside(&from, x[1], 1e-2) else { break };
+            let Ok((sample, _)) = self.beside(&from, x[1], TO_AXIS) else { break };
             let Some(value) = spectrum(&sample).and_then(|all| pair(&all, Some(first))) else { break };
             let slope = (value.re - f) / (x[1] - x[0]);
             let step = -value.re / slope;
-            best = Some((sample, value.im, step.abs()));
-            if !(step.is_finite() && (x[1] + step).abs() < 1e-3) || step.abs() <= 1e-15 || x[1] + step == x[1] {
+            // Near the axis the slope of the last two is rounding; that from where flutter was seen is not.
+            let whole = ((value.re - first.re) / x[1]).abs();
+            let rounding = ROUNDING * f64::EPSILON * value.norm();
+            best = Some((sample, value.im, (value.re.abs() + rounding) / whole));
+            let is_there = value.re.abs() <= 0.1 * rounding || step.abs() <= 1e-15 || x[1] + step == x[1];
+            if is_there || !(step.is_finite() && (x[1] + step).abs() < TO_AXIS) {
                 break;
             }
             (x, f) = ([x[1], x[1] + step], value.re);
         }
-        best.filter(|(.., step)| step.is_finite()).unwrap_or((from, first.im, found.width))
+        best.filter(|(.., width)| width.is_finite()).unwrap_or((from, first.im, TO_AXIS))
     }
 }
 

@@ -10,7 +10,7 @@ use core::ops::RangeInclusive;
 use super::ContinuationError;
 use super::branch::{BranchEnd, Special};
 use super::newton::{Arrived, Missed, Singular};
-use super::problem::{Direction, Place, Problem};
+use super::problem::{Direction, Place, Problem, is_range};
 use crate::analysis::equilibria::scales;
 use crate::model::{Constraints, ModelState, Powers, Quantity, Vector};
 
@@ -73,9 +73,9 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
         self
     }
 
-    /// Most points, 1,000 unless given.
+    /// Most points, two or more: 1,000 unless given.
     pub fn points(mut self, count: usize) -> Self {
-        self.points = count.max(2);
+        self.points = count;
         self
     }
 
@@ -84,11 +84,17 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
     /// # Errors
     /// Ranges that are empty or without the start; no fold at the start; a model that stops being one.
     pub fn run(&self) -> Result<FoldCurve<M::State>, ContinuationError<M::State>> {
-        for (k, range @ [lo, hi]) in self.ranges.into_iter().enumerate() {
+        for (k, range) in self.ranges.into_iter().enumerate() {
             let start = self.place.p[k];
-            if !(lo.is_finite() && hi.is_finite() && lo < hi && (lo..=hi).contains(&start)) {
+            if !is_range(range, start) {
                 return Err(ContinuationError::Range { range, start });
             }
+        }
+        if self.points < 2 {
+            return Err(ContinuationError::Points { count: self.points });
+        }
+        if !(self.longest.is_finite() && self.longest > 0.0) {
+            return Err(ContinuationError::Option { name: "longest_step", value: self.longest });
         }
         if super::rolls::<M>(&self.place.state) {
             return Err(ContinuationError::Nonholonomic);

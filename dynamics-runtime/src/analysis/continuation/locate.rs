@@ -14,16 +14,18 @@ use super::problem::{Balance, Direction, Problem};
 use super::trace::{Sample, Tracer, shape};
 use crate::model::{Constraints, Powers, Vector};
 
+/// Points nearer than this along the branch are one.
+const TWICE: f64 = 1e-13;
+/// A point that is enclosed lies no farther beside that, as a part of the step: farther away there is another one.
+const BESIDE: f64 = 0.01;
+/// A point at the end of an interval may be found beyond it by this part, for rounding.
+const WITHIN: f64 = 1e-6;
 /// How often an interval is halved for what happens in it to stand alone.
 const HALVED: usize = 32;
 /// How often it is halved for shapes alone to be told apart.
 const FOLLOWED: usize = 6;
 /// β of a branch point, against the forces that stiffness makes: more is a near miss, of branches that do not meet.
 const UNFOLDED: f64 = 1e-10;
-/// Changes of the parameter below this part of its range and size are rounding.
-const NEUTRAL: f64 = 1e-12;
-/// How far the other branch is followed from a branch point, and if there is nothing, how far then.
-const ASIDE: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 impl<M: Constraints + Powers> Tracer<'_, M> {
     /// Looks for folds and branch points in a step, of which the middle is known, and where something seems to dip to zero; false as in [`Tracer::inspect`].
@@ -81,7 +83,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             return false;
         };
         let uncertainty = width * self.problem.widths[0];
-        let reach = 0.2 * self.problem.distance(a.place(), b.place()) + 10.0 * width;
+        let reach = BESIDE * self.problem.distance(a.place(), b.place()) + 10.0 * width;
         let soft = crossing.and_then(|k| a.watch.like(k, &best.watch));
         let polished = Singular::beside(&best.balance, !is_fold, soft).and_then(|singular| {
             let place = best.place();
@@ -91,7 +93,13 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let stiffness = [a, b].map(|end| crossing.and_then(|k| a.watch.like(k, &end.watch)).or(end.watch.stiffest()));
         let stiffness = stiffness.into_iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
         let push = stiffness * self.size(&best.balance);
-        let polished = polished.filter(|found| found.beta.abs() <= UNFOLDED * push);
+        // What lies before or after both places is another point.
+        let length = self.ahead(a, b);
+        let is_between = |balance: &Balance<M>| {
+            let gone = self.problem.dot(&a.tangent, &self.problem.between(a.place(), &balance.place));
+            (-WITHIN * length..=(1.0 + WITHIN) * length).contains(&gone)
+        };
+        let polished = polished.filter(|found| found.beta.abs() <= UNFOLDED * push && is_between(&found.balance));
         let sound = polished.is_some();
         let (balance, uncertainty) = match polished {
             Some(found) => {
@@ -100,6 +108,11 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             }
             None => (best.balance, uncertainty),
         };
+        // One point is not found twice: what was looked for is another one, nearby.
+        let gone = self.arclength(&balance.place);
+        if self.special.last().is_some_and(|last| (last.arclength - gone).abs() <= TWICE) {
+            return false;
+        }
         let plane = null_plane(self.problem, &balance);
         if is_fold {
             self.add(SpecialKind::Fold, &balance, uncertainty, plane.map(|[first, _]| first), None);
@@ -110,7 +123,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             return sound;
         };
         let ways = self.ways(&plane, &best.tangent);
-        let kind = self.tell(&balance, &ways, a, b);
+        let kind = self.tell(&balance, &ways);
         let mode = without_parameter(self.problem, &plane);
         self.add(kind, &balance, uncertainty, Some(mode), Some(ways));
         sound
@@ -204,42 +217,6 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         [mix(x, y), mix(-y, x)]
     }
 
-    /// How branches meet: by where the parameter goes on the other one.
-    fn tell(&self, balance: &Balance<M>, ways: &[Direction; 2], a: &Sample<M>, b: &Sample<M>) -> SpecialKind {
-        let star = balance.place.p[0];
-        let own = [a, b].map(|sample| sample.place().p[0] - star);
-        for h in ASIDE {
-            let arms = [1.0, -1.0].map(|sign| self.arm(balance, &ways[1].scaled(sign), h));
-            let [Some(plus), Some(minus)] = arms else { continue };
-            let other = [&plus, &minus].map(|arm| arm.place().p[0] - star);
-            let even = |x: [f64; 2]| (x[0] + x[1]).abs() > (x[0] - x[1]).abs();
-            // What does not move the parameter at all, as a load that is carried in every position, is neither.
-            if other.iter().all(|p| p.abs() <= NEUTRAL * (self.problem.widths[0] + star.abs())) {
-                return SpecialKind::BranchPoint;
-            }
-            // The one that bends lies on one side; the straight one is compared there.
-            let (bent, straight) = match (even(other), even(own)) {
-                (true, false) => ([(other[0], &plus), (other[1], &minus)], [(own[0], a), (own[1], b)]),
-                (false, true) => ([(own[0], a), (own[1], b)], [(other[0], &plus), (other[1], &minus)]),
-                (false, false) => return SpecialKind::Transcritical,
-                (true, true) => return SpecialKind::BranchPoint,
-            };
-            let beside = straight.iter().find(|(p, _)| (*p < 0.0) == (bent[0].0 < 0.0));
-            let Some((_, beside)) = beside else { return SpecialKind::BranchPoint };
-            let supercritical = bent[0].1.watch.negative() < beside.watch.negative();
-            return SpecialKind::Pitchfork { supercritical };
-        }
-        SpecialKind::BranchPoint
-    }
-
-    /// A place of another branch, a little way from where it meets this one.
-    pub(super) fn arm(&self, balance: &Balance<M>, way: &Direction, h: f64) -> Option<Sample<M>> {
-        let guess = self.problem.moved(&balance.place, &way.scaled(h));
-        let coordinates = &balance.statics.tangent.coordinates;
-        let arrived = self.problem.solve(&guess, coordinates, Some((way, &guess)), None, 3.0 * h).ok()?;
-        self.sample(arrived.balance, way).ok()
-    }
-
     pub(super) fn add(
         &mut self,
         kind: SpecialKind,
@@ -267,6 +244,9 @@ pub(super) fn null_plane<M: Constraints>(problem: &Problem<'_, M>, balance: &Bal
     let (unknowns, n) = (balance.jacobian.ncols(), balance.size());
     let measures = DVector::from_fn(unknowns, |j, _| problem.measure(balance, j));
     let scaled = balance.weighed()? * DMatrix::from_diagonal(&measures);
+    if !scaled.iter().all(|x| x.is_finite()) {
+        return None;
+    }
     // Thin decompositions leave the null space out: a row of zeros more has it in.
     let square = scaled.insert_row(n, 0.0);
     let svd = square.try_svd(false, true, f64::EPSILON, 1000)?;

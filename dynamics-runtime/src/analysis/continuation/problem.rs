@@ -25,6 +25,8 @@ use crate::model::{Constraints, ModelState, Vector};
 const STEPS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 /// Differences that are known to this part are good enough.
 const KNOWN: f64 = 1e-11;
+/// The narrowest range, as a part of the parameter.
+const NARROW: f64 = 1e-8;
 
 /// A position at values of the parameters; the second one of models that have one parameter is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -237,6 +239,12 @@ impl<M: Constraints> Balance<M> {
     }
 }
 
+/// Whether a range is one over which a parameter can be followed from a value: narrower than this part of the parameter, differences are rounding.
+pub(super) fn is_range([lo, hi]: [f64; 2], start: f64) -> bool {
+    let width = hi - lo;
+    lo.is_finite() && width.is_finite() && width > NARROW * lo.abs().max(hi.abs()) && (lo..=hi).contains(&start)
+}
+
 /// The derivative of a function of one number, and how far it may be off, relative: differences of the best of some steps, to both sides where the
 /// function is defined there.
 pub(super) fn difference(
@@ -248,6 +256,9 @@ pub(super) fn difference(
     let mut best: Option<(DVector<f64>, f64)> = None;
     for part in STEPS {
         let h = part * width;
+        if at + 0.5 * h == at - 0.5 * h {
+            continue;
+        }
         let two = [h, 0.5 * h].map(|h| {
             if let (Some(above), Some(below)) = (f(at + h), f(at - h)) {
                 return Some((&above - &below) / ((at + h) - (at - h)));
@@ -257,6 +268,9 @@ pub(super) fn difference(
         });
         let [Some(coarse), Some(fine)] = two else { continue };
         let found = (&fine * 4.0 - &coarse) / 3.0;
+        if !found.iter().all(|x| x.is_finite()) {
+            continue;
+        }
         let size = found.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let off = (&found - &fine).iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let error = if size > 0.0 { off / size } else { 0.0 };

@@ -4,7 +4,8 @@ use alloc::string::ToString;
 use alloc::vec::Vec;
 
 use super::branch::{Branch, Diagram, Special};
-use super::problem::{Place, Problem};
+use super::meet::aside;
+use super::problem::{Place, Problem, is_range};
 use super::trace::{Sample, Tracer};
 use super::{Continuation, ContinuationError};
 use crate::model::{Constraints, ModelState, Powers};
@@ -104,12 +105,15 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     ) -> Result<[Result<Branch<M::State>, ContinuationError<M::State>>; 2], ContinuationError<M::State>> {
         let parameter = at.parameter;
         let Some([_, other]) = &at.ways else { return Err(ContinuationError::NoBranchPoint { parameter }) };
+        if !is_range(self.options.range, parameter) {
+            return Err(ContinuationError::Range { range: self.options.range, start: parameter });
+        }
         let begin = |sign: f64| -> Option<Sample<M>> {
             let tracer = Tracer::new(problem, &self.options, periodic);
             let balance = problem.balance(&place(at), &[]).ok()?;
             // The first step is along the direction that the other branch has a little way on.
             let way = other.scaled(sign);
-            let aside = [1e-2, 1e-3, 1e-4].into_iter().find_map(|h| tracer.arm(&balance, &way, h))?;
+            let aside = aside().find_map(|h| tracer.arm(&balance, &way, h))?;
             let chord = problem.between(&balance.place, aside.place());
             let tangent = chord.scaled(1.0 / problem.norm(&chord));
             let watch = aside.watch;

@@ -29,8 +29,6 @@ pub(super) struct Watch {
     pub(super) slope: f64,
     /// Real μ, ascending.
     pub(super) squares: Vec<f64>,
-    /// How many pairs are not real.
-    complex: usize,
     /// Their shapes, orthonormal in M; none where K is not symmetric.
     shapes: Option<DMatrix<f64>>,
     mass: DMatrix<f64>,
@@ -71,8 +69,7 @@ impl Watch {
             let is_real = |x: &&Complex<f64>| x.im.abs() <= REAL * x.norm();
             let mut squares: Vec<f64> = all.iter().filter(is_real).map(|x| x.re).collect();
             squares.sort_by(f64::total_cmp);
-            let complex = (n - squares.len()) / 2;
-            return Ok(Self { slope: 0.0, squares, complex, shapes: None, mass, coordinates });
+            return Ok(Self { slope: 0.0, squares, shapes: None, mass, coordinates });
         }
         let symmetric = 0.5 * (&reduced + reduced.transpose());
         let eigen = symmetric.try_symmetric_eigen(f64::EPSILON, 300 * n.max(1));
@@ -81,7 +78,7 @@ impl Watch {
         order.sort_by(|i, j| eigen.eigenvalues[*i].total_cmp(&eigen.eigenvalues[*j]));
         let shapes = lower.tr_solve_lower_triangular(&eigen.eigenvectors.select_columns(&order));
         let squares = order.iter().map(|i| eigen.eigenvalues[*i]).collect();
-        Ok(Self { slope: 0.0, squares, complex: 0, shapes, mass, coordinates })
+        Ok(Self { slope: 0.0, squares, shapes, mass, coordinates })
     }
 
     /// How many directions do not resist.
@@ -105,11 +102,13 @@ impl Watch {
         (self.coordinates == other.coordinates).then(|| (a.tr_mul(&(&other.mass * b))).map(|x| x * x))
     }
 
-    /// The μ of another place that has the shape of the k-th one here; where shapes say nothing, the k-th.
+    /// The μ of another place that has the shape of the k-th one here; where shapes say nothing, the k-th, or the one next to zero where others have become complex.
     pub(super) fn like(&self, k: usize, other: &Self) -> Option<f64> {
         let of_shape = self.agreement(other).map(|all| all.row(k).transpose().imax());
         let index = match of_shape {
             Some(index) => Some(index),
+            // In order they are continuous, as the one next to zero is not.
+            None if self.squares.len() == other.squares.len() => Some(k),
             None => other.softest(),
         };
         index.and_then(|index| other.squares.get(index)).copied()
@@ -155,14 +154,16 @@ impl Watch {
         found
     }
 
-    /// Where shapes say nothing, by the number of those that do not resist.
+    /// Where shapes say nothing, by their order, or by the number of those that do not resist where others have become complex.
     fn by_number(&self, other: &Self, turns: bool) -> Changes {
+        if self.squares.len() == other.squares.len() {
+            let pairs = self.squares.iter().zip(&other.squares).enumerate();
+            let crossing = pairs.filter(|(_, (a, b))| (**a < 0.0) != (**b < 0.0)).map(|(k, _)| k).collect();
+            return Changes { crossing, turns, sure: true };
+        }
         let (before, after) = (self.negative(), other.negative());
-        let count = match self.complex == other.complex {
-            true => before.abs_diff(after),
-            // Those that became complex leave in pairs.
-            false => before.abs_diff(after) % 2,
-        };
+        // Those that became complex leave in pairs.
+        let count = before.abs_diff(after) % 2;
         let mut order: Vec<usize> = (0..self.squares.len()).collect();
         order.sort_by(|i, j| self.squares[*i].abs().total_cmp(&self.squares[*j].abs()));
         order.truncate(count);

@@ -1,0 +1,104 @@
+//! What coordinates are measured by.
+//!
+//! Steps along a branch, and how near Newton's method must come, need a length for each coordinate that is no angle. The largest value of its unit at the start is one, where it says
+//! something: not in a column that stands straight, nor in one that is off by a thousandth of what it will bend, nor where lengths are counted from far away. What
+//! counts there is how far coordinates go before the stiffness of the structure is another one.
+
+use alloc::vec::Vec;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::locate::null_plane;
+use super::problem::{Balance, Place, Problem};
+use crate::model::{Constraints, ModelState, Vector};
+
+/// Displacements tried: these times powers of ten.
+const MANTISSAS: [f64; 2] = [1.0, 3.0];
+const DECADES: core::ops::RangeInclusive<i32> = -12..=12;
+/// Changes of the stiffness by this part of its largest on the parameter's range make another structure of it.
+const ANOTHER: f64 = 0.5;
+/// A size at the start so much smaller, or larger, than what matters says nothing.
+const SMALLER: f64 = 30.0;
+const LARGER: f64 = 300.0;
+
+impl<M: Constraints> Problem<'_, M> {
+    /// Coordinates of a unit of which all are 0 at the start, by a tenth of what they would do over the whole range; those that would not move are the result.
+    pub(super) fn measure_zeros(&mut self, place: &Place<M::State>, balance: &Balance<M>) -> Vec<usize> {
+        let q = place.state.q().as_slice();
+        let of_unit = |i: usize, f: &dyn Fn(usize) -> f64| {
+            let same = (0..q.len()).filter(|j| M::COORDINATES[*j].unit == M::COORDINATES[i].unit);
+            same.map(f).fold(0.0, f64::max)
+        };
+        let is_zero = |i: &usize| M::COORDINATES[*i].unit != "rad" && of_unit(*i, &|j| q[j].abs()) < 1e-12;
+        let zeros: Vec<usize> = (0..q.len()).filter(is_zero).collect();
+        let way = null_plane(self, balance).map(|[way, _]| way).filter(|way| way.p[0] != 0.0);
+        let moves = |i: usize| way.as_ref().map_or(0.0, |way| 0.1 * (way.q[i] / way.p[0] * self.widths[0]).abs());
+        let found: Vec<f64> = zeros.iter().map(|i| of_unit(*i, &moves)).collect();
+        zeros.iter().zip(&found).filter(|(_, found)| **found > 0.0).for_each(|(i, found)| self.scales[*i] = *found);
+        zeros.into_iter().zip(found).filter(|(_, found)| *found == 0.0).map(|(i, _)| i).collect()
+    }
+
+    /// Coordinates of which the start says nothing, by how far they go before the stiffness is another one.
+    pub(super) fn measure_lengths(&mut self, balance: &Balance<M>, still: &[usize]) {
+        let Some(most) = self.stiffest(balance) else { return };
+        let mut units: Vec<&str> = Vec::new();
+        for quantity in M::COORDINATES.iter().filter(|quantity| quantity.unit != "rad") {
+            if !units.contains(&quantity.unit) {
+                units.push(quantity.unit);
+            }
+        }
+        for unit in units {
+            let Some(length) = self.length(balance, unit, most) else { continue };
+            for (i, scale) in self.scales.iter_mut().enumerate().filter(|(i, _)| M::COORDINATES[*i].unit == unit) {
+                let is_told = !still.contains(&i) && *scale >= length / SMALLER && *scale <= length * LARGER;
+                *scale = if is_told { *scale } else { length };
+            }
+        }
+    }
+
+    /// The largest stiffness per inertia at a position, over the parameter's range.
+    fn stiffest(&self, balance: &Balance<M>) -> Option<f64> {
+        let here = balance.per_inertia()?.1.amax();
+        let at = |p: f64| {
+            let moved = Place { p: [p, balance.place.p[1]], ..balance.place };
+            Some(self.per_inertia(&self.placed(&moved, &balance.statics)?, balance)?.amax())
+        };
+        let ends = [-0.5, 0.5].map(|part| at(balance.place.p[0] + part * self.widths[0]));
+        Some(ends.into_iter().flatten().filter(|x| x.is_finite()).fold(here, f64::max))
+    }
+
+    fn per_inertia(&self, place: &Place<M::State>, like: &Balance<M>) -> Option<DMatrix<f64>> {
+        let preferred = &like.statics.tangent.coordinates;
+        let there = self.balance(place, preferred).ok()?;
+        (there.statics.tangent.coordinates == *preferred).then(|| there.per_inertia())?.map(|(_, k)| k)
+    }
+
+    /// How far coordinates of a unit go, each by another part of it, before the stiffness is another one.
+    fn length(&self, balance: &Balance<M>, unit: &str, most: f64) -> Option<f64> {
+        let here = balance.per_inertia()?.1;
+        let coordinates = &balance.statics.tangent.coordinates;
+        let parts = DVector::from_fn(balance.lift.ncols(), |j, _| {
+            let of_unit = j < balance.size() && M::COORDINATES[coordinates[balance.free[j]]].unit == unit;
+            let sign = if j.is_multiple_of(2) { 1.0 } else { -1.0 };
+            if of_unit { sign / (1.0 + 0.3 * j as f64) } else { 0.0 }
+        });
+        let largest = parts.amax();
+        if !(largest > 0.0 && most > 0.0) {
+            return None;
+        }
+        let parts = parts / largest;
+        let stays = |h: f64| {
+            let place = self.moved(&balance.place, &balance.direction(&(&parts * h), self.count));
+            let there = self.placed(&place, &balance.statics).and_then(|place| self.per_inertia(&place, balance));
+            there.is_some_and(|k| (k - &here).amax() <= ANOTHER * most)
+        };
+        let mut last = None;
+        for h in DECADES.flat_map(|decade| MANTISSAS.map(|x| x * 10.0_f64.powi(decade))) {
+            if !stays(h) {
+                return last;
+            }
+            last = Some(h);
+        }
+        None
+    }
+}
