@@ -38,6 +38,20 @@ fn a_limit_cycle_has_zero_and_the_rate_of_its_multiplier() {
 }
 
 #[test]
+fn a_run_that_sees_a_saddle_alone_does_not_call_a_pendulum_chaotic() {
+    // It lingers upright for the whole run; with one degree of freedom, and energy, both exponents are 0.
+    let model = Pendulum { m: 1.0, l: 1.0, g: 1.0 };
+    for theta in [3.14, 3.1415, 3.14159] {
+        let start = model.state().theta(theta).build().unwrap();
+        for count in [1, 2] {
+            let found = model.lyapunov(start).settle(5.0).during(3.0).exponents(count).run().unwrap();
+            assert!(found.largest().value > 0.5 && found.known_zeros == 2, "{found}");
+            assert_eq!(found.is_chaotic(), None, "{found}");
+        }
+    }
+}
+
+#[test]
 fn long_runs_do_not_leave_the_range_of_numbers() {
     // ẍ + x + δẋ: both −δ/2. A hundredth of the run makes e^{−1000} of every vector, or e^{+1000}.
     for delta in [1.0, -1.0] {

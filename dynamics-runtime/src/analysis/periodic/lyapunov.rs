@@ -7,7 +7,7 @@
 //!
 //! A mean over a finite time is an estimate. It is given with the larger of twice the standard error of twenty parts of the run, and the difference of
 //! its halves, which shows what has not settled. Neighbours that part in proportion to time, as those of regular motions do, have ln(ωt)/t, which falls for ever:
-//! what is not larger than that, or than its uncertainty, has no sign that is known.
+//! what is not larger than that, or than its uncertainty, has no sign that is known, and no exponent has where more would not be 0 than can.
 
 mod show;
 
@@ -55,7 +55,7 @@ pub enum ExponentSign {
     Zero,
     /// Neighbours come together.
     Negative,
-    /// The estimate is smaller than its uncertainty.
+    /// The estimate is smaller than its uncertainty, or the run contradicts what is known: more exponents would differ from 0 than can.
     Undecided,
 }
 
@@ -351,10 +351,14 @@ impl<'m, M: Simulate> Carried<'m, M> {
             .collect();
         exponents.sort_by(|a, b| b.value.total_cmp(&a.value));
         let known_zeros = self.known_zeros(part)?;
-        // Where all were computed these are among the undecided; where there are more of those, nobody knows which they are.
-        let open = |one: &Exponent| one.sign == ExponentSign::Undecided;
-        if count == self.dimension && exponents.iter().filter(|one| open(one)).count() <= known_zeros {
-            exponents.iter_mut().filter(|one| open(one)).for_each(|one| one.sign = ExponentSign::Zero);
+        // More that are not 0 than there can be: the run has seen too little of the motion, as of one that lingers at a saddle, to say anything. Where all were
+        // computed the zeros are the undecided ones, unless there are more of those: then nobody knows which.
+        let told = exponents.iter().filter(|one| one.sign != ExponentSign::Undecided).count();
+        if told + known_zeros > self.dimension {
+            exponents.iter_mut().for_each(|one| one.sign = ExponentSign::Undecided);
+        } else if count == self.dimension && told + known_zeros == count {
+            let open = exponents.iter_mut().filter(|one| one.sign == ExponentSign::Undecided);
+            open.for_each(|one| one.sign = ExponentSign::Zero);
         }
         let mut sums: DVector<f64> = DVector::zeros(count);
         let running = blocks.iter().enumerate().map(|(k, block)| {
