@@ -211,6 +211,45 @@ impl Relay {
     }
 }
 
+/// The top of a hill in a magnetic field: s⁴ + (field² − 2 slope) s² + slope² = 0, which keeps it up from field² = 4 slope on.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+pub(crate) struct Hilltop {
+    pub(crate) field: f64,
+    pub(crate) slope: f64,
+}
+
+#[dynamics]
+impl Hilltop {
+    #[lagrangian]
+    fn lagrangian(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * vec2(q.x, q.y).dt().norm_squared()
+            + 0.5 * self.field * (q.x * q.y.dt() - q.y * q.x.dt())
+            + 0.5 * self.slope * vec2(q.x, q.y).norm_squared()
+    }
+}
+
+/// A spring, and beside it a soft one whose stiffness swings.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+pub(crate) struct Beside {
+    pub(crate) stiff: f64,
+    pub(crate) soft: f64,
+    pub(crate) frequency: f64,
+}
+
+#[dynamics]
+impl Beside {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiff * q.x.powi(2) + 0.5 * self.soft * (1.0 + (self.frequency * q.t).cos()) * q.y.powi(2)
+    }
+}
+
 /// A skate on springs: it does not move aside.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, phi: rad)]

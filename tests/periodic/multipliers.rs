@@ -6,7 +6,7 @@ use dynamics::analysis::{Floquet, FloquetVerdict, Threshold};
 use dynamics::prelude::*;
 use nalgebra::{DMatrix, Matrix2};
 
-use crate::models::{Duffing, Pendulum, Relay, Shaken, ShakenInPlane, Skate, TwiceHeld, VanDerPol};
+use crate::models::{Beside, Duffing, Hilltop, Pendulum, Relay, Shaken, ShakenInPlane, Skate, TwiceHeld, VanDerPol};
 
 /// The upright pendulum with Mathieu's a = −4g/(lΩ²) and q = 2A/l.
 fn mathieu(a: f64, q: f64) -> Shaken {
@@ -146,7 +146,7 @@ fn forces_that_jump_turn_what_lies_beside_the_motion() {
     assert_eq!(orbit.floquet.verdict, FloquetVerdict::AsymptoticallyStable);
     // Left alone it comes to stick, which has no linear equations.
     let sticks = Relay { gamma: 0.0, ..rubs };
-    let said = sticks.floquet(&sticks.state().x(0.25).build().unwrap(), TAU).unwrap_err();
+    let said = sticks.floquet(&sticks.state().x(0.25).x_rate(0.01).build().unwrap(), TAU).unwrap_err();
     assert!(matches!(said, PeriodicError::Grazes { .. }), "{said}");
     // Undriven: amplitude A takes 4√(2A), and T changes by 2√2/√A per A: δx = −f dT.
     let free = Relay { gamma: 0.0, omega: 1.0, ..model };
@@ -246,4 +246,47 @@ fn what_rolls_has_the_multipliers_of_its_eigenvalues_at_rest() {
         assert!((wanted - one.value).norm() < 1e-9, "{wanted} {judged}");
     }
     assert!(matches!(judged.verdict, FloquetVerdict::Undecided { threshold: Threshold::Fold, .. }), "{judged}");
+}
+
+#[test]
+fn a_start_where_a_force_jumps_is_refused() {
+    // Rounding would decide whether the jump is at the start, at the end, or at both: −5.83 instead of 1 was told of this one.
+    let model = Relay { k: 0.0, jump: 1.0, dry: 0.0, gamma: 0.0, omega: 1.0 };
+    for speed in [1.0, -1.0, 0.7] {
+        let start = model.state().x_rate(speed).build().unwrap();
+        let said = model.floquet(&start, 4.0 * f64::abs(speed)).unwrap_err();
+        assert!(matches!(said, PeriodicError::StartsOnCorner { time: 0.0 }), "{said}");
+        assert!(said.to_string().contains("start elsewhere"), "{said}");
+    }
+    // A little beside it, from where it was −5.83 after 1e-16, it is told.
+    let start = model.state().x(0.5 - 0.5 * 0.9_f64.powi(2)).x_rate(0.9).build().unwrap();
+    let judged = model.floquet(&start, 4.0).unwrap();
+    assert!(judged.multipliers.iter().all(|one| (one.value.re - 1.0).abs() < 1e-9), "{judged}");
+}
+
+#[test]
+fn pairs_that_meet_on_the_circle_are_not_called_stable() {
+    // At field² = 4 pairs meet; a little below they have left the circle, by less than is known of them.
+    for period in [0.37, 1.0, 5.0] {
+        let of = |by: f64| {
+            let model = Hilltop { field: 2.0 * (1.0 + by), slope: 1.0 };
+            model.floquet(&model.state().build().unwrap(), period).unwrap()
+        };
+        for by in [0.0, -1e-13, 1e-13, -1e-11, 1e-11] {
+            let judged = of(by);
+            assert!(matches!(judged.verdict, FloquetVerdict::Undecided { .. }), "{period} {by:e} {judged}");
+        }
+        assert!(of(-1e-7).is_unstable() && of(1e-7).is_stable(), "{period}");
+    }
+    // Equal ones with directions of their own have not met.
+    let two = Hilltop { field: 0.0, slope: -1.0 };
+    let judged = two.floquet(&two.state().build().unwrap(), 1.0).unwrap();
+    assert_eq!(judged.verdict, FloquetVerdict::StableToFirstOrder, "{judged}");
+}
+
+#[test]
+fn a_slow_coordinate_that_does_not_repeat_is_seen_beside_a_fast_one() {
+    let model = Beside { stiff: 1e8, soft: 1e-4, frequency: 1.3 };
+    let said = model.floquet(&model.state().build().unwrap(), 1.0).unwrap_err();
+    assert!(matches!(said, PeriodicError::NotPeriodic { coordinate: "y", .. }), "{said}");
 }

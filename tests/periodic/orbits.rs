@@ -213,3 +213,41 @@ fn searches_that_fail_say_why() {
     let said = model.periodic(model.state().x(2.0).build().unwrap(), 6.0).segments(0).run().unwrap_err();
     assert!(matches!(said, PeriodicError::Option { .. }), "{said}");
 }
+
+#[test]
+fn what_is_held_has_to_be_a_number() {
+    let model = VanDerPol { mu: 1.0 };
+    let orbit = model.periodic(model.state().x(2.0).build().unwrap(), 6.6).run().unwrap();
+    // From a start that is a solution already.
+    let search = || model.periodic(orbit.start, orbit.period);
+    for said in [
+        search().hold("x", f64::NAN).run().unwrap_err(),
+        search().hold_energy(f64::NAN).run().unwrap_err(),
+        search().advance("x", f64::NAN).run().unwrap_err(),
+        search().hold("x", f64::INFINITY).run().unwrap_err(),
+    ] {
+        assert!(matches!(said, PeriodicError::Option { needed: "finite", .. }), "{said}");
+    }
+}
+
+#[test]
+fn a_coordinate_that_is_held_says_where_on_a_lone_cycle_it_starts() {
+    let model = VanDerPol { mu: 1.0 };
+    let guess = model.state().x(2.0).build().unwrap();
+    for x in [0.0, 1.0] {
+        let orbit = model.periodic(guess, 6.6).hold("x", x).run().unwrap();
+        assert!((orbit.start.x() - x).abs() < 1e-12, "{orbit}");
+        assert!((orbit.period - 6.663_286_859_323_13).abs() < 1e-9, "{orbit}");
+        assert_eq!(orbit.floquet.verdict, FloquetVerdict::AsymptoticallyStable, "{orbit}");
+    }
+}
+
+#[test]
+fn what_is_fast_has_not_run_away() {
+    // Of 1e9 rad/s, from rest: its speed is 1e9 times its start.
+    let model = Pendulum { m: 1.0, l: 1.0, g: 1e18 };
+    let start = model.state().theta(1.0).build().unwrap();
+    let orbit = model.periodic(start, 6.5e-9).hold("theta", 1.0).run().unwrap();
+    let wanted = TAU * 1e-9 * slower(0.5_f64.sin());
+    assert!((orbit.period / wanted - 1.0).abs() < 1e-10, "{orbit}");
+}

@@ -88,9 +88,41 @@ fn a_section_that_is_not_crossed_says_how_near_it_was() {
     ] {
         assert!(matches!(said, PeriodicError::Option { .. }), "{said}");
     }
+    for points in [usize::MAX, 1_000_000_000] {
+        let said = model.poincare(start).every(1.0).points(points).skip(2).run().unwrap_err();
+        assert!(matches!(said, PeriodicError::Option { .. }), "{said}");
+    }
+    // What was found comes with the error: θ = 0 rising, three times.
+    let section = model.poincare(start).section(|s| s.theta(), Direction::Rising);
+    let said = section.points(10).until(6.0).run().unwrap_err();
+    let PeriodicError::NeverCrossed { points: 3, found, .. } = said else { panic!("{said}") };
+    assert!(found.len() == 3 && found.iter().all(|p| p.len() == 3 && p[1].abs() < 1e-12 && p[2] > 0.0), "{found:?}");
     // Options reach the simulation: this one is cancelled.
     let said = model.poincare(start).every(1.0).simulated(|run| run.cancel(&STOP)).run().unwrap_err();
     assert!(matches!(said, PeriodicError::BrokenOff { points: 0, .. }), "{said}");
     let said = model.poincare(start).event("nothing", Direction::Any).until(1.0).run().unwrap_err();
     assert!(matches!(said, PeriodicError::BrokenOff { points: 0, .. }), "{said}");
+}
+
+#[test]
+fn without_a_number_all_crossings_are_taken() {
+    let model = Pendulum { m: 1.0, l: 1.0, g: 9.81 };
+    let start = model.state().theta(0.5).build().unwrap();
+    let section = model.poincare(start).section(|s| s.theta(), Direction::Rising).until(100.0).run().unwrap();
+    // A period of 2.0378 s.
+    assert_eq!(section.points.len(), 49);
+    let once = model.poincare(start).every(0.01).run().unwrap();
+    assert_eq!(once.points.len(), 1000);
+}
+
+#[test]
+fn a_start_on_the_section_is_told_as_such() {
+    let model = Pendulum { m: 1.0, l: 1.0, g: 9.81 };
+    let start = model.state().theta_rate(1.0).build().unwrap();
+    let section = |direction| model.poincare(start).section(|s| s.theta(), direction).points(3).until(10.0).run();
+    let said = section(Direction::Rising).unwrap_err();
+    assert!(matches!(said, PeriodicError::Option { value: 0.0, .. }), "{said}");
+    assert!(said.to_string().contains("section function at the start"), "{said}");
+    // The other way it is crossed later.
+    assert_eq!(section(Direction::Falling).unwrap().points.len(), 3);
 }

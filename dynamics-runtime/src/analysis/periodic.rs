@@ -90,6 +90,10 @@ fn positive(what: &'static str, value: f64) -> Result<(), PeriodicError> {
     Err(PeriodicError::Option { what, value, needed: "positive and finite" })
 }
 
+fn finite(what: &'static str, value: f64) -> Result<(), PeriodicError> {
+    if value.is_finite() { Ok(()) } else { Err(PeriodicError::Option { what, value, needed: "finite" }) }
+}
+
 /// The index of a coordinate by its name.
 fn index<M: Simulate>(name: &str) -> Result<usize, PeriodicError> {
     let found = M::COORDINATES.iter().position(|q| q.name == name);

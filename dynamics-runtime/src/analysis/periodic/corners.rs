@@ -14,6 +14,7 @@ use alloc::vec::Vec;
 
 use super::PeriodicError;
 use super::flow::{Flow, unpack};
+use crate::error::SolveError;
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Vector};
 
 /// The branches that are held.
@@ -73,6 +74,41 @@ impl Corners {
             (kink.value < low || kink.value > high).then_some(Crossed(index))
         };
         kinks.iter().enumerate().take(self.count).find_map(beyond)
+    }
+
+    /// Whether a state lies where a force jumps, to what a motion passes in `within`: whether the jump comes before it, or after it, is for rounding to say.
+    pub(super) fn starts_on<M: Constraints>(
+        flow: &mut Flow<'_, M>,
+        state: &M::State,
+        within: f64,
+    ) -> Result<bool, SolveError> {
+        let here = Self::at(flow.model, state);
+        let u = state.u();
+        let held = here.hold(state);
+        let a = flow.accelerations(&held)?;
+        for (index, kink) in read(flow.model, state).iter().enumerate().take(here.count) {
+            if !kink.decides || kink.is_cut {
+                continue;
+            }
+            let value = |by: f64| {
+                let mut moved = crate::constrain::assemble::at_time(&held, held.t() + by);
+                let n = M::Vector::LEN;
+                (0..n).for_each(|i| moved.q_mut()[i] += by * u[i] + 0.5 * by * by * a[i]);
+                (0..n).for_each(|i| moved.u_mut()[i] += by * a[i]);
+                read(flow.model, &moved)[index].value
+            };
+            if kink.value.abs() > within * slope(within, value).abs() {
+                continue;
+            }
+            let mut other = Self::at(flow.model, state);
+            other.flip(index, kink, kink.smooth);
+            let beyond = flow.accelerations(&other.hold(state))?;
+            let size = a.as_slice().iter().chain(beyond.as_slice()).fold(0.0, |most: f64, a| most.max(a.abs()));
+            if a.as_slice().iter().zip(beyond.as_slice()).any(|(a, b)| (a - b).abs() > 1e-12 * size) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Ends the step where the first branch ends, and passes on to the other.

@@ -76,6 +76,11 @@ pub enum PeriodicError {
         /// When.
         time: f64,
     },
+    /// The motion is cut where a force jumps: rounding would say whether it jumps at the start, at the end, or at both.
+    StartsOnCorner {
+        /// When.
+        time: f64,
+    },
     /// The equations of motion do not repeat after the period.
     NotPeriodic {
         /// The coordinate whose acceleration differs most.
@@ -123,6 +128,13 @@ pub enum PeriodicError {
         /// What ended the shots beside it, if something did.
         because: Option<Box<PeriodicError>>,
     },
+    /// Neighbours part, or come together, so fast that numbers do not hold it.
+    TooFast {
+        /// When.
+        time: f64,
+        /// How often a hundredth of the run was divided.
+        parts: usize,
+    },
     /// The section was crossed less often than asked for.
     NeverCrossed {
         /// How often it was.
@@ -131,6 +143,8 @@ pub enum PeriodicError {
         until: f64,
         /// The least and the greatest value of the section function on the way.
         range: [f64; 2],
+        /// The points, but for those that were to be left out: time, coordinates, then velocities of each.
+        found: Vec<Vec<f64>>,
     },
     /// The simulation that was to give points broke off.
     BrokenOff {
@@ -138,6 +152,8 @@ pub enum PeriodicError {
         points: usize,
         /// Why.
         reason: String,
+        /// The points: time, coordinates, then velocities of each.
+        found: Vec<Vec<f64>>,
     },
     /// A matrix has no eigenvalues to be found.
     Eigenvalues(LinearizeError),
@@ -174,12 +190,17 @@ impl fmt::Display for PeriodicError {
                 "{steps} steps were made up to t = {time:.6}; loosen the tolerance or allow more by `.max_steps(..)`; of stiff models the explicit method used here makes many"
             ),
             Self::Stalls { time } => {
-                write!(f, "steps become shorter without end at t = {time:.6}; the equations are singular there")
+                write!(f, "steps become shorter without end at t = {time:.6}; the equations are singular there, or the tolerance asks for more than rounding leaves")
             }
             Self::Grazes { time } => write!(
                 f,
                 "the motion touches a place where a branch of the model changes, or stays in it, at t = {time:.6}: small disturbances have no linear equations there; move the start or a \
                  parameter, or round the corner off"
+            ),
+            Self::StartsOnCorner { time } => write!(
+                f,
+                "the motion starts, or one of its segments does, where a force jumps, at t = {time:.6}: whether it jumps at the start or at the end is for rounding to say; start \
+                 elsewhere on the motion"
             ),
             Self::NotPeriodic { coordinate, change } => write!(
                 f,
@@ -214,11 +235,16 @@ impl fmt::Display for PeriodicError {
                 )?;
                 because.as_ref().map_or(Ok(()), |reason| write!(f, " (shots beside it: {reason})"))
             }
-            Self::NeverCrossed { points, until, range: [low, high] } => write!(
+            Self::TooFast { time, parts } => write!(
+                f,
+                "neighbours part or come together so fast at t = {time:.6} that numbers do not hold it in a part of 1/{} of the run; take the means over a shorter time by `.during(..)`",
+                100 * parts
+            ),
+            Self::NeverCrossed { points, until, range: [low, high], .. } => write!(
                 f,
                 "the section was crossed {points} times up to t = {until}, its function stayed between {low:.4e} and {high:.4e}; look for longer, or move the section"
             ),
-            Self::BrokenOff { points, reason } => write!(f, "the run broke off after {points} points: {reason}"),
+            Self::BrokenOff { points, reason, .. } => write!(f, "the run broke off after {points} points: {reason}"),
         }
     }
 }

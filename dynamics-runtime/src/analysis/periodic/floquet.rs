@@ -17,6 +17,7 @@ use alloc::vec::Vec;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::PeriodicError;
+use super::corners::Corners;
 use super::flow::Flow;
 use super::frame::{Frame, sizes, stacked};
 use super::symmetry::{Conserved, form, is_autonomous, known};
@@ -27,6 +28,8 @@ use spectrum::Scaled;
 const LOOSER: f64 = 30.0;
 /// Multipliers that move by so many times more than the matrix are two in one.
 const COALESCED: f64 = 1e6;
+/// Multipliers that move by less, in times of the matrix, have directions of their own where they are equal.
+const ILL: f64 = 100.0;
 /// A motion that misses its start by more, in parts of what it moves within, does not close.
 const CLOSED: f64 = 1e-6;
 
@@ -165,6 +168,11 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     (tolerance, most_steps): (f64, usize),
 ) -> Result<Floquet, PeriodicError> {
     let mut flow = Flow::new(model, tolerance, most_steps)?;
+    for node in nodes {
+        if Corners::starts_on(&mut flow, node, CLOSED * period)? {
+            return Err(PeriodicError::StartsOnCorner { time: node.t() });
+        }
+    }
     let fine = monodromy(&mut flow, nodes, period)?;
     flow.tolerance = tolerance * LOOSER;
     let coarse = monodromy(&mut flow, nodes, period)?;
@@ -295,7 +303,12 @@ fn judge(
     // Of pairs μ, 1/μ that stand alone on the circle none can leave it.
     let may_leave = |k: &usize| {
         let one = &multipliers[*k];
-        !symplectic || one.value.im.abs() <= one.uncertainty || one.conditioning > COALESCED
+        let meets = |(i, other): (usize, &Multiplier)| {
+            i != *k && (one.value - other.value).norm() <= one.uncertainty + other.uncertainty
+        };
+        // Two that may have met, and move by more than the matrix, may be a pair that has left.
+        let met = one.conditioning > ILL && multipliers.iter().enumerate().any(meets);
+        !symplectic || one.value.im.abs() <= one.uncertainty || one.conditioning > COALESCED || met
     };
     match near.into_iter().find(may_leave) {
         Some(k) => FloquetVerdict::Undecided {

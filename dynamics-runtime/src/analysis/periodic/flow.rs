@@ -124,7 +124,11 @@ impl<'m, M: Constraints> Flow<'m, M> {
         visit: &mut dyn FnMut(&M::State),
     ) -> Result<Flown<M::State>, PeriodicError> {
         let (n, k) = (2 * M::Vector::LEN, tangents.ncols());
-        let far = FAR * start.q().as_slice().iter().chain(start.u().as_slice()).fold(1.0, |m: f64, x| m.max(x.abs()));
+        let most = |x: &[f64]| x.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
+        let reach = most(start.q().as_slice());
+        // What goes so far within a thousandth of the way is fast, but need not be far.
+        let fast = most(start.u().as_slice()).max(1e3 * reach / (until - start.t()));
+        let half = n / 2;
         let mut ride = self.depart(start, tangents, until)?;
         let (mut steps, mut tried) = (0, 0);
         while ride.state.t() < until {
@@ -136,9 +140,10 @@ impl<'m, M: Constraints> Flow<'m, M> {
                 continue;
             }
             steps += 1;
-            let (i, worst) = largest(&ride.y[..n]);
+            let (of_q, of_u) = (largest(&ride.y[..half]), largest(&ride.y[half..n]));
+            let ((i, worst), far) = if of_q.1 > FAR * reach { (of_q, FAR * reach) } else { (of_u, FAR * fast) };
             if worst > far {
-                let coordinate = M::COORDINATES[i % M::Vector::LEN].name;
+                let coordinate = M::COORDINATES[i].name;
                 return Err(PeriodicError::RunsAway { time: ride.state.t(), coordinate, value: worst });
             }
             let held = ride.corners.hold(&ride.state);

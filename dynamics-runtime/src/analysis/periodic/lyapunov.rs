@@ -7,7 +7,7 @@
 //!
 //! A mean over a finite time is an estimate. It is given with the larger of twice the standard error of twenty parts of the run, and the difference of
 //! its halves, which shows what has not settled. Neighbours that part in proportion to time, as those of regular motions do, have ln(ωt)/t, which falls for ever:
-//! what is not larger than that, or than its uncertainty, has no sign that is known.
+//! what is not larger than that, or than its uncertainty, has no sign that is known, and no exponent has where more would not be 0 than can.
 
 mod show;
 
@@ -29,6 +29,8 @@ const BLOCKS: usize = 100;
 const GROUP: usize = 5;
 /// Vectors whose lengths part further than this between two orthonormalisations are made orthonormal more often.
 const SPREAD: f64 = 1e4;
+/// Vectors that become longer than this, or shorter than its inverse, have nearly left the range of numbers, and are brought back more often.
+const FAR: f64 = 1e100;
 /// Most orthonormalisations in a block.
 const MOST_PARTS: usize = 4096;
 
@@ -53,7 +55,7 @@ pub enum ExponentSign {
     Zero,
     /// Neighbours come together.
     Negative,
-    /// The estimate is smaller than its uncertainty.
+    /// The estimate is smaller than its uncertainty, or the run contradicts what is known: more exponents would differ from 0 than can.
     Undecided,
 }
 
@@ -126,15 +128,19 @@ impl<S: ModelState> LyapunovExponents<S> {
     }
 
     /// The Kaplan–Yorke dimension of the attractor, at one instant of each period where time stands in the equations: j + Σ₁ʲ λᵢ/|λⱼ₊₁|, where the sum over j
-    /// is the last that is not negative. `None` where too few exponents were computed.
+    /// is the last that is not negative. Exponents that are 0 for a reason count as 0. `None` where too few exponents were computed, or whether the largest is negative is not known.
     #[must_use]
     pub fn kaplan_yorke(&self) -> Option<f64> {
+        if self.largest().sign == ExponentSign::Undecided {
+            return None;
+        }
         let mut sum = 0.0;
         for (j, one) in self.exponents.iter().enumerate() {
-            if sum + one.value < 0.0 {
-                return Some(j as f64 + sum / one.value.abs());
+            let value = if one.sign == ExponentSign::Zero { 0.0 } else { one.value };
+            if sum + value < 0.0 {
+                return Some(j as f64 + sum / value.abs());
             }
-            sum += one.value;
+            sum += value;
         }
         (self.exponents.len() == self.dimension).then_some(self.dimension as f64)
     }
@@ -261,10 +267,25 @@ impl<'m, M: Simulate> Carried<'m, M> {
             } else {
                 begin + (until - begin) * (done + 1) as f64 / self.parts as f64
             };
-            let flown = self.flow.fly(&self.state, &self.tangents, end, &mut |_| ())?;
+            let flown = match self.flow.fly(&self.state, &self.tangents, end, &mut |_| ()) {
+                Ok(flown) => flown,
+                // Vectors may have left the range of numbers.
+                Err(PeriodicError::NotFinite { .. } | PeriodicError::Derivatives(_) | PeriodicError::Ends { .. })
+                    if self.parts < MOST_PARTS && self.is_motion_alone(end) =>
+                {
+                    (self.parts, done) = (2 * self.parts, 2 * done);
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
             (self.state, self.tangents) = (flown.state, flown.tangents);
             let sizes = self.orthonormalise()?;
-            if sizes.max() > SPREAD * sizes.min() && self.parts < MOST_PARTS {
+            let apart = sizes.max() > SPREAD * sizes.min();
+            let lost = !sizes.iter().all(|size| (1.0 / FAR..FAR).contains(size));
+            if lost && self.parts >= MOST_PARTS {
+                return Err(PeriodicError::TooFast { time: self.state.t(), parts: self.parts });
+            }
+            if (apart || lost) && self.parts < MOST_PARTS {
                 (self.state, self.tangents) = here;
                 (self.parts, done) = (2 * self.parts, 2 * done);
                 continue;
@@ -277,6 +298,12 @@ impl<'m, M: Simulate> Carried<'m, M> {
         }
         self.passed.push(self.state);
         Ok(logs)
+    }
+
+    /// Whether the motion comes there without tangent vectors.
+    fn is_motion_alone(&mut self, until: f64) -> bool {
+        let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
+        self.flow.fly(&self.state, &none, until, &mut |_| ()).is_ok()
     }
 
     /// Puts the vectors back on the constraints and makes them orthonormal; the lengths that each adds to those before it.
@@ -324,15 +351,14 @@ impl<'m, M: Simulate> Carried<'m, M> {
             .collect();
         exponents.sort_by(|a, b| b.value.total_cmp(&a.value));
         let known_zeros = self.known_zeros(part)?;
-        // The nearest to 0; only where all were computed it is known that these are among them.
-        let mut nearest: Vec<usize> = (0..count).collect();
-        nearest.sort_by(|i, j| exponents[*i].value.abs().total_cmp(&exponents[*j].value.abs()));
-        if count == self.dimension {
-            for i in nearest.into_iter().take(known_zeros) {
-                if exponents[i].sign == ExponentSign::Undecided {
-                    exponents[i].sign = ExponentSign::Zero;
-                }
-            }
+        // More that are not 0 than there can be: the run has seen too little of the motion, as of one that lingers at a saddle, to say anything. Where all were
+        // computed the zeros are the undecided ones, unless there are more of those: then nobody knows which.
+        let told = exponents.iter().filter(|one| one.sign != ExponentSign::Undecided).count();
+        if told + known_zeros > self.dimension {
+            exponents.iter_mut().for_each(|one| one.sign = ExponentSign::Undecided);
+        } else if count == self.dimension && told + known_zeros == count {
+            let open = exponents.iter_mut().filter(|one| one.sign == ExponentSign::Undecided);
+            open.for_each(|one| one.sign = ExponentSign::Zero);
         }
         let mut sums: DVector<f64> = DVector::zeros(count);
         let running = blocks.iter().enumerate().map(|(k, block)| {

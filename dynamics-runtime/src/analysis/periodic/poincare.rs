@@ -16,6 +16,11 @@ use crate::output::{Axis, Panel};
 /// The name under which a section function is an event.
 const NAME: &str = "section";
 
+/// Points at equal intervals unless their number is given.
+const EVERY: usize = 1000;
+/// Most of these: their times alone take nearly a gigabyte.
+const MOST: usize = 100_000_000;
+
 /// A function of the state.
 type Function<'m, S> = dyn Fn(&S) -> f64 + 'm;
 
@@ -40,7 +45,7 @@ pub struct Poincare<'m, M: Simulate> {
     start: M::State,
     kind: Kind<'m, M::State>,
     skip: usize,
-    points: usize,
+    points: Option<usize>,
     until: Option<f64>,
     tolerance: f64,
     turns: Vec<(String, f64)>,
@@ -74,11 +79,11 @@ pub struct Return<S> {
 
 impl<'m, M: Simulate> Poincare<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
-        let (skip, points, tolerance) = (0, 1000, 1e-10);
+        let (skip, points, tolerance) = (0, None, 1e-10);
         Self { model, start, kind: Kind::None, skip, points, until: None, tolerance, turns: Vec::new(), options: None }
     }
 
-    /// The surface on which this function of the state is zero, passed in this direction.
+    /// The surface on which this function of the state is zero, passed in this direction. The start should not lie on it.
     pub fn section(mut self, function: impl Fn(&M::State) -> f64 + 'm, direction: Direction) -> Self {
         self.kind = Kind::Function(Box::new(function), direction);
         self
@@ -102,9 +107,9 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         self
     }
 
-    /// How many points. Default 1000.
+    /// How many points; fewer are an error that has them. Without it 1000 of equal intervals, and of a surface all up to the end.
     pub fn points(mut self, points: usize) -> Self {
-        self.points = points;
+        self.points = Some(points);
         self
     }
 
@@ -139,7 +144,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
     pub fn run(self) -> Result<Section<M::State>, PeriodicError> {
         positive("the tolerance", self.tolerance)?;
         check(self.model, &self.start)?;
-        if self.points == 0 {
+        if self.points == Some(0) {
             return Err(PeriodicError::Option { what: "the number of points", value: 0.0, needed: "at least 1" });
         }
         let mut folded = Vec::new();
@@ -167,10 +172,19 @@ impl<'m, M: Simulate> Poincare<'m, M> {
 
     fn strobe(&self, period: f64) -> Result<Vec<M::State>, PeriodicError> {
         positive("the interval", period)?;
-        let total = self.skip + self.points;
+        let wanted = self.points.unwrap_or(EVERY);
+        let total = self.skip.checked_add(wanted).filter(|total| *total <= MOST);
+        let Some(total) = total else {
+            let (value, needed) = (self.skip as f64 + wanted as f64, "at most a hundred million");
+            return Err(PeriodicError::Option {
+                what: "the number of points, with those that are left out,",
+                value,
+                needed,
+            });
+        };
         let times: Vec<f64> = (1..=total).map(|k| self.start.t() + period * k as f64).collect();
         let end = times.last().copied().unwrap_or(self.start.t());
-        let mut points = Vec::with_capacity(self.points);
+        let mut points = Vec::new();
         let mut seen = 0;
         let run = self.simulation(end);
         let result = run.output_times(times).run_with(|state| {
@@ -181,7 +195,9 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         });
         match result {
             Ok(_) => Ok(points),
-            Err(error) => Err(PeriodicError::BrokenOff { points: points.len(), reason: error.to_string() }),
+            Err(error) => {
+                Err(PeriodicError::BrokenOff { points: points.len(), reason: error.to_string(), found: kept(&points) })
+            }
         }
     }
 
@@ -196,13 +212,14 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             let what = "the time up to which a section is looked for, `.until(..)`,";
             return Err(PeriodicError::Option { what, value: until, needed: "after the start" });
         }
-        let (mut points, mut seen) = (Vec::new(), 0);
+        let on_it = function.is_some_and(|function| function(&self.start) == 0.0);
+        let (mut points, mut seen) = (Vec::<M::State>::new(), 0);
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         let mut run = self.simulation(until);
         if let Some(function) = function {
             run = run.event(name, function);
         }
-        let (points_of_run, skip, wanted) = (&mut points, self.skip, self.points);
+        let (points_of_run, skip, wanted) = (&mut points, self.skip, self.points.unwrap_or(usize::MAX));
         let seen_of_run = &mut seen;
         let run = run.on_event(name, direction, move |state: &mut M::State| {
             *seen_of_run += 1;
@@ -218,11 +235,26 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             }
         });
         match result {
-            Err(error) => Err(PeriodicError::BrokenOff { points: points.len(), reason: error.to_string() }),
-            Ok(_) if points.len() < self.points => Err(PeriodicError::NeverCrossed { points: seen, until, range }),
+            // Of a crossing at the start nothing says whether it was before or is to come.
+            Err(_) if points.iter().all(|point| point.t() == self.start.t()) && on_it => {
+                let (what, needed) =
+                    ("the section function at the start", "other than 0; start a little before, or beside");
+                Err(PeriodicError::Option { what, value: 0.0, needed })
+            }
+            Err(error) => {
+                Err(PeriodicError::BrokenOff { points: points.len(), reason: error.to_string(), found: kept(&points) })
+            }
+            Ok(_) if points.len() < self.points.unwrap_or(1) => {
+                Err(PeriodicError::NeverCrossed { points: seen, until, range, found: kept(&points) })
+            }
             Ok(_) => Ok(points),
         }
     }
+}
+
+/// Points as errors carry them.
+fn kept<S: ModelState>(points: &[S]) -> Vec<Vec<f64>> {
+    points.iter().map(|point| [&[point.t()][..], point.q().as_slice(), point.u().as_slice()].concat()).collect()
 }
 
 fn fold<S: ModelState>(mut points: Vec<S>, folded: Vec<(usize, f64)>, coordinates: &'static [Quantity]) -> Section<S> {

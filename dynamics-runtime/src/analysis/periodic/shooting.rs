@@ -22,7 +22,7 @@ use core::fmt;
 use nalgebra::DVector;
 
 use super::floquet::{self, Floquet};
-use super::{MOST_STEPS, PeriodicError, TOLERANCE, check, check_period, index, positive};
+use super::{MOST_STEPS, PeriodicError, TOLERANCE, check, check_period, finite, index, positive};
 use crate::model::{ModelState, Quantity, Vector};
 use crate::motion::Simulate;
 
@@ -141,7 +141,8 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         self
     }
 
-    /// Of a family of closed motions the one that starts with this value of a coordinate: its amplitude where it starts at rest.
+    /// Of a family of closed motions the one that starts with this value of a coordinate: its amplitude where it starts at rest. Where nothing is conserved it says where
+    /// on the motion it starts.
     pub fn hold(mut self, coordinate: &str, value: f64) -> Self {
         self.coordinate = Some((coordinate.into(), value));
         self
@@ -185,11 +186,16 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         self.guesses.iter().try_for_each(|guess| check(self.model, guess))?;
         let mut advance = DVector::zeros(2 * M::Vector::LEN);
         for (name, by) in &self.turns {
+            finite("what a coordinate advances by", *by)?;
             advance[index::<M>(name)?] += *by;
         }
         let mut holds = Vec::new();
-        holds.extend(self.energy.map(Hold::Energy));
+        if let Some(energy) = self.energy {
+            finite("the energy that is held", energy)?;
+            holds.push(Hold::Energy(energy));
+        }
         if let Some((name, value)) = &self.coordinate {
+            finite("the coordinate that is held", *value)?;
             holds.push(Hold::Coordinate(index::<M>(name)?, *value));
         }
         let asked = newton::Asked {

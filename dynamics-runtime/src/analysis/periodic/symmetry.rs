@@ -23,6 +23,11 @@ use crate::model::{Constraints, ModelState, Powers, Vector};
 /// Where accelerations at one time and another are compared: no fractions of any period.
 const LATER: [f64; 3] = [0.137_035_9, 0.529_177_2, 0.866_025_4];
 
+/// Accelerations that differ by less, in parts of the largest of their coordinate, are the same.
+const SAME: f64 = 1e-9;
+/// Accelerations that are smaller, in parts of the largest of all, may be what rounding leaves of these: below 1e-15 of them nothing is compared.
+const ROUNDING: f64 = 1e-6;
+
 /// Whether time leaves the equations alone; otherwise that they repeat after the period.
 pub(super) fn is_autonomous<M: Constraints>(
     flow: &mut Flow<'_, M>,
@@ -30,7 +35,8 @@ pub(super) fn is_autonomous<M: Constraints>(
     period: f64,
 ) -> Result<bool, PeriodicError> {
     let mut autonomous = true;
-    let (mut worst, mut largest) = ((0.0, 0), 0.0_f64);
+    // Of every equation by itself: a slow coordinate beside a fast one would not be seen in what is large.
+    let (mut changes, mut largest): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let stride = passed.len().div_ceil(12).max(1);
     for state in passed.iter().step_by(stride) {
         // Beside the motion, so that nothing that vanishes on it hides the time.
@@ -60,19 +66,25 @@ pub(super) fn is_autonomous<M: Constraints>(
         };
         autonomous &= LATER.iter().all(|part| at(flow, &beside, state.t() + part * period).as_ref() == Some(&now));
         let Some(then) = at(flow, &beside, state.t() + period) else { continue };
-        largest = now.iter().fold(largest, |most, x| most.max(x.abs()));
+        changes.resize(now.len(), 0.0);
+        largest.resize(now.len(), 0.0);
         for (i, (a, b)) in now.iter().zip(&then).enumerate() {
-            if (a - b).abs() > worst.0 {
-                worst = ((a - b).abs(), i);
-            }
+            changes[i] = changes[i].max((a - b).abs());
+            largest[i] = largest[i].max(a.abs()).max(b.abs());
         }
     }
-    // The time itself is known to rounding.
-    if worst.0 > 1e-9 * largest {
-        let coordinate = M::COORDINATES.get(worst.1).map_or("a constraint", |q| q.name);
-        return Err(PeriodicError::NotPeriodic { coordinate, change: worst.0 / largest });
+    // The time itself is known to rounding, and what is small to the rounding of what is large. What constraints miss has no size of its own.
+    let most = largest.iter().fold(0.0, |most: f64, x| most.max(*x));
+    let free = M::Vector::LEN;
+    let size = |i: usize| if i < free { largest[i].max(ROUNDING * most) } else { most };
+    let part = |i: usize| if changes[i] > 0.0 { changes[i] / size(i) } else { 0.0 };
+    match (0..changes.len()).max_by(|a, b| part(*a).total_cmp(&part(*b))) {
+        Some(worst) if part(worst) > SAME => {
+            let coordinate = M::COORDINATES.get(worst).map_or("a constraint", |q| q.name);
+            Err(PeriodicError::NotPeriodic { coordinate, change: part(worst) })
+        }
+        _ => Ok(autonomous),
     }
-    Ok(autonomous)
 }
 
 /// Right and left directions in which M is 1, in independent coordinates, each with its reason.

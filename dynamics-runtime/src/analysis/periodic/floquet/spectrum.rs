@@ -127,7 +127,7 @@ fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<WithShape>, Peri
         let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);
         let bound = of(&left).dot(&(off * of(&right))) / product;
         let part = 1.0 / n as f64;
-        let uncertainty = bound.min(a.norm().powf(1.0 - part) * off.norm().powf(part));
+        let uncertainty = bound.min((2.0 * a.norm() + off.norm()).powf(1.0 - part) * off.norm().powf(part));
         let size = of(&left).dot(&(a.abs() * of(&right)));
         let conditioning = size / (product * value.norm().max(f64::MIN_POSITIVE));
         found.push((Multiplier { value, uncertainty, conditioning, trivial: None }, right));

@@ -119,6 +119,8 @@ struct Problem<'a, 'm, M: Simulate> {
     is_family: bool,
     /// How far the motion through the guess goes.
     reach: f64,
+    /// Whether steps may go along the motion, as what is held says where on it it starts.
+    slides: bool,
 }
 
 pub(super) fn search<M: Simulate>(
@@ -128,42 +130,15 @@ pub(super) fn search<M: Simulate>(
     asked: &Asked<'_>,
 ) -> Result<Found<M::State>, PeriodicError> {
     let (mut problem, nodes) = Problem::new(model, guesses, period, asked)?;
-    let first = problem.reach;
-    let mut shots = problem.shoot(nodes, period)?;
-    let mut because = None;
-    let mut correction = f64::INFINITY;
-    let mut iteration = 0;
-    loop {
-        let Some(solved) = shots.solve(asked.tolerance) else {
-            return Err(problem.not_found(&shots, iteration, because));
-        };
-        let (size, worst) = (solved.step.amax(), shots.worst());
-        let settled = size <= 1e-10 || correction <= 1e-7 && size >= 0.3 * correction;
-        let next = if settled && worst <= SMALL || iteration == asked.most_iterations {
-            None
-        } else {
-            problem.descend(&shots, &solved.step, &mut because)
-        };
-        if let Some(next) = next {
-            (shots, correction) = (next, size);
-            iteration += 1;
-            continue;
+    let of_coordinate = problem.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
+    let lone = problem.autonomous && problem.conserved.is_empty() && of_coordinate;
+    match problem.search(nodes.clone(), period) {
+        // Of a family one was chosen, or of a motion that stands alone its start: which it is shows in what can be fulfilled.
+        Err(error) if lone => {
+            problem.slides = true;
+            problem.search(nodes, period).map_err(|_| error)
         }
-        if worst > SMALL {
-            return Err(problem.not_found(&shots, iteration, because));
-        }
-        if problem.autonomous && reach(&shots.passed, &problem.sizes) <= 1e-4 * first {
-            return Err(PeriodicError::Rests { at: stacked(&shots.nodes[0]).as_slice().into() });
-        }
-        let solved = problem.alone(&mut shots, solved)?;
-        return Ok(Found {
-            iterations: iteration,
-            correction: size,
-            conditioning: solved.most / solved.least.max(f64::MIN_POSITIVE),
-            period: shots.period,
-            sizes: problem.sizes,
-            nodes: shots.nodes,
-        });
+        found => found,
     }
 }
 
@@ -223,7 +198,48 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
         let mut holds = asked.holds.to_vec();
         holds.extend(is_family.then(|| Hold::Energy(model.energy_function(&nodes[0]))));
         let reach = reach(&passed, &sizes);
-        Ok((Self { flow, asked, holds, sizes, autonomous, free, conserved, is_family, reach }, nodes))
+        let slides = false;
+        Ok((Self { flow, asked, holds, sizes, autonomous, free, conserved, is_family, reach, slides }, nodes))
+    }
+
+    /// Newton's method from these nodes.
+    fn search(&mut self, nodes: Vec<M::State>, period: f64) -> Result<Found<M::State>, PeriodicError> {
+        let mut shots = self.shoot(nodes, period)?;
+        let mut because = None;
+        let mut correction = f64::INFINITY;
+        let mut iteration = 0;
+        loop {
+            let Some(solved) = shots.solve(self.asked.tolerance) else {
+                return Err(self.not_found(&shots, iteration, because));
+            };
+            let (size, worst) = (solved.step.amax(), shots.worst());
+            let settled = size <= 1e-10 || correction <= 1e-7 && size >= 0.3 * correction;
+            let next = if settled && worst <= SMALL || iteration == self.asked.most_iterations {
+                None
+            } else {
+                self.descend(&shots, &solved.step, &mut because)
+            };
+            if let Some(next) = next {
+                (shots, correction) = (next, size);
+                iteration += 1;
+                continue;
+            }
+            if worst > SMALL {
+                return Err(self.not_found(&shots, iteration, because));
+            }
+            if self.autonomous && reach(&shots.passed, &self.sizes) <= 1e-4 * self.reach {
+                return Err(PeriodicError::Rests { at: stacked(&shots.nodes[0]).as_slice().into() });
+            }
+            let solved = self.alone(&mut shots, solved)?;
+            return Ok(Found {
+                iterations: iteration,
+                correction: size,
+                conditioning: solved.most / solved.least.max(f64::MIN_POSITIVE),
+                period: shots.period,
+                sizes: self.sizes.clone(),
+                nodes: shots.nodes,
+            });
+        }
     }
 
     /// That no other closed motion lies beside the one that was found.
@@ -291,10 +307,11 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
         columns: usize,
     ) -> Result<(DVector<f64>, DMatrix<f64>), PeriodicError> {
         let m = frame.len();
-        let count = usize::from(self.autonomous) + self.holds.len();
+        let phase = self.autonomous && !self.slides;
+        let count = usize::from(phase) + self.holds.len();
         let (mut misses, mut rows) = (DVector::zeros(count), DMatrix::zeros(count, columns));
         let mut row = 0;
-        if self.autonomous {
+        if phase {
             let along = direction(&mut self.flow, start)?;
             let scaled = DVector::from_iterator(m, frame.rows().into_iter().map(|i| along[i] / self.sizes[i]));
             let size = scaled.norm().max(f64::MIN_POSITIVE);
