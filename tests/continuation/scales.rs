@@ -1,5 +1,7 @@
 //! How branches meet where that is hard to tell, and lengths of which the start says nothing.
 
+use dynamics::analysis::{BranchEnd, SpecialKind};
+
 use super::*;
 
 fn series(c: [f64; 5], from: f64, size: f64) -> Polynomial {
