@@ -47,17 +47,66 @@ pub(super) fn fourth_order(values: [DVector<f64>; 4], h: f64) -> DVector<f64> {
     ((right - left) * 8.0 - (far_right - far_left)) / (12.0 * h)
 }
 
-/// Differences of a function of the model by one of its parameters.
+/// Changes below this part of what a value is made of are too near to rounding.
+const WEAK: f64 = 1e-6;
+/// How much longer the next step is then, and how often that is tried.
+const LONGER: (f64, usize) = (1e3, 7);
+
+/// f′(0) by differences of order 4 that begin with the step h. A parameter near zero measures by its own size steps that change nothing but rounding: where f moves by less than [`WEAK`] of `sizes`, of
+/// what its values are made of, longer ones are tried, for each value as long as the differences of order 2 and 4 come nearer to each other.
+pub(super) fn differences(
+    first: f64,
+    sizes: &DVector<f64>,
+    f: impl Fn(f64) -> Result<DVector<f64>, SensitivityError>,
+) -> Result<DVector<f64>, SensitivityError> {
+    let mut best: Option<(DVector<f64>, DVector<f64>)> = None;
+    let mut open: Vec<usize> = (0..sizes.len()).collect();
+    let mut h = first;
+    for _ in 0..LONGER.1 {
+        let values = (|| Ok([f(h)?, f(-h)?, f(2.0 * h)?, f(-2.0 * h)?]))();
+        let values = match (values, best.is_some()) {
+            (Ok(values), _) => values,
+            (Err(error), false) => return Err(error),
+            // So far the model does not go.
+            (Err(_), true) => break,
+        };
+        let moved = (&values[0] - &values[1]).abs();
+        let size = |i: usize| values.iter().map(|v| v[i].abs()).fold(sizes[i], f64::max);
+        let weak = DVector::from_fn(sizes.len(), |i, _| if moved[i] <= WEAK * size(i) { 1.0 } else { 0.0 });
+        let plain = (&values[0] - &values[1]) / (2.0 * h);
+        // What did not move at all says nothing but that its rounding hides it.
+        let rounding = DVector::from_fn(sizes.len(), |i, _| f64::EPSILON * size(i) / h);
+        let found = fourth_order(values, h);
+        let off = (&found - plain).abs() + rounding;
+        match &mut best {
+            None => best = Some((found, off)),
+            Some((best, least)) => open.retain(|i| {
+                let nearer = off[*i] < least[*i];
+                if nearer {
+                    (best[*i], least[*i]) = (found[*i], off[*i]);
+                }
+                nearer
+            }),
+        }
+        open.retain(|i| weak[*i] > 0.0);
+        if open.is_empty() {
+            break;
+        }
+        h *= LONGER.0;
+    }
+    Ok(best.map_or_else(|| DVector::zeros(sizes.len()), |(found, _)| found))
+}
+
+/// Differences of a function of the model by one of its parameters; `sizes` as in [`differences`].
 pub(super) fn by_parameter<M: Parameters + Clone>(
     model: &M,
     parameter: usize,
+    sizes: &DVector<f64>,
     f: impl Fn(&M) -> Result<DVector<f64>, SensitivityError>,
 ) -> Result<DVector<f64>, SensitivityError> {
     let name = M::PARAMETERS[parameter].name;
     let value = model.parameter(parameter).ok_or(SensitivityError::NotTold { name })?;
-    let h = step(value);
-    let at = |by: f64| f(&moved(model, parameter, by).ok_or(SensitivityError::NotTold { name })?);
-    Ok(fourth_order([at(h)?, at(-h)?, at(2.0 * h)?, at(-2.0 * h)?], h))
+    differences(step(value), sizes, |by| f(&moved(model, parameter, by).ok_or(SensitivityError::NotTold { name })?))
 }
 
 /// The equations at one state.
@@ -148,30 +197,37 @@ fn terms<M: Constraints>(model: &M, state: &M::State) -> Result<(DMatrix<f64>, D
     Ok((DMatrix::from_row_slice(n, n, &mass), DMatrix::from_row_slice(r, n, &jacobian)))
 }
 
-/// r joined by Φ̈ of the given rows, at given q̈ and λ.
+/// r joined by Φ̈ of the given rows, at given q̈ and λ; and the sizes of what each is made of.
 pub(super) fn left_over<M: Constraints>(
     model: &M,
     state: &M::State,
     rows: &[usize],
     accelerations: &DVector<f64>,
     multipliers: &[f64],
-) -> Result<DVector<f64>, SensitivityError> {
+) -> Result<(DVector<f64>, DVector<f64>), SensitivityError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
     let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
     let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
     model.terms(state, &mut terms);
     let mut found = DVector::zeros(n + rows.len());
+    let mut sizes = found.clone();
     for i in 0..n {
         let moved: f64 = (0..n).map(|j| mass[i * n + j] * accelerations[j]).sum();
         let held: f64 = rows.iter().map(|row| jacobian[row * n + i] * multipliers[*row]).sum();
         found[i] = moved - force[i] - held;
+        sizes[i] = moved.abs().max(force[i].abs()).max(held.abs());
     }
     for (k, row) in rows.iter().enumerate() {
         let moved: f64 = (0..n).map(|j| jacobian[row * n + j] * accelerations[j]).sum();
         found[n + k] = moved - gamma[*row];
+        sizes[n + k] = moved.abs().max(gamma[*row].abs());
     }
-    if found.iter().all(|x| x.is_finite()) { Ok(found) } else { Err(SensitivityError::NotFinite { time: state.t() }) }
+    if found.iter().all(|x| x.is_finite()) {
+        Ok((found, sizes))
+    } else {
+        Err(SensitivityError::NotFinite { time: state.t() })
+    }
 }
 
 /// δq̈ = by_q δq + by_u δu + by_p δp at a state, inputs held; a column of `by_p` for each of the given parameters, and whether all of it is exact.
@@ -222,9 +278,10 @@ pub(super) fn coefficients<M: Constraints + Parameters + Clone>(
         found.by_u = -equations.accelerations(&of(&values[size..2 * size]));
     }
     if !exact {
+        let left = |model: &M| left_over(model, state, &equations.rows, &accelerations, multipliers);
+        let (_, sizes) = left(model)?;
         for (k, parameter) in parameters.iter().enumerate() {
-            let left = |model: &M| left_over(model, state, &equations.rows, &accelerations, multipliers);
-            let by = by_parameter(model, *parameter, left)?;
+            let by = by_parameter(model, *parameter, &sizes, |model| Ok(left(model)?.0))?;
             let change = -equations.accelerations(&DMatrix::from_columns(&[by]));
             found.by_p.set_column(k, &change.column(0));
         }
@@ -263,6 +320,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
     let places = Equations::with(equations.mass.clone(), first, holonomic.clone());
     let places = places.ok_or(SensitivityError::NotFinite { time: state.t() })?;
     let mut missed = &places.jacobian * &positions;
+    let made_of = places.jacobian.abs() * DVector::from_column_slice(state.q().as_slice()).abs();
     let mut sizes = places.jacobian.abs() * positions.abs();
     for (k, parameter) in parameters.iter().enumerate() {
         let Some(parameter) = parameter else { continue };
@@ -270,7 +328,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
             let all = model.residual(state);
             Ok(DVector::from_iterator(h, holonomic.iter().map(|row| all[*row])))
         };
-        let by = by_parameter(model, *parameter, residual)?;
+        let by = by_parameter(model, *parameter, &made_of, residual)?;
         sizes.column_mut(k).zip_apply(&by, |size, by| *size += by.abs());
         missed.column_mut(k).axpy(1.0, &by, 1.0);
     }
@@ -280,6 +338,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
     changes.rows_mut(0, n).copy_from(&positions);
     let by_q = velocity_by_q(model, state, rows)?;
     let mut missed = &equations.jacobian * &velocities + &by_q * &positions;
+    let made_of = equations.jacobian.abs() * DVector::from_column_slice(state.u().as_slice()).abs();
     let mut sizes = equations.jacobian.abs() * velocities.abs() + by_q.abs() * positions.abs();
     for (k, parameter) in parameters.iter().enumerate() {
         let Some(parameter) = parameter else { continue };
@@ -287,7 +346,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
             let all = model.velocity_residual(state);
             Ok(DVector::from_iterator(rows.len(), rows.iter().map(|row| all[*row])))
         };
-        let by = by_parameter(model, *parameter, rates)?;
+        let by = by_parameter(model, *parameter, &made_of, rates)?;
         sizes.column_mut(k).zip_apply(&by, |size, by| *size += by.abs());
         missed.column_mut(k).axpy(1.0, &by, 1.0);
     }

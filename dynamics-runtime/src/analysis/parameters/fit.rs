@@ -35,6 +35,8 @@ use crate::motion::{Simulate, Simulation};
 const RANK: f64 = 1e-6;
 /// Tolerance of motions where none is given: noise is never as small.
 const TOLERANCE: f64 = 1e-9;
+/// Errors of motions, in tolerances: what is gained below the square of them is gained by chance.
+const BLUR: f64 = 10.0;
 
 /// What is to be found.
 #[derive(Clone, Debug)]
@@ -169,6 +171,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
             if !first.is_finite() {
                 return Err(VariableError::NotFinite { name: name.clone(), value: first }.into());
             }
+            variable.check(self.model, &self.start, first)?;
             // Also false where a bound is not a number.
             if !(bounds[0] < bounds[1] && bounds[0] <= first && first <= bounds[1]) {
                 return Err(FitError::Bounds { name: name.clone(), bounds: *bounds, first });
@@ -243,7 +246,8 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
 
     pub(super) fn solve_from(&self, first: &DVector<f64>) -> Result<Fit, FitError> {
         let bounds: Vec<[f64; 2]> = self.unknowns.iter().map(|unknown| unknown.bounds).collect();
-        let search = Levenberg { bounds: &bounds, most: self.most };
+        let measured: f64 = self.series.iter().flat_map(|s| s.points.iter().map(|(_, y)| (y / s.sigma).powi(2))).sum();
+        let search = Levenberg { bounds: &bounds, most: self.most, blur: measured * (BLUR * self.tolerance).powi(2) };
         let Outcome { at, residuals, jacobian, iterations, settled } =
             search.minimize(first, |values, jacobian| self.evaluate(values, jacobian))?;
         let fit = Fit::of(self, &at, residuals, &jacobian, iterations)?;

@@ -30,7 +30,7 @@ use nalgebra::{DMatrix, DVector};
 
 pub use error::SensitivityError;
 
-use super::equations::{self, fourth_order};
+use super::equations::{self, differences};
 use super::sweep::RunFailure;
 use super::variable::{Variable, VariableError};
 use crate::analysis::linearize::scales;
@@ -261,8 +261,8 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
             };
             let h = 1e-3 / of_state.max(of_parameter).max(f64::MIN_POSITIVE);
             let h = if h.is_finite() { h } else { 1e-3 };
-            let at = |by: f64| self.outputs_beside(&state, &column, *variable, by);
-            let by = fourth_order([at(h)?, at(-h)?, at(2.0 * h)?, at(-2.0 * h)?], h);
+            let none = DVector::zeros(M::OUTPUTS.len());
+            let by = differences(h, &none, |by| self.outputs_beside(&state, &column, *variable, by))?;
             found.set_column(k, &by);
         }
         Ok(found)

@@ -106,7 +106,9 @@ pub(super) fn jacobian<M: Simulate + Parameters + Clone>(
     for (i, s) in series.iter().enumerate() {
         for (t, _) in &s.points {
             let not_there = SensitivityError::NotFinite { time: *t };
-            let k = found.times().iter().position(|time| time == t).ok_or(not_there)?;
+            // They grow along the motion.
+            let k = found.times().partition_point(|time| time < t);
+            let k = Some(k).filter(|k| found.times().get(*k) == Some(t)).ok_or(not_there)?;
             jacobian.set_row(row, &(rows[k].row(i) / s.sigma));
             row += 1;
         }
