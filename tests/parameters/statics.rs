@@ -129,3 +129,50 @@ fn what_has_no_derivative_is_refused() {
     let error = oscillator.equilibrium_by(&oscillator.state().build().unwrap(), "x").unwrap_err();
     assert!(matches!(error, SensitivityError::Variable(_)), "{error}");
 }
+
+/// A mass on a spring beside a wheel on another, each in units of its own.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, theta: rad)]
+#[units(mass: kg, inertia: kg * m^2, spring: N / m, wire: N * m / rad, moment: N * m, drag: N * m * s / rad)]
+struct Beside {
+    mass: f64,
+    inertia: f64,
+    spring: f64,
+    wire: f64,
+    moment: f64,
+    drag: f64,
+}
+
+#[dynamics]
+impl Beside {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2) + 0.5 * self.inertia * q.theta.dt().powi(2)
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.spring * q.x.powi(2) + 0.5 * self.wire * q.theta.powi(2) - self.moment * q.theta
+    }
+    #[dissipation]
+    fn air(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.drag * q.theta.dt().powi(2)
+    }
+}
+
+/// A soft coordinate beside a stiff one is no fold, and its damping is not hidden by the size of the other's terms.
+#[test]
+fn what_is_small_in_its_unit_counts() {
+    for (mass, spring, wire) in [(1.0, 1e6, 1e-3), (1.0, 1e9, 1e-2), (1e6, 1e12, 1e-3)] {
+        let soft = Beside { mass, inertia: 1e-3, spring, wire, moment: 0.2 * wire, drag: 0.0 };
+        let state = soft.state().theta(0.2).build().unwrap();
+        let change = soft.equilibrium_by(&state, "moment").unwrap();
+        assert!((change.by[1] * wire - 1.0).abs() < 1e-9 && change.by[0] == 0.0, "{change:?}");
+        assert!((change.conditioning - 1.0).abs() < 1e-9);
+        let first = soft.frequencies_by(&state, "wire").unwrap()[0];
+        assert!((first.square / (wire / 1e-3) - 1.0).abs() < 1e-9 && (first.square_by / 1e3 - 1.0).abs() < 1e-9);
+        // 2 ζ ω = 2 ω: damped as strongly as it can be and still swing.
+        let damped = Beside { drag: 2.0 * (wire * 1e-3).sqrt(), ..soft };
+        let error = damped.frequencies_by(&state, "wire").unwrap_err();
+        assert!(matches!(error, SensitivityError::NotConservative { part } if (part - 2.0).abs() < 1e-9), "{error}");
+    }
+}

@@ -246,9 +246,9 @@ fn conservative(linear: &Linearization) -> Result<(), SensitivityError> {
         };
         (0..n * n).map(|k| part(k / n, k % n)).fold(0.0, f64::max)
     };
-    let circulatory = linear.circulatory().map_or(f64::INFINITY, |turning| {
-        part_of(&scaled(&turning), ROUNDING * stiffness.amax(), 1.0)
-    });
+    let circulatory = linear
+        .circulatory()
+        .map_or(f64::INFINITY, |turning| part_of(&scaled(&turning), ROUNDING * stiffness.amax(), 1.0));
     let damping = scaled(&linear.damping);
     let part = circulatory.max(part_of(&damping, ROUNDING * damping.amax(), 0.5));
     if part <= CONSERVATIVE { Ok(()) } else { Err(SensitivityError::NotConservative { part }) }

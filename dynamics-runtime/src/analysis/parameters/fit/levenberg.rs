@@ -177,7 +177,9 @@ mod tests {
             let (r, j) = f(at[0], at[1]);
             Ok((DVector::from_row_slice(&r), Some(DMatrix::from_row_slice(2, 2, &j))))
         };
-        Levenberg { bounds: &bounds, most: 500, blur: 0.0 }.minimize(&DVector::from_row_slice(&first), evaluate).unwrap()
+        Levenberg { bounds: &bounds, most: 500, blur: 0.0 }
+            .minimize(&DVector::from_row_slice(&first), evaluate)
+            .unwrap()
     }
 
     const ANYWHERE: [[f64; 2]; 2] = [[f64::NEG_INFINITY, f64::INFINITY]; 2];

@@ -97,6 +97,7 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
             series,
             end: problem.end,
             tolerance: problem.tolerance,
+            small: problem.small,
             options: problem.options,
             most: problem.most,
             absolute: problem.absolute,
