@@ -16,7 +16,7 @@ fn a_pushed_pendulum_leans_as_tan_theta_says() {
     let by = |name| angle.equilibrium_by(&state, name).unwrap();
     assert!((by("push").by[0] / by_push - 1.0).abs() < 1e-10, "{}", by("push").by);
     assert!((by("mass").by[0] + by_push * push / mass).abs() < 1e-10);
-    assert!(by("length").by[0].abs() < 1e-10 && by("push").conditioning == 1.0);
+    assert!(by("length").by[0].abs() < 1e-10 && by("push").conditioning < 5.0);
     macro_rules! check {
         ($module:ident) => {{
             let bob = $module::Bob { mass, length, g, push };
@@ -118,10 +118,12 @@ fn what_has_no_derivative_is_refused() {
     let rest = damped.state().build().unwrap();
     let error = damped.frequencies_by(&rest, "between").unwrap_err();
     assert!(matches!(error, SensitivityError::NotConservative { part } if part > 1e-3), "{error}");
-    // At the critical speed the bottom of the hoop is a pitchfork: nothing resists.
-    let hoop = TurnedHoop { drag: 0.0, m: 0.1, g: 9.81, radius: 0.5, speed: (9.81_f64 / 0.5).sqrt() };
-    let error = hoop.equilibrium_by(&hoop.state().build().unwrap(), "speed").unwrap_err();
-    assert!(matches!(error, SensitivityError::Fold { coordinate: "theta", .. }), "{error}");
+    // At the critical speed the bottom of the hoop is a pitchfork: nothing resists, but for what rounding leaves.
+    for radius in (0..40).map(|k| 0.1 + 0.037 * f64::from(k)) {
+        let hoop = TurnedHoop { drag: 0.0, m: 0.13, g: 9.81, radius, speed: (9.81_f64 / radius).sqrt() };
+        let error = hoop.equilibrium_by(&hoop.state().build().unwrap(), "speed").unwrap_err();
+        assert!(matches!(error, SensitivityError::Fold { coordinate: "theta", .. }), "{error}");
+    }
     let oscillator = Oscillator::PLAIN;
     let aside = oscillator.state().x(0.1).build().unwrap();
     let error = oscillator.equilibrium_by(&aside, "stiffness").unwrap_err();
@@ -167,7 +169,7 @@ fn what_is_small_in_its_unit_counts() {
         let state = soft.state().theta(0.2).build().unwrap();
         let change = soft.equilibrium_by(&state, "moment").unwrap();
         assert!((change.by[1] * wire - 1.0).abs() < 1e-9 && change.by[0] == 0.0, "{change:?}");
-        assert!((change.conditioning - 1.0).abs() < 1e-9);
+        assert!((1.0..5.0).contains(&change.conditioning), "{change:?}");
         let first = soft.frequencies_by(&state, "wire").unwrap()[0];
         assert!((first.square / (wire / 1e-3) - 1.0).abs() < 1e-9 && (first.square_by / 1e3 - 1.0).abs() < 1e-9);
         // 2 ζ ω = 2 ω: damped as strongly as it can be and still swing.

@@ -26,7 +26,9 @@ use crate::motion::Simulate;
 
 /// Singular values of the stiffness, free of units, below this part of the largest: half the digits are lost there.
 const FOLD: f64 = 1e-8;
-/// Squares of frequencies below this part of the largest, and terms below this part of the largest of their kind, are what rounding leaves.
+/// Parts by which parameters are moved to see what the stiffness is made of.
+const BESIDE: f64 = 1e-6;
+/// Terms below this part of the largest of their kind are what rounding leaves.
 const ROUNDING: f64 = 1e-13;
 /// Terms beside mass and stiffness up to this part count as none.
 const CONSERVATIVE: f64 = 1e-10;
@@ -40,7 +42,8 @@ pub struct EquilibriumChange {
     pub by: DVector<f64>,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
-    /// How many times errors of forces grow on their way to the coordinates: the largest over the smallest singular value of the stiffness, its rows and columns free of units.
+    /// How many times errors of forces grow on their way to the coordinates: the largest over the smallest singular value of the stiffness, its rows and columns measured by what they are made of; large
+    /// near folds.
     pub conditioning: f64,
 }
 
@@ -110,7 +113,7 @@ fn change_of<M: Simulate + Parameters + Clone>(
     let made_of = accelerations_made_of::<M>(state, linear, &rates);
     let by = by_parameter(model, parameter, &made_of, accelerations)?;
     let force = &linear.mass * by.select_rows(&rates);
-    let (of_independent, conditioning) = resisted(linear, &force, state.t())?;
+    let (of_independent, conditioning) = resisted(model, state, linear, &force)?;
     let places = DVector::from_column_slice(state.q().as_slice()).abs();
     let following = by_parameter(model, parameter, &places, |model| {
         let at = on_constraints(model, state, &held, linear)?;
@@ -131,35 +134,57 @@ fn accelerations_made_of<M: Simulate>(state: &M::State, linear: &Linearization, 
     found
 }
 
-/// K⁻¹ `force`, and the conditioning of K, its rows and columns free of units (D. Ruiz, Report RAL-TR-2001-034).
-fn resisted(linear: &Linearization, force: &DVector<f64>, time: f64) -> Result<(DVector<f64>, f64), SensitivityError> {
-    let n = linear.stiffness.nrows();
-    let (mut rows, mut columns) = (DVector::repeat(n, 1.0), DVector::repeat(n, 1.0));
-    let scaled = |rows: &DVector<f64>, columns: &DVector<f64>| {
-        DMatrix::from_fn(n, n, |i, j| rows[i] * linear.stiffness[(i, j)] * columns[j])
+/// What the elements of K are made of: themselves, or what is left of them where all parameters are a little different, each in its own way. Terms that cancel each other here do not there.
+fn made_of<M: Simulate + Parameters + Clone>(model: &M, state: &M::State, linear: &Linearization) -> DMatrix<f64> {
+    let names: Vec<&str> = linear.coordinates.iter().map(|q| q.name).collect();
+    let beside = |by: f64| {
+        let mut other = model.clone();
+        for i in 0..M::PARAMETERS.len() {
+            // Multiples of the golden section are far from each other.
+            let part = 0.5 + (0.618_033_988_749_895 * (i + 1) as f64).fract();
+            other.set_parameter(i, model.parameter(i)? * (1.0 + by * part));
+        }
+        let (constants, mut state) = (other.constants().ok()?, *state);
+        with_workspace::<M, _>(|memory| project_positions(&other, &constants, &mut state, memory)).ok()?;
+        Some((other.linearize_in(&state, &names).ok()?.stiffness - &linear.stiffness) / by)
     };
+    // Where the others are no models, K stands for itself.
+    let n = linear.stiffness.nrows();
+    [BESIDE, -BESIDE].into_iter().filter_map(beside).fold(linear.stiffness.abs(), |most, change| {
+        DMatrix::from_fn(n, n, |i, j| {
+            if change[(i, j)].is_finite() { most[(i, j)].max(change[(i, j)].abs()) } else { most[(i, j)] }
+        })
+    })
+}
+
+/// K⁻¹ `force`, and the conditioning of K; its rows and columns free of units by what they are made of (D. Ruiz, Report RAL-TR-2001-034).
+fn resisted<M: Simulate + Parameters + Clone>(
+    model: &M,
+    state: &M::State,
+    linear: &Linearization,
+    force: &DVector<f64>,
+) -> Result<(DVector<f64>, f64), SensitivityError> {
+    let (n, sizes) = (linear.stiffness.nrows(), made_of(model, state, linear));
+    let (mut rows, mut columns) = (DVector::repeat(n, 1.0), DVector::repeat(n, 1.0));
     let part = |x: f64| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 };
     for _ in 0..8 {
-        let now = scaled(&rows, &columns);
+        let now = DMatrix::from_fn(n, n, |i, j| rows[i] * sizes[(i, j)] * columns[j]);
         rows = DVector::from_fn(n, |i, _| rows[i] * part(now.row(i).amax()));
         columns = DVector::from_fn(n, |j, _| columns[j] * part(now.column(j).amax()));
     }
-    let fold = |matrix: &DMatrix<f64>, part: f64| {
-        let svd = matrix.clone().svd(true, true);
-        let (least, most) = (svd.singular_values.min(), svd.singular_values.max());
-        if least.is_nan() || least <= part * most {
-            let along = svd.v_t.as_ref().map_or(0, |v| v.row(v.nrows() - 1).transpose().iamax());
-            let ratio = if most > 0.0 { least / most } else { 0.0 };
-            return Err(SensitivityError::Fold { coordinate: linear.coordinates[along].name, ratio });
-        }
-        Ok((svd, most / least))
-    };
-    // Beside the masses what is left of a stiffness by rounding shows, which the scales above would raise to the others.
-    let by_mass = DVector::from_fn(n, |i, _| part(linear.mass[(i, i)]));
-    fold(&scaled(&by_mass, &by_mass), ROUNDING)?;
-    let (svd, conditioning) = fold(&scaled(&rows, &columns), FOLD)?;
-    let found = svd.solve(&force.component_mul(&rows), 0.0).map_err(|_| SensitivityError::NotFinite { time })?;
-    Ok((found.component_mul(&columns), conditioning))
+    let svd = DMatrix::from_fn(n, n, |i, j| rows[i] * linear.stiffness[(i, j)] * columns[j]).svd(true, true);
+    // What all rows are made of is now 1.
+    let (least, most) = (svd.singular_values.min(), svd.singular_values.max());
+    if least.is_nan() || least <= FOLD * most.max(1.0) {
+        let along = svd.v_t.as_ref().map_or(0, |v| v.row(v.nrows() - 1).transpose().iamax());
+        return Err(SensitivityError::Fold {
+            coordinate: linear.coordinates[along].name,
+            ratio: least / most.max(1.0),
+        });
+    }
+    let not_finite = SensitivityError::NotFinite { time: state.t() };
+    let found = svd.solve(&force.component_mul(&rows), 0.0).map_err(|_| not_finite)?;
+    Ok((found.component_mul(&columns), most.max(1.0) / least))
 }
 
 fn index<M: Simulate>(name: &str) -> Option<usize> {
