@@ -282,3 +282,40 @@ fn parameters_near_zero_have_the_derivatives_of_zero() {
         assert!((by(push) / expected - 1.0).abs() < 1e-8, "{push}: {} {expected}", by(push));
     }
 }
+
+/// A ball among waves that are a thousandth of a thousandth long.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Waves {
+    mass: f64,
+    aside: f64,
+}
+
+#[dynamics]
+impl Waves {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn waves(&self, q: &Coordinates<Self>) -> Expr {
+        1e-6 * (1e6 * (q.x - self.aside)).cos()
+    }
+    #[output]
+    fn slope(&self, q: &Coordinates<Self>) -> Expr {
+        (1e6 * (q.x - self.aside)).sin()
+    }
+}
+
+/// A parameter that is zero says nothing of the step that differences of outputs and equilibria may take.
+#[test]
+fn parameters_that_are_zero_may_belong_to_something_small() {
+    let model = Waves { mass: 1.0, aside: 0.0 };
+    let start = model.state().x(0.4e-6).build().unwrap();
+    let found = model.sensitivities(start).by(["aside"]).until(1e-9).output_times([0.0]).run().unwrap();
+    let value = found.series("slope", "aside").unwrap()[0].1;
+    assert!((value / (-1e6 * 0.4_f64.cos()) - 1.0).abs() < 1e-8, "{value}");
+    let trough = model.state().x(1e-6 * std::f64::consts::PI).build().unwrap();
+    let by = model.equilibrium_by(&trough, "aside").unwrap().by[0];
+    assert!((by - 1.0).abs() < 1e-8, "{by}");
+}

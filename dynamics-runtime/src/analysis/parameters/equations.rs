@@ -10,7 +10,7 @@
 //!
 //! Derivatives by q and u are exact: those of the generated solution where there is one, else those of the equations before any solution, solved here by least squares, so that
 //! rows that repeat others are no obstacle. Derivatives by parameters are exact where the solution was generated; else they are differences of order 4 of r and
-//! Φ̈ at the q̈ and λ of the motion, good to about 12 digits ([`Sensitivities::exact`](super::Sensitivities::exact) says which).
+//! Φ̈ at the q̈ and λ of the motion, good to about 12 digits, 9 where a parameter is near zero ([`Sensitivities::exact`](super::Sensitivities::exact) says which).
 
 use alloc::vec::Vec;
 
@@ -36,7 +36,7 @@ pub(super) fn size(value: f64) -> f64 {
     if value == 0.0 { 1.0 } else { value.abs() }
 }
 
-/// The step by which a parameter is moved for differences.
+/// The step by which a parameter is first moved for differences.
 pub(super) fn step(value: f64) -> f64 {
     STEP * size(value)
 }
@@ -49,52 +49,64 @@ pub(super) fn fourth_order(values: [DVector<f64>; 4], h: f64) -> DVector<f64> {
 
 /// Changes below this part of what a value is made of are too near to rounding.
 const WEAK: f64 = 1e-6;
-/// How much longer the next step is then, and how often that is tried.
-const LONGER: (f64, usize) = (1e3, 7);
+/// Differences of order 2 and 4 that are farther apart than this part know nothing of the derivative.
+const COARSE: f64 = 1e-3;
+/// How much longer, or shorter, the next step is then, and how often each is tried.
+const OTHER: (f64, usize, usize) = (1e3, 6, 3);
+
+/// Differences with one step.
+struct Stage {
+    found: DVector<f64>,
+    /// How far those of order 2 and 4 are apart, and what rounding may add.
+    off: DVector<f64>,
+    /// Values that hardly moved.
+    weak: Vec<bool>,
+}
 
 /// f′(0) by differences of order 4 that begin with the step h. A parameter near zero measures by its own size steps that change nothing but rounding: where f moves by less than [`WEAK`] of `sizes`, of
-/// what its values are made of, longer ones are tried, for each value as long as the differences of order 2 and 4 come nearer to each other.
+/// what its values are made of, longer ones are tried. One that is zero has no size: where orders do not agree, shorter ones are. Each value takes those whose orders
+/// are nearer to each other.
 pub(super) fn differences(
     first: f64,
     sizes: &DVector<f64>,
     f: impl Fn(f64) -> Result<DVector<f64>, SensitivityError>,
 ) -> Result<DVector<f64>, SensitivityError> {
-    let mut best: Option<(DVector<f64>, DVector<f64>)> = None;
-    let mut open: Vec<usize> = (0..sizes.len()).collect();
-    let mut h = first;
-    for _ in 0..LONGER.1 {
-        let values = (|| Ok([f(h)?, f(-h)?, f(2.0 * h)?, f(-2.0 * h)?]))();
-        let values = match (values, best.is_some()) {
-            (Ok(values), _) => values,
-            (Err(error), false) => return Err(error),
-            // So far the model does not go.
-            (Err(_), true) => break,
-        };
-        let moved = (&values[0] - &values[1]).abs();
+    let stage = |h: f64| {
+        let values = [f(h)?, f(-h)?, f(2.0 * h)?, f(-2.0 * h)?];
         let size = |i: usize| values.iter().map(|v| v[i].abs()).fold(sizes[i], f64::max);
-        let weak = DVector::from_fn(sizes.len(), |i, _| if moved[i] <= WEAK * size(i) { 1.0 } else { 0.0 });
-        let plain = (&values[0] - &values[1]) / (2.0 * h);
-        // What did not move at all says nothing but that its rounding hides it.
+        let moved = &values[0] - &values[1];
+        let weak = (0..sizes.len()).map(|i| moved[i].abs() <= WEAK * size(i)).collect();
         let rounding = DVector::from_fn(sizes.len(), |i, _| f64::EPSILON * size(i) / h);
         let found = fourth_order(values, h);
-        let off = (&found - plain).abs() + rounding;
-        match &mut best {
-            None => best = Some((found, off)),
-            Some((best, least)) => open.retain(|i| {
-                let nearer = off[*i] < least[*i];
-                if nearer {
-                    (best[*i], least[*i]) = (found[*i], off[*i]);
-                }
-                nearer
-            }),
+        let off = (&found - moved / (2.0 * h)).abs() + rounding;
+        Ok::<_, SensitivityError>(Stage { found, off, weak })
+    };
+    let mut best: Stage = stage(first)?;
+    let all = 0..sizes.len();
+    let weak: Vec<usize> = all.clone().filter(|i| best.weak[*i]).collect();
+    let coarse = |i: &usize| !best.weak[*i] && best.off[*i] > COARSE * best.found[*i].abs();
+    let coarse: Vec<usize> = all.filter(coarse).collect();
+    let nearer = |factor: f64, i: usize, next: &Stage, best: &Stage| {
+        let part = |stage: &Stage| stage.off[i] / stage.found[i].abs();
+        // Shorter ones are to agree: differences of rounding grow with the derivative.
+        if factor > 1.0 { next.off[i] < best.off[i] } else { part(next) < part(best).min(COARSE) }
+    };
+    for (mut open, factor, count) in [(weak, OTHER.0, OTHER.1), (coarse, 1.0 / OTHER.0, OTHER.2)] {
+        let mut h = first;
+        for _ in 0..count {
+            h *= factor;
+            // So far the model may not go.
+            let Some(next) = Some(h).filter(|_| !open.is_empty()).and_then(|h| stage(h).ok()) else { break };
+            let taken: Vec<usize> = open.iter().copied().filter(|i| nearer(factor, *i, &next, &best)).collect();
+            for i in &taken {
+                (best.found[*i], best.off[*i]) = (next.found[*i], next.off[*i]);
+            }
+            if factor > 1.0 {
+                open.retain(|i| taken.contains(i) && next.weak[*i]);
+            }
         }
-        open.retain(|i| weak[*i] > 0.0);
-        if open.is_empty() {
-            break;
-        }
-        h *= LONGER.0;
     }
-    Ok(best.map_or_else(|| DVector::zeros(sizes.len()), |(found, _)| found))
+    Ok(best.found)
 }
 
 /// Differences of a function of the model by one of its parameters; `sizes` as in [`differences`].
