@@ -142,3 +142,46 @@ fn what_lies_on_its_bound_has_no_error_and_the_others_theirs() {
     // The wrong damping leaves what is no noise, and the fit says so.
     assert!(fit.residuals[0].neighbours > 0.5 && fit.to_string().contains("the model lacks something"), "{fit}");
 }
+
+/// Data without noise leave what motions are off by, at any tolerance; and what made them may be zero.
+#[test]
+fn data_without_noise_settle_where_unknowns_are_zero() {
+    let guess = Oscillator { mass: 2.0, damping: 0.5, stiffness: 42.0 };
+    for (tolerance, made_with) in [(1e-7, 0.0), (1e-8, 1.2), (1e-9, 0.0), (1e-9, 1.2), (1e-11, 0.0), (1e-12, 1.2)] {
+        let p = [2.0, made_with, 50.0, 0.3, 0.0];
+        let data =
+            |scale: f64| (1..=60).map(|k| 0.05 * f64::from(k)).map(move |t| (t, scale * Oscillator::closed(p, t)[0]));
+        let start = guess.state().x(0.25).x_rate(0.1).build().unwrap();
+        let fit = guess.fit(start).find(["damping", "stiffness", "x", "x_rate"]).tolerance(tolerance);
+        let fit = fit.data("x", data(1.0)).run().unwrap_or_else(|error| panic!("{tolerance}, {made_with}: {error}"));
+        for (name, value) in [("damping", made_with), ("stiffness", 50.0), ("x", 0.3), ("x_rate", 0.0)] {
+            let found = fit.get(name).unwrap().value;
+            assert!((found - value).abs() < 1e2 * tolerance * value.max(1.0), "{name} at {tolerance}: {found}");
+        }
+        let bounded = guess.fit(guess.state().x(0.25).build().unwrap()).find(["stiffness", "x"]);
+        let bounded = bounded.find_within("damping", [0.0, 5.0]).tolerance(tolerance).data("x", data(1.0)).run();
+        assert!((bounded.unwrap().get("damping").unwrap().value - made_with).abs() < 1e2 * tolerance);
+    }
+}
+
+/// Motions much smaller than their units are computed as finely as others.
+#[test]
+fn small_motions_are_fitted_as_well_as_large_ones() {
+    for scale in [1e-9, 1e-6, 1.0, 1e6] {
+        let (guess, _) = first();
+        let start = guess.state().x(0.25 * scale).build().unwrap();
+        let data = measured(0.0, 0).into_iter().map(|(t, x)| (t, scale * x));
+        let fit = guess.fit(start).find(FOUND).data("x", data).run().unwrap();
+        for (name, value) in [("damping", 1.2), ("stiffness", 50.0), ("x", 0.3 * scale)] {
+            assert!((fit.get(name).unwrap().value / value - 1.0).abs() < 1e-7, "{scale}: {fit}");
+        }
+    }
+}
+
+#[test]
+fn intervals_ask_for_a_part_between_none_and_all() {
+    let (guess, start) = first();
+    let sampled = guess.fit(start).find(FOUND).data("x", measured(SIGMA, 5)).resample(3, 1).unwrap().1;
+    assert!([-0.5, 1.5, f64::NAN].iter().all(|part| sampled.interval("x", *part).is_none()));
+    assert!(sampled.interval("x", 0.0).is_some_and(|[low, high]| low == high));
+}

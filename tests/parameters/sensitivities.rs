@@ -252,3 +252,70 @@ fn backwards_and_stiff_motions_have_them_too() {
     let closed = |t: f64| difference(0.05, |h| Oscillator::closed([2.0, 1.2, 50.0 + h, 0.3, 0.0], t)[0]);
     assert!(off(&found.series("x", "stiffness").unwrap(), closed) < 1e-9);
 }
+
+/// A parameter near zero has no size of its own to take steps by: its derivatives are those at zero.
+#[test]
+fn parameters_near_zero_have_the_derivatives_of_zero() {
+    let end = 1.0;
+    let (omega, x) = (5.0_f64, 0.3);
+    let (sin, cos) = (omega * end).sin_cos();
+    let position = x * (sin / omega - end * cos) / 4.0;
+    let pull = 50.0 * position - x * omega * sin;
+    for damping in [0.0, 1e-16, 1e-13, 1e-10] {
+        let model = Oscillator { damping, ..Oscillator::PLAIN };
+        let start = model.state().x(x).build().unwrap();
+        let found = model.sensitivities(start).by(["damping"]).until(end).output_times([end]).run().unwrap();
+        for (name, expected) in [("x", position), ("pull", pull)] {
+            let value = found.series(name, "damping").unwrap()[0].1;
+            assert!((value / expected - 1.0).abs() < 1e-8, "{name} at {damping}: {value} {expected}");
+        }
+    }
+    let by = |push: f64| {
+        let bob = twice::Bob { mass: 1.0, length: 1.0, g: 9.81, push };
+        let start = bob.state().x(0.6).y(-0.8).build().unwrap();
+        let found = bob.sensitivities(start).by(["push"]).until(end).output_times([end]).run().unwrap();
+        assert!(!found.exact);
+        found.series("x", "push").unwrap()[0].1
+    };
+    let expected = by(0.0);
+    for push in [1e-16, 1e-13, 1e-10] {
+        assert!((by(push) / expected - 1.0).abs() < 1e-8, "{push}: {} {expected}", by(push));
+    }
+}
+
+/// A ball among waves that are a thousandth of a thousandth long.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Waves {
+    mass: f64,
+    aside: f64,
+}
+
+#[dynamics]
+impl Waves {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn waves(&self, q: &Coordinates<Self>) -> Expr {
+        1e-6 * (1e6 * (q.x - self.aside)).cos()
+    }
+    #[output]
+    fn slope(&self, q: &Coordinates<Self>) -> Expr {
+        (1e6 * (q.x - self.aside)).sin()
+    }
+}
+
+/// A parameter that is zero says nothing of the step that differences of outputs and equilibria may take.
+#[test]
+fn parameters_that_are_zero_may_belong_to_something_small() {
+    let model = Waves { mass: 1.0, aside: 0.0 };
+    let start = model.state().x(0.4e-6).build().unwrap();
+    let found = model.sensitivities(start).by(["aside"]).until(1e-9).output_times([0.0]).run().unwrap();
+    let value = found.series("slope", "aside").unwrap()[0].1;
+    assert!((value / (-1e6 * 0.4_f64.cos()) - 1.0).abs() < 1e-8, "{value}");
+    let trough = model.state().x(1e-6 * std::f64::consts::PI).build().unwrap();
+    let by = model.equilibrium_by(&trough, "aside").unwrap().by[0];
+    assert!((by - 1.0).abs() < 1e-8, "{by}");
+}

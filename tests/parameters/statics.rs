@@ -16,7 +16,7 @@ fn a_pushed_pendulum_leans_as_tan_theta_says() {
     let by = |name| angle.equilibrium_by(&state, name).unwrap();
     assert!((by("push").by[0] / by_push - 1.0).abs() < 1e-10, "{}", by("push").by);
     assert!((by("mass").by[0] + by_push * push / mass).abs() < 1e-10);
-    assert!(by("length").by[0].abs() < 1e-10 && by("push").conditioning == 1.0);
+    assert!(by("length").by[0].abs() < 1e-10 && by("push").conditioning < 5.0);
     macro_rules! check {
         ($module:ident) => {{
             let bob = $module::Bob { mass, length, g, push };
@@ -118,14 +118,63 @@ fn what_has_no_derivative_is_refused() {
     let rest = damped.state().build().unwrap();
     let error = damped.frequencies_by(&rest, "between").unwrap_err();
     assert!(matches!(error, SensitivityError::NotConservative { part } if part > 1e-3), "{error}");
-    // At the critical speed the bottom of the hoop is a pitchfork: nothing resists.
-    let hoop = TurnedHoop { drag: 0.0, m: 0.1, g: 9.81, radius: 0.5, speed: (9.81_f64 / 0.5).sqrt() };
-    let error = hoop.equilibrium_by(&hoop.state().build().unwrap(), "speed").unwrap_err();
-    assert!(matches!(error, SensitivityError::Fold { coordinate: "theta", .. }), "{error}");
+    // At the critical speed the bottom of the hoop is a pitchfork: nothing resists, but for what rounding leaves.
+    for radius in (0..40).map(|k| 0.1 + 0.037 * f64::from(k)) {
+        let hoop = TurnedHoop { drag: 0.0, m: 0.13, g: 9.81, radius, speed: (9.81_f64 / radius).sqrt() };
+        let error = hoop.equilibrium_by(&hoop.state().build().unwrap(), "speed").unwrap_err();
+        assert!(matches!(error, SensitivityError::Fold { coordinate: "theta", .. }), "{error}");
+    }
     let oscillator = Oscillator::PLAIN;
     let aside = oscillator.state().x(0.1).build().unwrap();
     let error = oscillator.equilibrium_by(&aside, "stiffness").unwrap_err();
     assert!(matches!(error, SensitivityError::Linearize(LinearizeError::Accelerates { name: "x", .. })), "{error}");
     let error = oscillator.equilibrium_by(&oscillator.state().build().unwrap(), "x").unwrap_err();
     assert!(matches!(error, SensitivityError::Variable(_)), "{error}");
+}
+
+/// A mass on a spring beside a wheel on another, each in units of its own.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, theta: rad)]
+#[units(mass: kg, inertia: kg * m^2, spring: N / m, wire: N * m / rad, moment: N * m, drag: N * m * s / rad)]
+struct Beside {
+    mass: f64,
+    inertia: f64,
+    spring: f64,
+    wire: f64,
+    moment: f64,
+    drag: f64,
+}
+
+#[dynamics]
+impl Beside {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2) + 0.5 * self.inertia * q.theta.dt().powi(2)
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.spring * q.x.powi(2) + 0.5 * self.wire * q.theta.powi(2) - self.moment * q.theta
+    }
+    #[dissipation]
+    fn air(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.drag * q.theta.dt().powi(2)
+    }
+}
+
+/// A soft coordinate beside a stiff one is no fold, and its damping is not hidden by the size of the other's terms.
+#[test]
+fn what_is_small_in_its_unit_counts() {
+    for (mass, spring, wire) in [(1.0, 1e6, 1e-3), (1.0, 1e9, 1e-2), (1e6, 1e12, 1e-3)] {
+        let soft = Beside { mass, inertia: 1e-3, spring, wire, moment: 0.2 * wire, drag: 0.0 };
+        let state = soft.state().theta(0.2).build().unwrap();
+        let change = soft.equilibrium_by(&state, "moment").unwrap();
+        assert!((change.by[1] * wire - 1.0).abs() < 1e-9 && change.by[0] == 0.0, "{change:?}");
+        assert!((1.0..5.0).contains(&change.conditioning), "{change:?}");
+        let first = soft.frequencies_by(&state, "wire").unwrap()[0];
+        assert!((first.square / (wire / 1e-3) - 1.0).abs() < 1e-9 && (first.square_by / 1e3 - 1.0).abs() < 1e-9);
+        // 2 ζ ω = 2 ω: damped as strongly as it can be and still swing.
+        let damped = Beside { drag: 2.0 * (wire * 1e-3).sqrt(), ..soft };
+        let error = damped.frequencies_by(&state, "wire").unwrap_err();
+        assert!(matches!(error, SensitivityError::NotConservative { part } if (part - 2.0).abs() < 1e-9), "{error}");
+    }
 }

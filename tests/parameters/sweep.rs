@@ -87,3 +87,11 @@ fn one_core_and_four_write_the_same_bytes() {
         assert_eq!(one, csv(threads), "{threads} threads");
     }
 }
+
+#[test]
+fn places_beyond_the_grid_are_none() {
+    let (model, start) = model();
+    let sweep = model.sweep(start).over("damping", [1.0, 2.0]).run(["c"], |model, _| Ok([model.damping])).unwrap();
+    assert_eq!(sweep.at(1), [2.0]);
+    assert!(sweep.at(2)[0].is_nan());
+}

@@ -10,7 +10,7 @@
 //!
 //! Derivatives by q and u are exact: those of the generated solution where there is one, else those of the equations before any solution, solved here by least squares, so that
 //! rows that repeat others are no obstacle. Derivatives by parameters are exact where the solution was generated; else they are differences of order 4 of r and
-//! Φ̈ at the q̈ and λ of the motion, good to about 12 digits ([`Sensitivities::exact`](super::Sensitivities::exact) says which).
+//! Φ̈ at the q̈ and λ of the motion, good to about 12 digits, 9 where a parameter is near zero ([`Sensitivities::exact`](super::Sensitivities::exact) says which).
 
 use alloc::vec::Vec;
 
@@ -36,7 +36,7 @@ pub(super) fn size(value: f64) -> f64 {
     if value == 0.0 { 1.0 } else { value.abs() }
 }
 
-/// The step by which a parameter is moved for differences.
+/// The step by which a parameter is first moved for differences.
 pub(super) fn step(value: f64) -> f64 {
     STEP * size(value)
 }
@@ -47,17 +47,78 @@ pub(super) fn fourth_order(values: [DVector<f64>; 4], h: f64) -> DVector<f64> {
     ((right - left) * 8.0 - (far_right - far_left)) / (12.0 * h)
 }
 
-/// Differences of a function of the model by one of its parameters.
+/// Changes below this part of what a value is made of are too near to rounding.
+const WEAK: f64 = 1e-6;
+/// Differences of order 2 and 4 that are farther apart than this part know nothing of the derivative.
+const COARSE: f64 = 1e-3;
+/// How much longer, or shorter, the next step is then, and how often each is tried.
+const OTHER: (f64, usize, usize) = (1e3, 6, 3);
+
+/// Differences with one step.
+struct Stage {
+    found: DVector<f64>,
+    /// How far those of order 2 and 4 are apart, and what rounding may add.
+    off: DVector<f64>,
+    /// Values that hardly moved.
+    weak: Vec<bool>,
+}
+
+/// f′(0) by differences of order 4 that begin with the step h. A parameter near zero measures by its own size steps that change nothing but rounding: where f moves by less than [`WEAK`] of `sizes`, of
+/// what its values are made of, longer ones are tried. One that is zero has no size: where orders do not agree, shorter ones are. Each value takes those whose orders
+/// are nearer to each other.
+pub(super) fn differences(
+    first: f64,
+    sizes: &DVector<f64>,
+    f: impl Fn(f64) -> Result<DVector<f64>, SensitivityError>,
+) -> Result<DVector<f64>, SensitivityError> {
+    let stage = |h: f64| {
+        let values = [f(h)?, f(-h)?, f(2.0 * h)?, f(-2.0 * h)?];
+        let size = |i: usize| values.iter().map(|v| v[i].abs()).fold(sizes[i], f64::max);
+        let moved = &values[0] - &values[1];
+        let weak = (0..sizes.len()).map(|i| moved[i].abs() <= WEAK * size(i)).collect();
+        let rounding = DVector::from_fn(sizes.len(), |i, _| f64::EPSILON * size(i) / h);
+        let found = fourth_order(values, h);
+        let off = (&found - moved / (2.0 * h)).abs() + rounding;
+        Ok::<_, SensitivityError>(Stage { found, off, weak })
+    };
+    let mut best: Stage = stage(first)?;
+    let all = 0..sizes.len();
+    let weak: Vec<usize> = all.clone().filter(|i| best.weak[*i]).collect();
+    let coarse = |i: &usize| !best.weak[*i] && best.off[*i] > COARSE * best.found[*i].abs();
+    let coarse: Vec<usize> = all.filter(coarse).collect();
+    let nearer = |factor: f64, i: usize, next: &Stage, best: &Stage| {
+        let part = |stage: &Stage| stage.off[i] / stage.found[i].abs();
+        // Shorter ones are to agree: differences of rounding grow with the derivative.
+        if factor > 1.0 { next.off[i] < best.off[i] } else { part(next) < part(best).min(COARSE) }
+    };
+    for (mut open, factor, count) in [(weak, OTHER.0, OTHER.1), (coarse, 1.0 / OTHER.0, OTHER.2)] {
+        let mut h = first;
+        for _ in 0..count {
+            h *= factor;
+            // So far the model may not go.
+            let Some(next) = Some(h).filter(|_| !open.is_empty()).and_then(|h| stage(h).ok()) else { break };
+            let taken: Vec<usize> = open.iter().copied().filter(|i| nearer(factor, *i, &next, &best)).collect();
+            for i in &taken {
+                (best.found[*i], best.off[*i]) = (next.found[*i], next.off[*i]);
+            }
+            if factor > 1.0 {
+                open.retain(|i| taken.contains(i) && next.weak[*i]);
+            }
+        }
+    }
+    Ok(best.found)
+}
+
+/// Differences of a function of the model by one of its parameters; `sizes` as in [`differences`].
 pub(super) fn by_parameter<M: Parameters + Clone>(
     model: &M,
     parameter: usize,
+    sizes: &DVector<f64>,
     f: impl Fn(&M) -> Result<DVector<f64>, SensitivityError>,
 ) -> Result<DVector<f64>, SensitivityError> {
     let name = M::PARAMETERS[parameter].name;
     let value = model.parameter(parameter).ok_or(SensitivityError::NotTold { name })?;
-    let h = step(value);
-    let at = |by: f64| f(&moved(model, parameter, by).ok_or(SensitivityError::NotTold { name })?);
-    Ok(fourth_order([at(h)?, at(-h)?, at(2.0 * h)?, at(-2.0 * h)?], h))
+    differences(step(value), sizes, |by| f(&moved(model, parameter, by).ok_or(SensitivityError::NotTold { name })?))
 }
 
 /// The equations at one state.
@@ -148,30 +209,37 @@ fn terms<M: Constraints>(model: &M, state: &M::State) -> Result<(DMatrix<f64>, D
     Ok((DMatrix::from_row_slice(n, n, &mass), DMatrix::from_row_slice(r, n, &jacobian)))
 }
 
-/// r joined by Φ̈ of the given rows, at given q̈ and λ.
+/// r joined by Φ̈ of the given rows, at given q̈ and λ; and the sizes of what each is made of.
 pub(super) fn left_over<M: Constraints>(
     model: &M,
     state: &M::State,
     rows: &[usize],
     accelerations: &DVector<f64>,
     multipliers: &[f64],
-) -> Result<DVector<f64>, SensitivityError> {
+) -> Result<(DVector<f64>, DVector<f64>), SensitivityError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
     let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
     let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
     model.terms(state, &mut terms);
     let mut found = DVector::zeros(n + rows.len());
+    let mut sizes = found.clone();
     for i in 0..n {
         let moved: f64 = (0..n).map(|j| mass[i * n + j] * accelerations[j]).sum();
         let held: f64 = rows.iter().map(|row| jacobian[row * n + i] * multipliers[*row]).sum();
         found[i] = moved - force[i] - held;
+        sizes[i] = moved.abs().max(force[i].abs()).max(held.abs());
     }
     for (k, row) in rows.iter().enumerate() {
         let moved: f64 = (0..n).map(|j| jacobian[row * n + j] * accelerations[j]).sum();
         found[n + k] = moved - gamma[*row];
+        sizes[n + k] = moved.abs().max(gamma[*row].abs());
     }
-    if found.iter().all(|x| x.is_finite()) { Ok(found) } else { Err(SensitivityError::NotFinite { time: state.t() }) }
+    if found.iter().all(|x| x.is_finite()) {
+        Ok((found, sizes))
+    } else {
+        Err(SensitivityError::NotFinite { time: state.t() })
+    }
 }
 
 /// δq̈ = by_q δq + by_u δu + by_p δp at a state, inputs held; a column of `by_p` for each of the given parameters, and whether all of it is exact.
@@ -222,9 +290,10 @@ pub(super) fn coefficients<M: Constraints + Parameters + Clone>(
         found.by_u = -equations.accelerations(&of(&values[size..2 * size]));
     }
     if !exact {
+        let left = |model: &M| left_over(model, state, &equations.rows, &accelerations, multipliers);
+        let (_, sizes) = left(model)?;
         for (k, parameter) in parameters.iter().enumerate() {
-            let left = |model: &M| left_over(model, state, &equations.rows, &accelerations, multipliers);
-            let by = by_parameter(model, *parameter, left)?;
+            let by = by_parameter(model, *parameter, &sizes, |model| Ok(left(model)?.0))?;
             let change = -equations.accelerations(&DMatrix::from_columns(&[by]));
             found.by_p.set_column(k, &change.column(0));
         }
@@ -263,6 +332,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
     let places = Equations::with(equations.mass.clone(), first, holonomic.clone());
     let places = places.ok_or(SensitivityError::NotFinite { time: state.t() })?;
     let mut missed = &places.jacobian * &positions;
+    let made_of = places.jacobian.abs() * DVector::from_column_slice(state.q().as_slice()).abs();
     let mut sizes = places.jacobian.abs() * positions.abs();
     for (k, parameter) in parameters.iter().enumerate() {
         let Some(parameter) = parameter else { continue };
@@ -270,7 +340,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
             let all = model.residual(state);
             Ok(DVector::from_iterator(h, holonomic.iter().map(|row| all[*row])))
         };
-        let by = by_parameter(model, *parameter, residual)?;
+        let by = by_parameter(model, *parameter, &made_of, residual)?;
         sizes.column_mut(k).zip_apply(&by, |size, by| *size += by.abs());
         missed.column_mut(k).axpy(1.0, &by, 1.0);
     }
@@ -280,6 +350,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
     changes.rows_mut(0, n).copy_from(&positions);
     let by_q = velocity_by_q(model, state, rows)?;
     let mut missed = &equations.jacobian * &velocities + &by_q * &positions;
+    let made_of = equations.jacobian.abs() * DVector::from_column_slice(state.u().as_slice()).abs();
     let mut sizes = equations.jacobian.abs() * velocities.abs() + by_q.abs() * positions.abs();
     for (k, parameter) in parameters.iter().enumerate() {
         let Some(parameter) = parameter else { continue };
@@ -287,7 +358,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
             let all = model.velocity_residual(state);
             Ok(DVector::from_iterator(rows.len(), rows.iter().map(|row| all[*row])))
         };
-        let by = by_parameter(model, *parameter, rates)?;
+        let by = by_parameter(model, *parameter, &made_of, rates)?;
         sizes.column_mut(k).zip_apply(&by, |size, by| *size += by.abs());
         missed.column_mut(k).axpy(1.0, &by, 1.0);
     }

@@ -28,13 +28,17 @@ pub use result::{Fit, Fitted, Residuals};
 
 use super::sensitivity::{Asked, Options, SensitivityError};
 use super::variable::{Variable, VariableError};
-use crate::model::{ModelState, Parameters};
+use crate::model::{ModelState, Parameters, Vector as _};
 use crate::motion::{Simulate, Simulation};
 
 /// Columns of J, free of their sizes, whose pivot is below this part of the largest cannot be told apart: the error of derivatives lies near 1e-8.
 const RANK: f64 = 1e-6;
 /// Tolerance of motions where none is given: noise is never as small.
 const TOLERANCE: f64 = 1e-9;
+/// Measured motions may be smaller than others by this part for their tolerance to follow.
+const SPAN: f64 = 1e-6;
+/// Errors of motions, in tolerances: what is gained below the square of them is gained by chance.
+const BLUR: f64 = 10.0;
 
 /// What is to be found.
 #[derive(Clone, Debug)]
@@ -63,7 +67,7 @@ pub struct Fitting<'m, M: Simulate> {
     start: M::State,
     asked: Vec<(String, [f64; 2])>,
     data: Vec<Given>,
-    tolerance: f64,
+    tolerance: Option<f64>,
     options: Option<Options<'m, M>>,
     most: usize,
 }
@@ -76,6 +80,8 @@ pub(super) struct Problem<'a, M: Simulate> {
     pub(super) series: Vec<Series>,
     pub(super) end: f64,
     pub(super) tolerance: f64,
+    /// The tolerance of what is near zero, where it is another.
+    pub(super) small: Option<f64>,
     pub(super) options: Option<&'a Options<'a, M>>,
     pub(super) most: usize,
     /// Whether the noise was given.
@@ -85,7 +91,7 @@ pub(super) struct Problem<'a, M: Simulate> {
 impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
         let (asked, data) = (Vec::new(), Vec::new());
-        Self { model, start, asked, data, tolerance: TOLERANCE, options: None, most: 200 }
+        Self { model, start, asked, data, tolerance: None, options: None, most: 200 }
     }
 
     /// Parameters, coordinates and velocities of the start that are to be found; they begin with the values of the model and the start that the fit was opened with.
@@ -115,9 +121,10 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         self
     }
 
-    /// Tolerance of the motions, 1e-9 unless set.
+    /// Tolerance of the motions, absolute and relative alike. Without it 1e-9, absolute of measured coordinates and velocities that are smaller than 1 by their size: errors
+    /// of motions are not in the standard errors. Where only outputs are measured, of a motion much smaller than its units, it is to be set.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerance = tolerance;
+        self.tolerance = Some(tolerance);
         self
     }
 
@@ -169,6 +176,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
             if !first.is_finite() {
                 return Err(VariableError::NotFinite { name: name.clone(), value: first }.into());
             }
+            variable.check(self.model, &self.start, first)?;
             // Also false where a bound is not a number.
             if !(bounds[0] < bounds[1] && bounds[0] <= first && first <= bounds[1]) {
                 return Err(FitError::Bounds { name: name.clone(), bounds: *bounds, first });
@@ -185,13 +193,19 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         if count < needed + usize::from(!absolute) {
             return Err(FitError::TooFewData { data: count, unknowns: needed, noise: !absolute });
         }
+        // No finer than rounding of what else moves lets it be.
+        let largest =
+            self.start.q().as_slice().iter().chain(self.start.u().as_slice()).fold(0.0, |m: f64, x| m.max(x.abs()));
+        let size = data::least_size(&series).map(|size| size.max(SPAN * largest)).filter(|size| *size < 1.0);
+        let small = if self.tolerance.is_none() { size.map(|size| TOLERANCE * size) } else { None };
         Ok(Problem {
             model: self.model,
             start: self.start,
             unknowns,
             series,
             end,
-            tolerance: self.tolerance,
+            tolerance: self.tolerance.unwrap_or(TOLERANCE),
+            small,
             options: self.options.as_ref(),
             most: self.most,
             absolute,
@@ -220,7 +234,8 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
         let mut times: Vec<f64> = self.series.iter().flat_map(|s| &s.points).map(|(t, _)| *t).collect();
         times.sort_by(f64::total_cmp);
         times.dedup();
-        let asked = Asked { variables: &variables, end: self.end, tolerance: self.tolerance, times: Some(&times) };
+        let (tolerance, absolute) = (self.tolerance, self.small);
+        let asked = Asked { variables: &variables, end: self.end, tolerance, absolute, times: Some(&times) };
         let options = self.options.map(|options| options as &dyn Fn(_) -> _);
         if jacobian {
             let found = asked.run(&model, start, options)?;
@@ -243,7 +258,8 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
 
     pub(super) fn solve_from(&self, first: &DVector<f64>) -> Result<Fit, FitError> {
         let bounds: Vec<[f64; 2]> = self.unknowns.iter().map(|unknown| unknown.bounds).collect();
-        let search = Levenberg { bounds: &bounds, most: self.most };
+        let measured: f64 = self.series.iter().flat_map(|s| s.points.iter().map(|(_, y)| (y / s.sigma).powi(2))).sum();
+        let search = Levenberg { bounds: &bounds, most: self.most, blur: measured * (BLUR * self.tolerance).powi(2) };
         let Outcome { at, residuals, jacobian, iterations, settled } =
             search.minimize(first, |values, jacobian| self.evaluate(values, jacobian))?;
         let fit = Fit::of(self, &at, residuals, &jacobian, iterations)?;

@@ -30,7 +30,7 @@ use nalgebra::{DMatrix, DVector};
 
 pub use error::SensitivityError;
 
-use super::equations::{self, fourth_order};
+use super::equations::{self, differences};
 use super::sweep::RunFailure;
 use super::variable::{Variable, VariableError};
 use crate::analysis::linearize::scales;
@@ -115,7 +115,7 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
         }
         let options = self.options.as_deref().map(|options| options as &dyn Fn(_) -> _);
         let (end, tolerance) = (self.end.ok_or(SensitivityError::NoEnd)?, self.tolerance);
-        Asked { variables: &variables, end, tolerance, times: self.times.as_deref() }
+        Asked { variables: &variables, end, tolerance, absolute: None, times: self.times.as_deref() }
             .run(self.model, self.start, options)
     }
 }
@@ -125,6 +125,8 @@ pub(super) struct Asked<'a> {
     pub(super) variables: &'a [Variable],
     pub(super) end: f64,
     pub(super) tolerance: f64,
+    /// The tolerance of what is near zero, where it is another.
+    pub(super) absolute: Option<f64>,
     pub(super) times: Option<&'a [f64]>,
 }
 
@@ -136,7 +138,11 @@ impl Asked<'_> {
         start: M::State,
         options: Option<&dyn Fn(Simulation<'m, M>) -> Simulation<'m, M>>,
     ) -> Result<Motion<'m, M>, SensitivityError> {
-        let simulation = model.simulate(start).until(self.end).tolerance(self.tolerance);
+        let simulation = model.simulate(start).until(self.end);
+        let simulation = match self.absolute {
+            Some(absolute) => simulation.tolerances(absolute, self.tolerance),
+            None => simulation.tolerance(self.tolerance),
+        };
         let simulation = match options {
             Some(options) => options(simulation),
             None => simulation,
@@ -261,8 +267,8 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
             };
             let h = 1e-3 / of_state.max(of_parameter).max(f64::MIN_POSITIVE);
             let h = if h.is_finite() { h } else { 1e-3 };
-            let at = |by: f64| self.outputs_beside(&state, &column, *variable, by);
-            let by = fourth_order([at(h)?, at(-h)?, at(2.0 * h)?, at(-2.0 * h)?], h);
+            let none = DVector::zeros(M::OUTPUTS.len());
+            let by = differences(h, &none, |by| self.outputs_beside(&state, &column, *variable, by))?;
             found.set_column(k, &by);
         }
         Ok(found)

@@ -15,7 +15,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
-use super::equations::{by_parameter, fourth_order, step};
+use super::equations::{by_parameter, differences, step};
 use super::sensitivity::SensitivityError;
 use super::variable::{Variable, VariableError, moved};
 use crate::analysis::linearize::{Linearization, SmallMotions};
@@ -24,8 +24,12 @@ use crate::error::SolveError;
 use crate::model::{ModelState, Parameters, Quantity, Vector};
 use crate::motion::Simulate;
 
-/// Singular values of the stiffness below this part of the largest: half the digits are lost there.
+/// Singular values of the stiffness, free of units, below this part of the largest: half the digits are lost there.
 const FOLD: f64 = 1e-8;
+/// Parts by which parameters are moved to see what the stiffness is made of.
+const BESIDE: f64 = 1e-6;
+/// Terms below this part of the largest of their kind are what rounding leaves.
+const ROUNDING: f64 = 1e-13;
 /// Terms beside mass and stiffness up to this part count as none.
 const CONSERVATIVE: f64 = 1e-10;
 /// Frequencies count as equal where ω² differs by less than this part of the largest near them.
@@ -38,7 +42,8 @@ pub struct EquilibriumChange {
     pub by: DVector<f64>,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
-    /// How many times errors of forces grow on their way to the coordinates: the largest over the smallest singular value of the stiffness.
+    /// How many times errors of forces grow on their way to the coordinates: the largest over the smallest singular value of the stiffness, its rows and columns measured by what they are made of; large
+    /// near folds.
     pub conditioning: f64,
 }
 
@@ -103,24 +108,83 @@ fn change_of<M: Simulate + Parameters + Clone>(
         let found = solve(&at).map_err(|error| SensitivityError::Solve { time: state.t(), error })?;
         Ok(DVector::from_column_slice(found.as_slice()))
     };
-    // EᵀM E v̇ = −EᵀM… is what is out of balance once the parameter has moved: v̇ of the independent velocities.
-    let by = by_parameter(model, parameter, accelerations)?;
     let rates: Vec<usize> = linear.velocities.iter().filter_map(|v| index::<M>(v.name)).collect();
+    // EᵀM E v̇ = −EᵀM… is what is out of balance once the parameter has moved: v̇ of the independent velocities.
+    let made_of = accelerations_made_of::<M>(state, linear, &rates);
+    let by = by_parameter(model, parameter, &made_of, accelerations)?;
     let force = &linear.mass * by.select_rows(&rates);
-    let svd = linear.stiffness.clone().svd(true, true);
-    let (least, most) = (svd.singular_values.min(), svd.singular_values.max());
-    if least.is_nan() || least <= FOLD * most {
-        let along = svd.v_t.as_ref().map_or(0, |v| v.row(v.nrows() - 1).transpose().iamax());
-        let ratio = if most > 0.0 { least / most } else { 0.0 };
-        return Err(SensitivityError::Fold { coordinate: linear.coordinates[along].name, ratio });
-    }
-    let of_independent = svd.solve(&force, 0.0).map_err(|_| SensitivityError::NotFinite { time: state.t() })?;
-    let following = by_parameter(model, parameter, |model| {
+    let (of_independent, conditioning) = resisted(model, state, linear, &force)?;
+    let places = DVector::from_column_slice(state.q().as_slice()).abs();
+    let following = by_parameter(model, parameter, &places, |model| {
         let at = on_constraints(model, state, &held, linear)?;
         Ok(DVector::from_column_slice(at.q().as_slice()))
     })?;
     let by = following + &linear.shape * of_independent;
-    Ok(EquilibriumChange { by, coordinates: M::COORDINATES, conditioning: most / least })
+    Ok(EquilibriumChange { by, coordinates: M::COORDINATES, conditioning })
+}
+
+/// Of what accelerations in balance are made: what the stiffness makes of the coordinates.
+fn accelerations_made_of<M: Simulate>(state: &M::State, linear: &Linearization, rates: &[usize]) -> DVector<f64> {
+    let mut found = DVector::zeros(M::Vector::LEN);
+    let places = linear.coordinates.iter().filter_map(|q| index::<M>(q.name)).map(|i| state.q()[i].abs());
+    let force = linear.stiffness.abs() * DVector::from_iterator(linear.coordinates.len(), places);
+    for (k, i) in rates.iter().enumerate() {
+        found[*i] = force[k] / linear.mass[(k, k)].max(f64::MIN_POSITIVE);
+    }
+    found
+}
+
+/// What the elements of K are made of: themselves, or what is left of them where all parameters are a little different, each in its own way. Terms that cancel each other here do not there.
+fn made_of<M: Simulate + Parameters + Clone>(model: &M, state: &M::State, linear: &Linearization) -> DMatrix<f64> {
+    let names: Vec<&str> = linear.coordinates.iter().map(|q| q.name).collect();
+    let beside = |by: f64| {
+        let mut other = model.clone();
+        for i in 0..M::PARAMETERS.len() {
+            // Multiples of the golden section are far from each other.
+            let part = 0.5 + (0.618_033_988_749_895 * (i + 1) as f64).fract();
+            other.set_parameter(i, model.parameter(i)? * (1.0 + by * part));
+        }
+        let (constants, mut state) = (other.constants().ok()?, *state);
+        with_workspace::<M, _>(|memory| project_positions(&other, &constants, &mut state, memory)).ok()?;
+        Some((other.linearize_in(&state, &names).ok()?.stiffness - &linear.stiffness) / by)
+    };
+    // Where the others are no models, K stands for itself.
+    let n = linear.stiffness.nrows();
+    [BESIDE, -BESIDE].into_iter().filter_map(beside).fold(linear.stiffness.abs(), |most, change| {
+        DMatrix::from_fn(n, n, |i, j| {
+            if change[(i, j)].is_finite() { most[(i, j)].max(change[(i, j)].abs()) } else { most[(i, j)] }
+        })
+    })
+}
+
+/// K⁻¹ `force`, and the conditioning of K; its rows and columns free of units by what they are made of (D. Ruiz, Report RAL-TR-2001-034).
+fn resisted<M: Simulate + Parameters + Clone>(
+    model: &M,
+    state: &M::State,
+    linear: &Linearization,
+    force: &DVector<f64>,
+) -> Result<(DVector<f64>, f64), SensitivityError> {
+    let (n, sizes) = (linear.stiffness.nrows(), made_of(model, state, linear));
+    let (mut rows, mut columns) = (DVector::repeat(n, 1.0), DVector::repeat(n, 1.0));
+    let part = |x: f64| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 };
+    for _ in 0..8 {
+        let now = DMatrix::from_fn(n, n, |i, j| rows[i] * sizes[(i, j)] * columns[j]);
+        rows = DVector::from_fn(n, |i, _| rows[i] * part(now.row(i).amax()));
+        columns = DVector::from_fn(n, |j, _| columns[j] * part(now.column(j).amax()));
+    }
+    let svd = DMatrix::from_fn(n, n, |i, j| rows[i] * linear.stiffness[(i, j)] * columns[j]).svd(true, true);
+    // What all rows are made of is now 1.
+    let (least, most) = (svd.singular_values.min(), svd.singular_values.max());
+    if least.is_nan() || least <= FOLD * most.max(1.0) {
+        let along = svd.v_t.as_ref().map_or(0, |v| v.row(v.nrows() - 1).transpose().iamax());
+        return Err(SensitivityError::Fold {
+            coordinate: linear.coordinates[along].name,
+            ratio: least / most.max(1.0),
+        });
+    }
+    let not_finite = SensitivityError::NotFinite { time: state.t() };
+    let found = svd.solve(&force.component_mul(&rows), 0.0).map_err(|_| not_finite)?;
+    Ok((found.component_mul(&columns), most.max(1.0) / least))
 }
 
 fn index<M: Simulate>(name: &str) -> Option<usize> {
@@ -181,7 +245,8 @@ pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
         let both = beside.mass.iter().chain(beside.stiffness.iter()).copied();
         Ok::<_, SensitivityError>(DVector::from_iterator(2 * rows * rows, both))
     };
-    let by = fourth_order([at(h)?, at(-h)?, at(2.0 * h)?, at(-2.0 * h)?], h);
+    let both = linear.mass.iter().chain(linear.stiffness.iter()).map(|x| x.abs());
+    let by = differences(h, &DVector::from_iterator(2 * rows * rows, both), at)?;
     let matrix = |first: usize| DMatrix::from_column_slice(rows, rows, &by.as_slice()[first..first + rows * rows]);
     changes(&linear, &matrix(0), &matrix(rows * rows))
 }
@@ -191,10 +256,26 @@ fn conservative(linear: &Linearization) -> Result<(), SensitivityError> {
     if let Some(reason) = &linear.unsteady {
         return Err(reason.clone().into());
     }
-    let (k, m) = (linear.stiffness.amax(), linear.mass.amax());
-    let circulatory = linear.circulatory().map_or(f64::INFINITY, |n| n.amax() / k.max(f64::MIN_POSITIVE));
-    let damping = linear.damping.amax() / (k * m).sqrt().max(f64::MIN_POSITIVE);
-    let part = circulatory.max(damping);
+    let n = linear.mass.nrows();
+    // By the masses, so that each is measured by what it stands beside, whatever the units: ω² and 2 ζ ω.
+    let scaled = |matrix: &DMatrix<f64>| {
+        let size = |i: usize| linear.mass[(i, i)].max(f64::MIN_POSITIVE).sqrt();
+        DMatrix::from_fn(n, n, |i, j| (matrix[(i, j)] / (size(i) * size(j))).abs())
+    };
+    let stiffness = scaled(&linear.stiffness);
+    let squares: Vec<f64> = stiffness.row_iter().map(|row| row.amax()).collect();
+    let part_of = |matrix: &DMatrix<f64>, least: f64, power: f64| {
+        let part = |i: usize, j: usize| {
+            let beside = (squares[i] * squares[j]).powf(0.5 * power).max(f64::MIN_POSITIVE);
+            if matrix[(i, j)] > least { matrix[(i, j)] / beside } else { 0.0 }
+        };
+        (0..n * n).map(|k| part(k / n, k % n)).fold(0.0, f64::max)
+    };
+    let circulatory = linear
+        .circulatory()
+        .map_or(f64::INFINITY, |turning| part_of(&scaled(&turning), ROUNDING * stiffness.amax(), 1.0));
+    let damping = scaled(&linear.damping);
+    let part = circulatory.max(part_of(&damping, ROUNDING * damping.amax(), 0.5));
     if part <= CONSERVATIVE { Ok(()) } else { Err(SensitivityError::NotConservative { part }) }
 }
 

@@ -18,7 +18,7 @@ use crate::model::Parameters;
 use crate::motion::Simulate;
 
 /// Most runs: what is kept of more than 2³² of them fits no memory.
-const MOST_RUNS: usize = 1 << 32;
+const MOST_RUNS: u64 = 1 << 32;
 
 /// An axis of the grid.
 struct Along {
@@ -87,7 +87,7 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
         let axes = self.check()?;
         let lengths: Vec<usize> = axes.iter().map(|axis| axis.values.len()).collect();
         let count = lengths.iter().try_fold(1_usize, |product, n| product.checked_mul(*n));
-        let count = count.filter(|count| *count <= MOST_RUNS).ok_or(SweepError::TooMany)?;
+        let count = count.filter(|count| *count as u64 <= MOST_RUNS).ok_or(SweepError::TooMany)?;
         let one = |index: usize| {
             let (mut model, mut start) = (self.model.clone(), self.start);
             for (axis, i) in axes.iter().zip(place(&lengths, index)) {
@@ -114,9 +114,8 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
             if let Some(value) = values.iter().find(|value| !value.is_finite()) {
                 return Err(VariableError::NotFinite { name: name.clone(), value: *value }.into());
             }
-            if values.is_empty() {
-                return Err(SweepError::Empty { name: name.clone() });
-            }
+            let first = values.first().ok_or_else(|| SweepError::Empty { name: name.clone() })?;
+            variable.check(self.model, &self.start, *first)?;
             axes.push(Along { variable, values: values.clone() });
         }
         if axes.is_empty() { Err(SweepError::NoAxis) } else { Ok(axes) }
@@ -155,9 +154,12 @@ pub struct Sweep<const K: usize> {
 }
 
 impl<const K: usize> Sweep<K> {
-    /// The values on the axes at the run of this index.
+    /// The values on the axes at the run of this index; NaN where there is no such run.
     #[must_use]
     pub fn at(&self, index: usize) -> Vec<f64> {
+        if index >= self.results.len() {
+            return alloc::vec![f64::NAN; self.axes.len()];
+        }
         let lengths: Vec<usize> = self.axes.iter().map(|axis| axis.values.len()).collect();
         place(&lengths, index).into_iter().zip(&self.axes).map(|(i, axis)| axis.values[i]).collect()
     }

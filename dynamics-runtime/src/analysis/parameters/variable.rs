@@ -40,6 +40,11 @@ pub enum VariableError {
         /// The name.
         name: String,
     },
+    /// The model, written by hand, does not let this parameter be changed.
+    Fixed {
+        /// The parameter.
+        name: String,
+    },
     /// A value is not a finite number.
     NotFinite {
         /// The name.
@@ -62,6 +67,9 @@ impl fmt::Display for VariableError {
                 write!(f, "`{name}` is a parameter and a coordinate; rename one of them")
             }
             Self::Twice { name } => write!(f, "`{name}` is named twice; once is enough"),
+            Self::Fixed { name } => {
+                write!(f, "the model does not let `{name}` be changed; implement `Parameters::set_parameter` for it")
+            }
             Self::NotFinite { name, value } => write!(f, "`{name}` cannot be {value}; give finite numbers"),
         }
     }
@@ -126,6 +134,17 @@ impl Variable {
             Self::Position(i) => Some(start.q()[i]),
             Self::Velocity(i) => Some(start.u()[i]),
         }
+    }
+
+    /// That it can be changed: models written by hand need not let all their parameters be.
+    pub(super) fn check<M: Parameters + Clone>(
+        self,
+        model: &M,
+        start: &M::State,
+        value: f64,
+    ) -> Result<(), VariableError> {
+        let changed = self.set(&mut model.clone(), &mut start.clone(), value);
+        if changed { Ok(()) } else { Err(VariableError::Fixed { name: self.name::<M>() }) }
     }
 
     /// Changes it; whether it is there.

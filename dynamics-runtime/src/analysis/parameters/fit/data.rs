@@ -64,6 +64,13 @@ pub(super) fn read<M: Simulate>(data: &[Given], start: f64) -> Result<(Vec<Serie
     if end == start { Err(FitError::OneInstant { time: start }) } else { Ok((found, end)) }
 }
 
+/// The least root mean square of measured coordinates and velocities, as simulations see them; `None` where outputs alone were measured.
+pub(super) fn least_size(series: &[Series]) -> Option<f64> {
+    let of_state = series.iter().filter(|s| !matches!(s.quantity, Measured::Output(_)));
+    let size = |s: &Series| (s.points.iter().map(|(_, y)| y * y).sum::<f64>() / s.points.len() as f64).sqrt();
+    of_state.map(size).filter(|size| *size > 0.0).reduce(f64::min)
+}
+
 /// (f − y)/σ of all data.
 pub(super) fn residuals<M: Simulate>(
     series: &[Series],
@@ -106,7 +113,9 @@ pub(super) fn jacobian<M: Simulate + Parameters + Clone>(
     for (i, s) in series.iter().enumerate() {
         for (t, _) in &s.points {
             let not_there = SensitivityError::NotFinite { time: *t };
-            let k = found.times().iter().position(|time| time == t).ok_or(not_there)?;
+            // They grow along the motion.
+            let k = found.times().partition_point(|time| time < t);
+            let k = Some(k).filter(|k| found.times().get(*k) == Some(t)).ok_or(not_there)?;
             jacobian.set_row(row, &(rows[k].row(i) / s.sigma));
             row += 1;
         }

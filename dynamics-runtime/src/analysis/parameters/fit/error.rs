@@ -97,7 +97,7 @@ pub enum FitError {
         /// χ² there.
         chi_squared: f64,
     },
-    /// The iterations were not enough.
+    /// The search has not settled: the iterations were not enough, or nothing nearby was better.
     NotSettled {
         /// Iterations made.
         iterations: usize,
@@ -167,7 +167,7 @@ impl fmt::Display for FitError {
             }
             Self::NotSettled { iterations, so_far } => write!(
                 f,
-                "{iterations} iterations were not enough (χ² = {:.6e}); begin nearer, or permit more with `.iterations(..)`",
+                "the search has not settled after {iterations} iterations (χ² = {:.6e}); begin nearer, compute finer with `.tolerance(..)`, or permit more with `.iterations(..)`",
                 so_far.chi_squared
             ),
             Self::Threads(why) => write!(f, "the threads cannot be started ({why})"),

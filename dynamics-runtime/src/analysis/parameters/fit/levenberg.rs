@@ -2,7 +2,8 @@
 //!
 //! Steps d make ‖r + J d‖² + μ ‖D d‖² smallest, D the largest norms of the columns of J so far, which frees them of units (J. J. Moré, Lecture Notes in Mathematics 630 (1978) 105);
 //! μ follows the gain, the decrease beside that which the linear model foretold (H. B. Nielsen, IMM-REP-1999-05). The least-squares problem is solved by QR, never by JᵀJ. Unknowns on a bound that the gradient pushes against stand still, and
-//! steps end at the bounds (projected steps: C. Kanzow, N. Yamashita & M. Fukushima, J. Comput. Appl. Math. 172 (2004) 375). Our own, as the crates for it know no bounds and lag behind nalgebra.
+//! steps end at the bounds (projected steps: C. Kanzow, N. Yamashita & M. Fukushima, J. Comput. Appl. Math. 172 (2004) 375). Our own, as the crate `levenberg-marquardt` 0.15, a port of MINPACK, takes no bounds, asks for nalgebra 0.34 where 0.35
+//! is used here, and gives no covariance.
 
 use alloc::vec::Vec;
 
@@ -26,6 +27,8 @@ const EXACT: f64 = 1e-20;
 pub(super) struct Levenberg<'a> {
     pub(super) bounds: &'a [[f64; 2]],
     pub(super) most: usize,
+    /// Gains below are those of errors of the motions, whose derivatives are not the Jacobian's.
+    pub(super) blur: f64,
 }
 
 /// Where a search ended.
@@ -73,7 +76,7 @@ impl Levenberg<'_> {
             if stands || sum <= EXACT * begun || mu > MOST_DAMPED {
                 // Short steps may be those of much damping, where motions beside do not exist: the least is where the undamped one gains nothing.
                 let gain = sum - (&residuals + &jacobian * &undamped).norm_squared();
-                settled = sum <= EXACT * begun || gain <= OFFSET * sum;
+                settled = sum <= EXACT * begun || gain <= self.blur.max(OFFSET * sum);
                 break;
             }
             let next = DVector::from_fn(at.len(), |i, _| (at[i] + step[i]).clamp(self.bounds[i][0], self.bounds[i][1]));
@@ -174,7 +177,9 @@ mod tests {
             let (r, j) = f(at[0], at[1]);
             Ok((DVector::from_row_slice(&r), Some(DMatrix::from_row_slice(2, 2, &j))))
         };
-        Levenberg { bounds: &bounds, most: 500 }.minimize(&DVector::from_row_slice(&first), evaluate).unwrap()
+        Levenberg { bounds: &bounds, most: 500, blur: 0.0 }
+            .minimize(&DVector::from_row_slice(&first), evaluate)
+            .unwrap()
     }
 
     const ANYWHERE: [[f64; 2]; 2] = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
@@ -200,7 +205,7 @@ mod tests {
             let (r, j) = valley(at[0], at[1]);
             Ok((DVector::from_row_slice(&r), Some(DMatrix::from_row_slice(2, 2, &j))))
         };
-        let search = Levenberg { bounds: &ANYWHERE, most: 500 };
+        let search = Levenberg { bounds: &ANYWHERE, most: 500, blur: 0.0 };
         let found = search.minimize(&DVector::from_row_slice(&[-1.2, 1.0]), evaluate).unwrap();
         assert!(!found.settled && found.at[0] <= -1.0, "{}", found.at);
     }

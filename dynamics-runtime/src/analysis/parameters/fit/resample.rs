@@ -30,15 +30,19 @@ impl Resampled {
         self.samples.iter().filter(|sample| sample.is_err()).count()
     }
 
-    /// The interval of an unknown that so many of the samples lie in, as many below as above (0.95 for 95 %); `None` where the name is none, or there are no samples.
+    /// The interval of an unknown that so many of the samples lie in, as many below as above (0.95 for 95 %); `None` where the name is none, the
+    /// part does not lie between 0 and 1, or there are no samples.
     #[must_use]
     pub fn interval(&self, name: &str, part: f64) -> Option<[f64; 2]> {
         let k = self.names.iter().position(|n| n == name)?;
+        if !(0.0..=1.0).contains(&part) {
+            return None;
+        }
         let mut values: Vec<f64> = self.good().map(|sample| sample[k]).collect();
         values.sort_by(f64::total_cmp);
         let last = values.len().checked_sub(1)?;
         let at = |p: f64| {
-            let place = p.clamp(0.0, 1.0) * last as f64;
+            let place = p * last as f64;
             let (below, share) = (place.floor() as usize, place.fract());
             values[below] + share * (values[(below + 1).min(last)] - values[below])
         };
@@ -93,6 +97,7 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
             series,
             end: problem.end,
             tolerance: problem.tolerance,
+            small: problem.small,
             options: problem.options,
             most: problem.most,
             absolute: problem.absolute,

@@ -95,7 +95,9 @@ impl Fit {
         let mut of_free = jacobian.select_columns(&free);
         let modelled = problem.modelled(&residuals);
         for (k, i) in free.iter().enumerate() {
-            if of_free.column(k).norm() * size(at[*i]) < INFLUENCE * modelled {
+            // What ends near zero is measured by where it began.
+            let size = at[*i].abs().max(size(problem.unknowns[*i].first));
+            if of_free.column(k).norm() * size < INFLUENCE * modelled {
                 of_free.column_mut(k).fill(0.0);
             }
         }

@@ -16,6 +16,9 @@ use crate::motion::{Motion, Sampler, Simulate};
 const LAW_STEP: f64 = 1e-5;
 /// Columns below this part of what the motion has for each unit of its variable are measured by that: what has no influence is made of rounding alone.
 const LEAST: f64 = 1e-3;
+/// Columns below this part of that are followed again, by their own size; in at most so many times the steps, and so many more.
+const OWN: f64 = 1e-2;
+const AGAIN: (usize, usize) = (4, 100);
 /// Most steps.
 const MOST_STEPS: usize = 1_000_000;
 
@@ -27,12 +30,44 @@ pub(super) struct Found {
 }
 
 /// S at the given times, which stand along the motion.
+///
+/// A parameter near zero has a small size, by which a column that matters may look like rounding: columns far below what they were measured by are followed once more by their own size alone.
 pub(super) fn along<M: Simulate + Parameters + Clone>(
     motion: &Motion<'_, M>,
     variables: &[Variable],
     times: &[f64],
     tolerance: f64,
 ) -> Result<Found, SensitivityError> {
+    let n = M::Vector::LEN;
+    let mut least = least(motion, variables);
+    let (found, largest) = follow(motion, variables, times, tolerance, &least, MOST_STEPS)?;
+    let mut again = false;
+    for (half, rows) in [largest.rows(0, n), largest.rows(n, n)].iter().enumerate() {
+        for column in 0..variables.len() {
+            let most = rows.column(column).amax();
+            if most > 0.0 && most < OWN * least[(half, column)] {
+                least[(half, column)] = 0.0;
+                again = true;
+            }
+        }
+    }
+    // Where it was rounding after all, no steps are short enough.
+    let most = AGAIN.0 * found.steps + AGAIN.1;
+    match again.then(|| follow(motion, variables, times, tolerance, &least, most)) {
+        Some(Ok((finer, _))) => Ok(finer),
+        _ => Ok(found),
+    }
+}
+
+/// S, its errors measured at least by `least`, in so many steps; and its largest elements.
+fn follow<M: Simulate + Parameters + Clone>(
+    motion: &Motion<'_, M>,
+    variables: &[Variable],
+    times: &[f64],
+    tolerance: f64,
+    least: &DMatrix<f64>,
+    most_steps: usize,
+) -> Result<(Found, DMatrix<f64>), SensitivityError> {
     refuse_resets(motion)?;
     let knots: Vec<M::State> = motion.steps().collect();
     let parameters = variables.iter().map(|variable| match variable {
@@ -58,7 +93,8 @@ pub(super) fn along<M: Simulate + Parameters + Clone>(
         coarse: Gauss::new(4),
         tolerance,
         sampler: motion.sampler(),
-        least: least(motion, variables),
+        least: least.clone(),
+        most_steps,
         largest: x.map(f64::abs),
         h: first,
         found: Found { changes: Vec::new(), exact: true, steps: 0 },
@@ -88,7 +124,7 @@ pub(super) fn along<M: Simulate + Parameters + Clone>(
         // Errors of steps drift off the constraints; what is kept at times between is off by one step's at most.
         settle(motion.model(), &pair[1], &way.parameters, &mut x)?;
     }
-    Ok(way.found)
+    Ok((way.found, way.largest))
 }
 
 /// A motion with resets has velocities that jump, or inputs.
@@ -137,6 +173,7 @@ struct Way<'a, 'm, M: Simulate> {
     sampler: Sampler<'a, 'm, M>,
     /// What the positions and the velocities of each column are measured by at least, 2×K.
     least: DMatrix<f64>,
+    most_steps: usize,
     /// The largest of each element so far: what errors are measured by.
     largest: DMatrix<f64>,
     h: f64,
@@ -153,7 +190,7 @@ impl<M: Simulate + Parameters + Clone> Way<'_, '_, M> {
             // The last step is not left with a splinter.
             let last = (to - t).abs() <= self.h.abs() * 1.01;
             let h = if last { to - t } else { self.h };
-            if t + 0.01 * h == t && !last || self.found.steps >= MOST_STEPS {
+            if t + 0.01 * h == t && !last || self.found.steps >= self.most_steps {
                 return Err(SensitivityError::StepTooSmall { time: t });
             }
             let (fine, coarse) = (self.at_nodes(t, h, true)?, self.at_nodes(t, h, false)?);

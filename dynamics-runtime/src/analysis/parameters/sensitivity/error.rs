@@ -89,7 +89,7 @@ pub enum SensitivityError {
     Fold {
         /// The coordinate that moves most along it.
         coordinate: &'static str,
-        /// The smallest over the largest singular value of the stiffness.
+        /// The smallest over the largest singular value of the stiffness, free of units.
         ratio: f64,
     },
     /// Small motions are damped, gyroscopic or circulatory: their frequencies are not those of mass and stiffness.
