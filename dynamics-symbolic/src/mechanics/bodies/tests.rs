@@ -133,7 +133,7 @@ fn a_wrong_note_is_not_believed() {
 /// What the recursions do not hold for is left to the general derivation.
 #[test]
 fn what_is_no_tree_of_rotations_is_derived_otherwise() {
-    let changes: [(&str, fn(&mut Model)); 3] = [
+    let changes: [(&str, fn(&mut Model)); 4] = [
         ("steps that move with time", |m| {
             let t = m.graph.symbol(Symbol::Time);
             let Some(Step::Shift(by)) = m.bodies[0].steps.first_mut() else { unreachable!() };
@@ -144,6 +144,11 @@ fn what_is_no_tree_of_rotations_is_derived_otherwise() {
             let two = m.graph.integer(2);
             let Some(Step::Turn { rotation, .. }) = m.bodies[0].steps.last_mut() else { unreachable!() };
             rotation[2][2] = two;
+        }),
+        ("a mirror", |m| {
+            let back = m.graph.integer(-1);
+            let Some(Step::Turn { rotation, .. }) = m.bodies[0].steps.last_mut() else { unreachable!() };
+            rotation[2][2] = back;
         }),
     ];
     for (what, change) in changes {
