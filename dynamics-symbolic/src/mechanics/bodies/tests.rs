@@ -7,6 +7,9 @@ use crate::calculus::total_derivative;
 use crate::graph::{Origin, Symbol, Unary};
 use crate::mechanics::{Coordinate, Energy, EnergyRole};
 
+/// What is changed, by its name.
+type Change = (&'static str, fn(&mut Model));
+
 /// Rotation about a coordinate axis.
 fn rotation(g: &mut Graph, k: usize, angle: NodeId) -> M3 {
     let (i, j) = ((k + 1) % 3, (k + 2) % 3);
@@ -100,11 +103,13 @@ fn a_wrong_note_is_not_believed() {
     let mut written = chain();
     written.bodies.clear();
     let (_, expected, _) = derived(written);
-    let changes: [(&str, fn(&mut Model)); 7] = [
+    let changes: [Change; 7] = [
         ("mass", |m| m.bodies[1].mass = m.bodies[0].mass),
         ("center", |m| m.bodies[2].center.swap(0, 1)),
         ("inertia", |m| m.bodies[0].inertia.swap(0, 2)),
-        ("step left out", |m| drop(m.bodies[2].steps.remove(2))),
+        ("step left out", |m| {
+            m.bodies[2].steps.remove(2);
+        }),
         ("rate", |m| {
             let still = m.graph.zero();
             let Some(Step::Turn { rate, .. }) = m.bodies[2].steps.last_mut() else { unreachable!() };
@@ -133,7 +138,7 @@ fn a_wrong_note_is_not_believed() {
 /// What the recursions do not hold for is left to the general derivation.
 #[test]
 fn what_is_no_tree_of_rotations_is_derived_otherwise() {
-    let changes: [(&str, fn(&mut Model)); 4] = [
+    let changes: [Change; 4] = [
         ("steps that move with time", |m| {
             let t = m.graph.symbol(Symbol::Time);
             let Some(Step::Shift(by)) = m.bodies[0].steps.first_mut() else { unreachable!() };
