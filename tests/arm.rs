@@ -220,3 +220,68 @@ twice!(branches, [a, b, c, d], |s, q| {
     let hand = left.frame(vec3(0.0, 0.0, s.l), Mat3::rotation_y(0.3) * Mat3::rotation_x(q.d - q.c));
     [base, left, right, hand]
 });
+
+// A cam that lifts by the sine of an angle that turns nothing, a stroke by an exponential, and hinges that turn by products.
+twice!(cam, [a, b, c, d], |s, q| {
+    let lifted = Frame::new(vec3(0.0, s.l * q.a.sin(), 0.3 * q.d.exp()), Mat3::rotation_z(q.b * q.c));
+    let first = lifted.frame(vec3(s.l, 0.0, 0.0), Mat3::rotation_x(q.c.powi(2) + q.b));
+    let second = first.frame(vec3(0.0, q.d, s.l), Mat3::rotation_y(s.tilt) * Mat3::rotation_z(q.d));
+    [lifted, first, second, second.frame(s.l * Vec3::X, Mat3::rotation_y(q.a + 0.2 * q.b))]
+});
+
+/// The left wing is the right one, mirrored: its frame is left-handed, and so is one that a parameter makes.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(body, flap, twist)]
+struct Wings {
+    m: f64,
+    center: Vec3<f64>,
+    inertia: Mat3<f64>,
+    mirror: Mat3<f64>,
+}
+
+#[dynamics]
+impl Wings {
+    fn wing(&self, q: &Coordinates<Self>, root: Frame) -> RigidBody {
+        let flapping = root.frame(vec3(0.2, 0.5, 0.1), Mat3::rotation_x(q.flap));
+        RigidBody::new(self.m, self.center, self.inertia, flapping.frame(0.3 * Vec3::Y, Mat3::rotation_y(q.twist)))
+    }
+    fn left(&self, q: &Coordinates<Self>, mirror: Mat3) -> RigidBody {
+        let body = Frame::turned(Mat3::rotation_z(q.body));
+        self.wing(q, body.frame(0.1 * Vec3::X, mirror))
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let said = self.left(q, Mat3::diagonal(Expr::ONE, -Expr::ONE, Expr::ONE)).kinetic_energy();
+        said + self.left(q, self.mirror.into()).kinetic_energy()
+    }
+    #[output]
+    fn spins(&self, q: &Coordinates<Self>) -> [Vec3; 2] {
+        let frame = self.left(q, self.mirror.into()).frame;
+        [frame.angular_velocity(), frame.angular_velocity_in_body()]
+    }
+}
+
+proptest! {
+    /// The jets know nothing of turns: they differentiate the matrices.
+    #[test]
+    fn mirrored_frames_turn_the_other_way(
+        q in proptest::array::uniform3(-1.3..1.3_f64),
+        u in proptest::array::uniform3(-2.0..2.0_f64),
+    ) {
+        let inertia = Mat3::from([[0.5, 0.1, -0.05], [0.1, 0.7, 0.02], [-0.05, 0.02, 0.9]]);
+        let mirror = Mat3::from([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+        let wings = Wings { m: 0.7, center: Vec3::new(0.1, 0.4, -0.1), inertia, mirror };
+        let mut state = wings.state().build().expect("finite");
+        (state.q, state.u) = (q.into(), u.into());
+        let accelerations = wings.accelerations(&state).expect("regular");
+        let jets = Wings::coordinates_with(&state, &accelerations, &[]);
+        let (compiled, seen) = (wings.kinetic_energy(&state), wings.kinetic(&jets).value());
+        prop_assert!((compiled - seen).abs() < 1e-13 * (1.0 + seen), "{compiled} and {seen}");
+        let mut compiled = [f64::NAN; 6];
+        wings.outputs(&state, &mut compiled).expect("regular");
+        let seen = wings.spins(&jets).map(|spin| spin.value().to_array()).concat();
+        for (compiled, seen) in compiled.iter().zip(&seen) {
+            prop_assert!((compiled - seen).abs() < 1e-13, "{compiled} and {seen}");
+        }
+    }
+}

@@ -423,3 +423,38 @@ mod symmetric_top {
         assert!((said - hand).norm() < 1e-13 * hand.norm(), "{said} and {hand}");
     }
 }
+
+/// Parameters without nominal values are guessed where the equations are looked at. A matrix that was guessed is rarely an inertia: the model is not to blame for it.
+mod guessed_inertia {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(e: [_; 4])]
+    struct Thrown {
+        inertia: Mat3<f64>,
+    }
+
+    #[dynamics]
+    impl Thrown {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            EulerParameters::new(q.e).rotation().rotational_energy(self.inertia)
+        }
+        #[holonomic]
+        fn unit(&self, q: &Coordinates<Self>) -> Expr {
+            EulerParameters::new(q.e).norm_constraint()
+        }
+    }
+
+    #[test]
+    fn a_body_needs_no_nominal_values() {
+        let thrown = Thrown { inertia: Mat3::diagonal(1.0, 2.0, 4.0) };
+        // ω = (0, 0.1, 0.2) in the body: ė = ω/2 at e = (1, 0, 0, 0). Euler: ω̇ₓ = (I_y − I_z) ω_y ω_z / I_x, and ë = ω̇/2 across e.
+        let start = thrown.state().e([1.0, 0.0, 0.0, 0.0]).e_rate([0.0, 0.0, 0.05, 0.1]).build().expect("unit");
+        let found = thrown.accelerations(&start).expect("regular");
+        let expected = [-(0.05 * 0.05 + 0.1 * 0.1), (2.0 - 4.0) * 0.1 * 0.2 / 2.0, 0.0, 0.0];
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-15, "{found} and {expected}");
+        }
+    }
+}

@@ -19,7 +19,7 @@ const RUSTC: &[(&str, usize, &str)] = &[
     ("no_impl", 1, "a trait that only the impl block implements; the message has the remedy"),
     ("two_impls", 2, "a module that is made by each block exists twice; the other error is ours, at the second block"),
     ("two_impls_identical", 2, "as of two blocks that differ"),
-    ("two_impls_in_two_modules", 13, "whatever a block implements exists twice; the name of a trait says why"),
+    ("two_impls_in_two_modules", 14, "whatever a block implements exists twice; the name of a trait says why"),
 ];
 
 /// How many errors a case shows where the words are rustc's.

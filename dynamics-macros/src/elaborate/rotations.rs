@@ -426,13 +426,14 @@ impl Elaborator<'_> {
                 None => own,
             };
             sum = self.added(&sum, &own, at)?;
+            let rows = self.proper(turn, at)?;
             before = Some(match before {
                 Some(before) => {
-                    let (left, right) = (Value::Matrix(before), Value::Matrix(turn.rows.clone()));
+                    let (left, right) = (Value::Matrix(before), Value::Matrix(rows));
                     let Value::Matrix(product) = self.arithmetic(Operator::Mul, left, right, at) else { return None };
                     product
                 }
-                None => turn.rows.clone(),
+                None => rows,
             });
         }
         Some(sum)
@@ -442,12 +443,28 @@ impl Elaborator<'_> {
     fn along_the_turns(&mut self, turns: &[Turn], name: &Ident) -> Option<[Scalar; 3]> {
         let at = name.span();
         let mut sum = self.nothing();
-        for turn in turns {
+        for (i, turn) in turns.iter().enumerate() {
             let own = self.own(turn, Components::Body, name)?;
-            let back = self.turned(&Rc::new(transpose(&turn.rows)), &sum, at)?;
+            // Nothing is carried through the first.
+            let back = if i == 0 { turn.rows.clone() } else { self.proper(turn, at)? };
+            let back = self.turned(&Rc::new(transpose(&back)), &sum, at)?;
             sum = self.added(&back, &own, at)?;
         }
         Some(sum)
+    }
+
+    /// What carries angular velocities through a turn: det R · R. A matrix of the model's own may be a mirror, S with S (ω×) Sᵀ = −(Sω)×.
+    fn proper(&mut self, turn: &Turn, at: Span) -> Option<Rc<Rows>> {
+        let m = &turn.rows;
+        if !matches!(turn.by, By::Matrix) {
+            return Some(m.clone());
+        }
+        let Value::Vector(normal) = self.cross(&m[1], &m[2], at) else { return None };
+        let determinant = self.dot(&m[0], &normal, at)?;
+        if self.model.graph.is_one(determinant.node) {
+            return Some(m.clone());
+        }
+        Some(Rc::new(m.each_ref().map(|row| row.each_ref().map(|x| self.product(&determinant, x)))))
     }
 
     /// A turn's own angular velocity, in the components before it or after it.

@@ -81,7 +81,7 @@ impl Elaborator<'_> {
     }
 
     /// v×w; a scalar in the plane.
-    fn cross(&mut self, v: &[Scalar], w: &[Scalar], at: Span) -> Value {
+    pub(super) fn cross(&mut self, v: &[Scalar], w: &[Scalar], at: Span) -> Value {
         let mut component = |i: usize, j: usize| {
             let (a, b) = (self.product(&v[i], &w[j]), self.product(&v[j], &w[i]));
             self.sum(Operator::Sub, &a, &b, at)

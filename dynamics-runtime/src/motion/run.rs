@@ -329,7 +329,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let Some((part, shortened)) = plant.upkeep.drift_decides(plant.model, &state, step.h)? else { return Ok(()) };
         let Weakness { condition, rows, coordinates } = weakness(plant.model, &state);
         // Plain drift of constraints that are far from losing rank has a limit of its own.
-        if condition < WEAK && part < TURNED {
+        if condition < WEAK && (part < TURNED || shortened < WEAK) {
             return Ok(());
         }
         let condition = math::max(condition, shortened);

@@ -154,15 +154,19 @@ fn is_plain(g: &mut Graph, body: &Body) -> bool {
         })
 }
 
-/// Whether RᵀR = 1, whatever the coordinates are.
+/// Whether RᵀR = 1 and det R = 1, whatever the coordinates are.
 fn is_rotation(g: &mut Graph, rotation: &M3) -> bool {
     let columns = transposed(rotation);
-    (0..3).all(|i| {
-        (0..3).all(|j| {
-            let product = dot(g, &columns[i], &columns[j]);
-            if i == j { g.is_one(product) } else { g.is_zero(product) }
+    let across = cross(g, &columns[0], &columns[1]);
+    let determinant = dot(g, &across, &columns[2]);
+    // Mirrors carry angular velocities otherwise.
+    g.is_one(determinant)
+        && (0..3).all(|i| {
+            (0..3).all(|j| {
+                let product = dot(g, &columns[i], &columns[j]);
+                if i == j { g.is_one(product) } else { g.is_zero(product) }
+            })
         })
-    })
 }
 
 /// A sum without some of its terms. Those that stand in it are left out; others are subtracted.

@@ -6,7 +6,8 @@
 use crate::check::Finding;
 use crate::check::inertia::{involved, named};
 use crate::check::modular::{combination, integers, null_space};
-use crate::graph::{Fingerprint, NodeId, Sampler};
+use crate::check::unused::Reads;
+use crate::graph::{Fingerprint, NodeId, Sampler, Symbol};
 use crate::mechanics::{ConstraintEquations, EnergyRole, Equations, Model};
 
 use super::analysis::Analysis;
@@ -111,9 +112,32 @@ fn where_they_hold(
     if all.iter().all(|(ratio, _)| ratio.abs() < ABSENT) {
         found.push(Finding::Constraint(ConstraintFinding::FreeWithoutInertia { direction, origins }));
     } else if !direct && all.iter().all(|(ratio, _)| *ratio < -ABSENT) {
-        let nominal = analysis.looked_at == super::LookedAt::Nominal;
-        found.push(Finding::NegativeInertia { direction, nominal, origins });
+        let nominal = is_given(model, equations);
+        if nominal || has_negative_element(model, equations, &analysis.samples, &moves) {
+            found.push(Finding::NegativeInertia { direction, nominal, origins });
+        }
     }
+}
+
+/// Whether there are nominal values of all parameters that M reads. Others are guessed, and what was guessed of an inertia matrix is rarely one of a body.
+fn is_given(model: &Model, equations: &Equations) -> bool {
+    let mass: Vec<NodeId> = equations.mass_matrix.iter().flatten().copied().collect();
+    let reads = Reads::of(model, &mass);
+    let given = |i: u32| model.nominal.iter().any(|(p, _)| *p == i);
+    (0..model.parameters.len() as u32).all(|i| given(i) || !reads.symbol(Symbol::Parameter(i)))
+}
+
+/// Times that parameters are guessed.
+const GUESSES: u64 = 8;
+
+/// Whether one of the coordinates that move has a negative element on the diagonal of M, however positive parameters are guessed: then a sign is wrong.
+fn has_negative_element(model: &Model, equations: &Equations, samples: &[Sample], moves: &[bool]) -> bool {
+    let diagonal: Vec<NodeId> = equations.mass_matrix.iter().enumerate().map(|(i, row)| row[i]).collect();
+    let guesses = samples.iter().flat_map(|sample| {
+        (0..GUESSES).map(|attempt| Sample { parameters: Sample::parameters(model, attempt), ..sample.clone() })
+    });
+    let all: Vec<Vec<f64>> = guesses.map(|guess| evaluate(&model.graph, &guess, &diagonal)).collect();
+    (0..moves.len()).any(|i| moves[i] && all.iter().all(|values| values[i] < 0.0))
 }
 
 /// Inertia that is none, relative to the largest.

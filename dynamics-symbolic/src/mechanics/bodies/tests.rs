@@ -7,7 +7,7 @@ use crate::calculus::total_derivative;
 use crate::graph::{Origin, Symbol, Unary};
 use crate::mechanics::{Coordinate, Energy, EnergyRole};
 
-/// What is noted wrongly, and how.
+/// What is changed, by its name.
 type Change = (&'static str, fn(&mut Model));
 
 /// Rotation about a coordinate axis.
@@ -138,7 +138,7 @@ fn a_wrong_note_is_not_believed() {
 /// What the recursions do not hold for is left to the general derivation.
 #[test]
 fn what_is_no_tree_of_rotations_is_derived_otherwise() {
-    let changes: [Change; 3] = [
+    let changes: [Change; 4] = [
         ("steps that move with time", |m| {
             let t = m.graph.symbol(Symbol::Time);
             let Some(Step::Shift(by)) = m.bodies[0].steps.first_mut() else { unreachable!() };
@@ -149,6 +149,11 @@ fn what_is_no_tree_of_rotations_is_derived_otherwise() {
             let two = m.graph.integer(2);
             let Some(Step::Turn { rotation, .. }) = m.bodies[0].steps.last_mut() else { unreachable!() };
             rotation[2][2] = two;
+        }),
+        ("a mirror", |m| {
+            let back = m.graph.integer(-1);
+            let Some(Step::Turn { rotation, .. }) = m.bodies[0].steps.last_mut() else { unreachable!() };
+            rotation[2][2] = back;
         }),
     ];
     for (what, change) in changes {
