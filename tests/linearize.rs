@@ -18,7 +18,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use parallelogram::Parallelogram;
 use turned_hoop::TurnedHoop;
 use two_bars::TwoBars;
-use ziegler::Column;
+use ziegler::Ziegler;
 
 /// A bob on a massless rod: in an angle, and in the plane with a constraint.
 mod pendulum {
@@ -269,7 +269,7 @@ fn a_chain_of_masses() {
 #[test]
 fn a_follower_force() {
     let at = |p: f64, c: f64| {
-        let model = Column { m: 1.0, l: 1.0, k: 1.0, c, p };
+        let model = Ziegler { follows: 1.0, m: 1.0, l: 1.0, k: 1.0, c, p };
         model.linearize(&model.state().build().unwrap()).unwrap()
     };
     let linear = at(1.3, 0.0);

@@ -12,6 +12,7 @@ mod continuation;
 mod equilibria;
 mod ladder;
 mod linearize;
+mod numbers;
 mod page;
 mod parameters;
 mod periodic;

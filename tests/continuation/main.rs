@@ -1,13 +1,22 @@
 //! Branches of equilibria of derived models against closed forms and other coordinates: folds, branch points, flutter, and what is said where a branch ends.
 
 mod ends;
+#[path = "../models/free_hoop.rs"]
+mod free_hoop;
+#[path = "../models/hencky.rs"]
+mod hencky;
 mod meeting;
 mod models;
 mod scales;
+#[path = "../models/turned_hoop.rs"]
+mod turned_hoop;
+#[path = "../models/ziegler.rs"]
+mod ziegler;
 
 use dynamics::analysis::{BranchEnd, Stays};
 use dynamics::prelude::*;
 use models::*;
+use turned_hoop::TurnedHoop;
 
 /// At which load the truss has its apex at z.
 fn load_at(z: f64) -> f64 {
@@ -160,7 +169,7 @@ fn tables_and_words() {
         assert!(svg.contains(name), "{name}");
     }
     // Branches of one stability are one series, with gaps between: nothing joins the end of one to the beginning of the next.
-    let family = |speed: f64| Hoop { m: 0.1, g: 9.81, radius: 0.5, speed };
+    let family = |speed: f64| TurnedHoop { m: 0.1, g: 9.81, radius: 0.5, speed, drag: 0.0 };
     let start = family(0.0).state().build().unwrap();
     let diagram = continuation(family).from(&start, 0.0).until(0.0..=10.0).branches(3).unwrap();
     let svg = Chart::from(diagram.panel("θ in rad", |state| state.theta())).to_svg();

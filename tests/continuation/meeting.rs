@@ -2,6 +2,9 @@
 
 use dynamics::analysis::{Branch, SpecialKind};
 
+use super::free_hoop::FreeHoop;
+use super::hencky::Hencky;
+use super::ziegler::Ziegler;
 use super::*;
 
 fn kinds<S: dynamics::model::ModelState>(branch: &Branch<S>) -> Vec<SpecialKind> {
@@ -14,7 +17,7 @@ const SUBCRITICAL: SpecialKind = SpecialKind::Pitchfork { supercritical: false }
 #[test]
 fn a_hoop_has_a_pitchfork() {
     let (g, radius) = (9.81, 0.5_f64);
-    let family = |speed: f64| Hoop { m: 0.1, g, radius, speed };
+    let family = |speed: f64| TurnedHoop { m: 0.1, g, radius, speed, drag: 0.0 };
     let start = family(0.0).state().build().unwrap();
     let turned = continuation(family).from(&start, 0.0).until(0.0..=10.0);
     let diagram = turned.branches(9).unwrap();
@@ -40,7 +43,7 @@ fn a_hoop_has_a_pitchfork() {
 
 #[test]
 fn henckys_chain_buckles_five_times() {
-    let family = |p: f64| Chain { m: 1.0, l: 1.0, k: 1.0, p };
+    let family = |p: f64| Hencky { m: 1.0, l: 1.0, k: 1.0, p };
     let start = family(0.0).state().build().unwrap();
     // Steps that pass two and more loads at once lose none.
     for longest in [0.02, 0.05, 1.0] {
@@ -225,7 +228,7 @@ fn steps_do_not_cut_the_corner_that_an_imperfection_leaves() {
 #[test]
 fn a_steady_motion_has_a_pitchfork_too() {
     // At the same speed of the hoop, over g: R ω².
-    let family = |g: f64| Free { m: 0.1, g, radius: 0.5, inertia: 0.01 };
+    let family = |g: f64| FreeHoop { m: 0.1, g, radius: 0.5, inertia: 0.01 };
     let start = family(12.0).state().phi_rate(4.0).build().unwrap();
     let hoop = continuation(family).from(&start, 12.0).until(1.0..=12.0);
     let diagram = hoop.branches(5).unwrap();

@@ -100,116 +100,9 @@ impl SnapBack {
     }
 }
 
-/// Rigid links with springs between them, clamped at the foot, under a dead load; H. Hencky, Der Eisenbau 11 (1920) 437.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(theta: [rad; 5])]
-#[units(m: kg, l: m, k: N * m, p: N)]
-pub(crate) struct Chain {
-    pub(crate) m: f64,
-    pub(crate) l: f64,
-    pub(crate) k: f64,
-    pub(crate) p: f64,
-}
-#[dynamics]
-impl Chain {
-    fn end(&self, q: &Coordinates<Self>, links: usize) -> Vec2 {
-        let mut place = vec2(Expr::ZERO, Expr::ZERO);
-        for i in 0..links {
-            place += self.l * vec2(q.theta[i].sin(), q.theta[i].cos());
-        }
-        place
-    }
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        let mut sum = Expr::ZERO;
-        for i in 0..5 {
-            sum += 0.5 * self.m * self.end(q, i + 1).dt().norm_squared();
-        }
-        sum
-    }
-    #[potential]
-    fn springs(&self, q: &Coordinates<Self>) -> Expr {
-        let mut sum = 0.5 * self.k * q.theta[0].powi(2);
-        for i in 1..5 {
-            sum += 0.5 * self.k * (q.theta[i] - q.theta[i - 1]).powi(2);
-        }
-        sum
-    }
-    #[force]
-    fn load(&self, q: &Coordinates<Self>) -> Force {
-        Force::at(self.end(q, 5), vec2(0.0, -self.p))
-    }
-}
 /// (4k/l) sin²((2j−1)π/22).
 pub(crate) fn hencky(j: usize) -> f64 {
     4.0 * ((2 * j - 1) as f64 * std::f64::consts::PI / 22.0).sin().powi(2)
-}
-
-/// A bead on a hoop that is turned at a given speed.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(theta: rad)]
-#[units(m: kg, g: m / s^2, radius: m, speed: rad / s)]
-pub(crate) struct Hoop {
-    pub(crate) m: f64,
-    pub(crate) g: f64,
-    pub(crate) radius: f64,
-    pub(crate) speed: f64,
-}
-#[dynamics]
-impl Hoop {
-    fn bead(&self, q: &Coordinates<Self>) -> Vec3 {
-        let angle = self.speed * q.t;
-        let out = self.radius * q.theta.sin();
-        vec3(out * angle.cos(), out * angle.sin(), -self.radius * q.theta.cos())
-    }
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.m * self.bead(q).dt().norm_squared()
-    }
-    #[potential]
-    fn weight(&self, q: &Coordinates<Self>) -> Expr {
-        self.m * self.g * self.bead(q).z
-    }
-}
-
-/// A double pendulum under a force that follows its second link; H. Ziegler, Ing.-Archiv 20 (1952) 49.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(phi: [rad; 2])]
-#[units(m: kg, l: m, k: N * m, c: N * m * s, p: N, follows: 1)]
-pub(crate) struct Ziegler {
-    /// The part of the last link's angle that the force follows.
-    pub(crate) follows: f64,
-    pub(crate) m: f64,
-    pub(crate) l: f64,
-    pub(crate) k: f64,
-    pub(crate) c: f64,
-    pub(crate) p: f64,
-}
-#[dynamics]
-impl Ziegler {
-    fn joints(&self, q: &Coordinates<Self>) -> [Vec2; 2] {
-        let first = self.l * vec2(q.phi[0].cos(), q.phi[0].sin());
-        [first, first + self.l * vec2(q.phi[1].cos(), q.phi[1].sin())]
-    }
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        let [a, b] = self.joints(q);
-        self.m * a.dt().norm_squared() + 0.5 * self.m * b.dt().norm_squared()
-    }
-    #[potential]
-    fn springs(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.k * (q.phi[0].powi(2) + (q.phi[1] - q.phi[0]).powi(2))
-    }
-    #[dissipation]
-    fn dampers(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.c * (q.phi[0].dt().powi(2) + (q.phi[1] - q.phi[0]).dt().powi(2))
-    }
-    #[force]
-    fn follower(&self, q: &Coordinates<Self>) -> Force {
-        let [_, end] = self.joints(q);
-        let angle = self.follows * q.phi[1];
-        Force::at(end, -self.p * vec2(angle.cos(), angle.sin()))
-    }
 }
 
 /// A rigid bar upright on a hinge, held at its head by a level spring, `offset` (as a part of its length) out of the upright when nothing pulls; Z. P. Bažant & L. Cedolin, *Stability
@@ -339,32 +232,6 @@ impl Bead {
     #[holonomic]
     fn hoop(&self, q: &Coordinates<Self>) -> Expr {
         0.5 * (q.x.powi(2) + q.z.powi(2) - self.radius.powi(2))
-    }
-}
-
-/// The bead on a hoop that turns freely: a steady motion, whose angle counts for nothing.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(theta: rad, phi: rad)]
-#[units(m: kg, g: m / s^2, radius: m, inertia: kg * m^2)]
-pub(crate) struct Free {
-    pub(crate) m: f64,
-    pub(crate) g: f64,
-    pub(crate) radius: f64,
-    pub(crate) inertia: f64,
-}
-#[dynamics]
-impl Free {
-    fn bead(&self, q: &Coordinates<Self>) -> Vec3 {
-        let out = self.radius * q.theta.sin();
-        vec3(out * q.phi.cos(), out * q.phi.sin(), -self.radius * q.theta.cos())
-    }
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.m * self.bead(q).dt().norm_squared() + 0.5 * self.inertia * q.phi.dt().powi(2)
-    }
-    #[potential]
-    fn weight(&self, q: &Coordinates<Self>) -> Expr {
-        self.m * self.g * self.bead(q).z
     }
 }
 

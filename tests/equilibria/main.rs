@@ -1,6 +1,10 @@
 //! Equilibria of derived models: all of them, once each, against closed forms and other coordinates; where there is none, the error says so.
 
+#[path = "../models/free_hoop.rs"]
+mod free_hoop;
 mod hard;
+#[path = "../models/hencky.rs"]
+mod hencky;
 #[path = "../models/parallelogram.rs"]
 mod parallelogram;
 mod stability;
@@ -14,6 +18,7 @@ mod ziegler;
 use std::f64::consts::PI;
 
 use dynamics::prelude::*;
+use free_hoop::FreeHoop;
 use turned_hoop::TurnedHoop;
 
 /// Two bobs on rods, in angles and in the plane, one rod twice.
@@ -234,36 +239,6 @@ fn a_truss_up_to_its_limit_load_and_beyond() {
     assert!((load_at(hanging.state.z()) - 1.01 * limit).abs() < 1e-15, "{hanging}");
 }
 
-/// A bead on a hoop that turns by itself.
-mod hoop {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(theta: rad, phi: rad)]
-    #[units(m: kg, g: m / s^2, radius: m, inertia: kg * m^2)]
-    pub(super) struct Free {
-        pub(super) m: f64,
-        pub(super) g: f64,
-        pub(super) radius: f64,
-        pub(super) inertia: f64,
-    }
-    #[dynamics]
-    impl Free {
-        fn bead(&self, q: &Coordinates<Self>) -> Vec3 {
-            let out = self.radius * q.theta.sin();
-            vec3(out * q.phi.cos(), out * q.phi.sin(), -self.radius * q.theta.cos())
-        }
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.m * self.bead(q).dt().norm_squared() + 0.5 * self.inertia * q.phi.dt().powi(2)
-        }
-        #[potential]
-        fn weight(&self, q: &Coordinates<Self>) -> Expr {
-            self.m * self.g * self.bead(q).z
-        }
-    }
-}
-
 #[test]
 fn a_bead_on_both_sides_of_the_pitchfork() {
     let (m, g, radius) = (0.1, 9.81, 0.5);
@@ -279,7 +254,7 @@ fn a_bead_on_both_sides_of_the_pitchfork() {
         }
     }
     // As a steady motion of the hoop that turns by itself: the speed is given.
-    let model = hoop::Free { m, g, radius, inertia: 0.02 };
+    let model = FreeHoop { m, g, radius, inertia: 0.02 };
     let one = model.steady(&model.state().theta(0.7).phi_rate(6.0).build().unwrap()).unwrap();
     assert!((one.state.theta() - 0.994_407_212_058_699_5).abs() < 1e-15 && one.state.phi_rate() == 6.0, "{one}");
     // What has a velocity that others depend on is not steady.

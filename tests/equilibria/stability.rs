@@ -4,9 +4,11 @@ use std::f64::consts::PI;
 
 use dynamics::prelude::*;
 
+use super::free_hoop::FreeHoop;
+use super::hencky::Hencky;
 use super::turned_hoop::TurnedHoop;
-use super::ziegler::Column;
-use super::{hoop, pendulum, plane, truss};
+use super::ziegler::Ziegler;
+use super::{pendulum, plane, truss};
 
 fn verdict<M: Constraints + Powers>(model: &M, state: &M::State) -> StabilityVerdict {
     model.stability(state).unwrap().verdict
@@ -82,7 +84,7 @@ fn a_bead_on_a_hoop() {
     let StabilityVerdict::Divergence { growth, .. } = driven(6.0, 0.0).verdict else { panic!("it leaves") };
     assert!((growth - 4.047_221_268_969_612).abs() < 1e-14, "{growth}");
     // The hoop that turns by itself keeps its angular momentum: the bead's weight in it stiffens what is left (Routh).
-    let model = hoop::Free { m, g, radius, inertia: 0.02 };
+    let model = FreeHoop { m, g, radius, inertia: 0.02 };
     let one = model.steady(&model.state().theta(0.7).phi_rate(6.0).build().unwrap()).unwrap();
     let judged = model.stability(&one.state).unwrap();
     let (s, c) = one.state.theta().sin_cos();
@@ -95,7 +97,7 @@ fn a_bead_on_a_hoop() {
 #[test]
 fn zieglers_column_with_and_without_damping() {
     let at = |p: f64, c: f64| {
-        let model = Column { m: 1.0, l: 1.0, k: 1.0, c, p };
+        let model = Ziegler { follows: 1.0, m: 1.0, l: 1.0, k: 1.0, c, p };
         verdict(&model, &model.state().build().unwrap())
     };
     // Undamped: swings below, flutter above, and in between two frequencies that meet. No potential: Dirichlet says nothing of it.
@@ -243,54 +245,9 @@ fn lagrange_points() {
     );
 }
 
-/// Rigid links with springs between them, clamped at the foot, under a dead load; H. Hencky, Der Eisenbau 11 (1920) 437.
-mod chain {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(theta: [rad; 5])]
-    #[units(m: kg, l: m, k: N * m, p: N)]
-    pub(super) struct Chain {
-        pub(super) m: f64,
-        pub(super) l: f64,
-        pub(super) k: f64,
-        pub(super) p: f64,
-    }
-    #[dynamics]
-    impl Chain {
-        fn end(&self, q: &Coordinates<Self>, links: usize) -> Vec2 {
-            let mut place = vec2(Expr::ZERO, Expr::ZERO);
-            for i in 0..links {
-                place += self.l * vec2(q.theta[i].sin(), q.theta[i].cos());
-            }
-            place
-        }
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            let mut sum = Expr::ZERO;
-            for i in 0..5 {
-                sum += 0.5 * self.m * self.end(q, i + 1).dt().norm_squared();
-            }
-            sum
-        }
-        #[potential]
-        fn springs(&self, q: &Coordinates<Self>) -> Expr {
-            let mut sum = 0.5 * self.k * q.theta[0].powi(2);
-            for i in 1..5 {
-                sum += 0.5 * self.k * (q.theta[i] - q.theta[i - 1]).powi(2);
-            }
-            sum
-        }
-        #[force]
-        fn load(&self, q: &Coordinates<Self>) -> Force {
-            Force::at(self.end(q, 5), vec2(0.0, -self.p))
-        }
-    }
-}
-
 #[test]
 fn henckys_chain_buckles() {
-    let model = |p: f64| chain::Chain { m: 1.0, l: 1.0, k: 1.0, p };
+    let model = |p: f64| Hencky { m: 1.0, l: 1.0, k: 1.0, p };
     let critical = |j: u32| 4.0 * (f64::from(2 * j - 1) * PI / 22.0).sin().powi(2);
     assert!((critical(1) - 0.081_014_052_771_005_2).abs() < 1e-16);
     let straight = |p: f64| {
@@ -324,8 +281,7 @@ fn henckys_chain_buckles() {
         assert!(small.len() >= count && stable == 2, "{found}");
         // What leans to one side leans to the other.
         for (one, _) in &small {
-            let mirror =
-                |other: &Equilibrium<_>| (one.state.q() + State::<chain::Chain>::q(&other.state)).amax() < 1e-9;
+            let mirror = |other: &Equilibrium<_>| (one.state.q() + State::<Hencky>::q(&other.state)).amax() < 1e-9;
             assert!(small.iter().any(|(other, _)| mirror(other)), "{one}\n{found}");
         }
     }

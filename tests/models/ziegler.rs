@@ -1,11 +1,13 @@
-//! A double pendulum under a force that follows its second link; H. Ziegler, Ing.-Archiv 20 (1952) 49.
+//! A double pendulum under a force that follows its second link, or a part of its angle; H. Ziegler, Ing.-Archiv 20 (1952) 49.
 
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(phi: [rad; 2])]
-#[units(m: kg, l: m, k: N * m, c: N * m * s, p: N)]
-pub(crate) struct Column {
+#[units(m: kg, l: m, k: N * m, c: N * m * s, p: N, follows: 1)]
+pub(crate) struct Ziegler {
+    /// The part of the last link's angle that the force follows.
+    pub(crate) follows: f64,
     pub(crate) m: f64,
     pub(crate) l: f64,
     pub(crate) k: f64,
@@ -14,7 +16,7 @@ pub(crate) struct Column {
 }
 
 #[dynamics]
-impl Column {
+impl Ziegler {
     fn joints(&self, q: &Coordinates<Self>) -> [Vec2; 2] {
         let first = self.l * vec2(q.phi[0].cos(), q.phi[0].sin());
         [first, first + self.l * vec2(q.phi[1].cos(), q.phi[1].sin())]
@@ -35,6 +37,7 @@ impl Column {
     #[force]
     fn follower(&self, q: &Coordinates<Self>) -> Force {
         let [_, end] = self.joints(q);
-        Force::at(end, -self.p * vec2(q.phi[1].cos(), q.phi[1].sin()))
+        let angle = self.follows * q.phi[1];
+        Force::at(end, -self.p * vec2(angle.cos(), angle.sin()))
     }
 }

@@ -8,6 +8,7 @@ use core::fmt;
 
 use super::statics::scales;
 use super::{Asked, Equilibrium, EquilibriumError, find};
+use crate::analysis::numbers::Numbers;
 use crate::constrain::assemble::{at_time, positions_of};
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
@@ -256,21 +257,4 @@ pub(in crate::analysis) fn periodic<M: Constraints>(model: &M, around: &M::State
         }
     }
     found
-}
-
-/// Random numbers: splitmix64 (G. L. Steele, D. Lea & C. H. Flood, OOPSLA 2014).
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn within(&mut self, [from, to]: [f64; 2]) -> f64 {
-        from + (to - from) * ((self.next() >> 11) as f64 / (1_u64 << 53) as f64)
-    }
 }

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::parallel::ordered;
 use super::{Fit, FitError, Problem};
+use crate::analysis::numbers::Numbers;
 use crate::model::Parameters;
 use crate::motion::Simulate;
 
@@ -81,7 +82,7 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
         (total as f64 / fit.freedom.max(1) as f64).sqrt()
     };
     let one = |index: usize| {
-        let mut numbers = Numbers(seed ^ (index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let mut numbers = Numbers(seed ^ (index as u64).wrapping_mul(Numbers::STEP));
         let mut series = problem.series.clone();
         for (series, left) in series.iter_mut().zip(&fit.residuals) {
             let mean = left.points.iter().map(|(_, r)| r).sum::<f64>() / left.points.len() as f64;
@@ -107,21 +108,4 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
     };
     let samples = ordered(count, None, false, one).map_err(FitError::Threads)?;
     Ok(Resampled { names: fit.found.iter().map(|fitted| fitted.name.clone()).collect(), samples })
-}
-
-/// G. L. Steele, D. Lea & C. H. Flood, *Fast Splittable Pseudorandom Number Generators*, OOPSLA 2014 (SplitMix64).
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        ((u128::from(self.next()) * count as u128) >> 64) as usize
-    }
 }

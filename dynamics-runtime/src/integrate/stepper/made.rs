@@ -1,0 +1,142 @@
+//! What becomes of steps that were made: they end at events, are taken back, left by another state, or made once more.
+
+use super::super::tableau::zip;
+use super::super::{Controller, Knot, Phase, Scheme, System, Tolerances};
+use super::{Step, StepError, Stepper, Trial, start_accelerations};
+use crate::model::Vector;
+
+/// Ends that are apart by no more permitted errors are the same.
+const SAME: f64 = 1.0;
+
+impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
+    /// The step just made, again with another size (not longer): ends it exactly at an event. The stepper stands there then.
+    pub fn shorten<Y: System<V>>(
+        &mut self,
+        system: &mut Y,
+        step: &Step<V>,
+        end_t: f64,
+    ) -> Result<Step<V>, StepError<Y::Error>> {
+        self.now = step.start;
+        self.origin = (end_t, 0);
+        let h = end_t - step.start.t;
+        self.scheme.retrace(step, h / step.h);
+        match self.try_step(system, end_t, h) {
+            Ok(Trial { start, end, kept, .. }) => {
+                self.now = end;
+                Ok(Step { start, end, h, kept })
+            }
+            Err(failure) => Err(self.give_up(failure, h)),
+        }
+    }
+
+    /// Takes the step just made back.
+    pub fn undo(&mut self, step: &Step<V>) {
+        self.now = step.start;
+        self.origin = (step.start.t, 0);
+        self.accepted -= 1;
+        self.scheme.forget();
+    }
+
+    /// Has the next step, of fixed size, end where a branch of the accelerations changes: instead of the one just made, if there is one.
+    pub fn end_at_branch(&mut self, made: Option<&Step<V>>) {
+        if let Some(step) = made {
+            self.undo(step);
+        }
+        self.landing.ask();
+    }
+
+    /// Goes on from another state, after a discontinuity. The step size is kept, the controller's memory is not. What is A-stable would step over what dies out fast after it, and
+    /// know nothing of what happens there: its step is chosen as at a start, in direction of `limit`, where that is shorter.
+    pub fn restart<Y: System<V>>(
+        &mut self,
+        system: &mut Y,
+        t: f64,
+        y: Phase<V>,
+        limit: f64,
+    ) -> Result<(), StepError<Y::Error>> {
+        let a = start_accelerations(system, t, &y)?;
+        self.now = Knot { t, y, a };
+        self.scheme.forget();
+        self.origin = (t, 0);
+        self.control.iter_mut().for_each(Controller::restart);
+        if S::STABILITY_BORDER.is_infinite() && self.options.fixed.is_none() {
+            self.h = self.h.min(self.first_step(system, limit));
+        }
+        Ok(())
+    }
+
+    /// The interpolant of the step just made.
+    pub fn dense<Y: System<V>>(&mut self, system: &mut Y, step: &Step<V>) -> Result<S::Dense, Y::Error> {
+        // The first stage may be the step's own: see `System::attempting`.
+        let start = Knot { a: self.scheme.stages()[0].u, ..step.start };
+        system.hold_stages(step.kept.stages, &self.options.tolerances);
+        self.scheme.dense(system, &start, &step.end, step.h)
+    }
+
+    /// Makes a recorded step once more, for its interpolant; `None` where it would end elsewhere now: iterations may end at another solution of their
+    /// equations, or at none.
+    pub fn again<Y: System<V>>(
+        scheme: &mut S,
+        system: &mut Y,
+        step: &Step<V>,
+        tolerances: &Tolerances,
+    ) -> Result<Option<S::Dense>, Y::Error> {
+        let mut start = step.start;
+        system.hold_stages(step.kept.stages, tolerances);
+        system.hold_branches(&mut start, step.h, step.kept.branches)?;
+        system.attempting(&mut start, step.h)?;
+        let mut end = step.end;
+        if step.kept.branches {
+            // The step that follows may have found others there.
+            end.a = system.accelerations(end.t, &end.y.q, &end.y.u)?;
+        }
+        if let Some(dense) = scheme.by_ends(system, &start, &end, step.h, tolerances)? {
+            return Ok(Some(dense));
+        }
+        let strays = scheme.retrace(&Step { start, end, ..*step }, 1.0);
+        let (found, _) = scheme.attempt(system, &start, step.h, tolerances)?;
+        if strays && !(scheme.converged() && Self::ends_there(system, step, found, tolerances)?) {
+            return Ok(None);
+        }
+        let dense = scheme.dense(system, &start, &end, step.h)?;
+        // The step after it may be made again, too.
+        scheme.accepted(step);
+        Ok(Some(dense))
+    }
+
+    /// Whether a step that was made once more ends where it did.
+    fn ends_there<Y: System<V>>(
+        system: &mut Y,
+        step: &Step<V>,
+        mut end: Phase<V>,
+        tolerances: &Tolerances,
+    ) -> Result<bool, Y::Error> {
+        let Step { start, end: Knot { t, y, .. }, .. } = step;
+        let apart = |end: &Phase<V>| tolerances.norm(&zip(end, y, |found, known| found - known), &start.y, y);
+        if apart(&end) > SAME && system.settles() {
+            system.settle(*t, &mut end, tolerances)?;
+        }
+        Ok(apart(&end) <= SAME)
+    }
+
+    /// The end of a step with this start, size and upkeep, settled, and its error, 1 where it is just permitted; `None` where its equations are not solved.
+    pub fn end_of<Y: System<V>>(
+        scheme: &mut S,
+        system: &mut Y,
+        step: &Step<V>,
+        tolerances: &Tolerances,
+    ) -> Result<Option<(Phase<V>, f64)>, Y::Error> {
+        let mut start = step.start;
+        system.hold_stages(step.kept.stages, tolerances);
+        system.hold_branches(&mut start, step.h, step.kept.branches)?;
+        system.attempting(&mut start, step.h)?;
+        let (mut end, error) = scheme.attempt(system, &start, step.h, tolerances)?;
+        if !(scheme.converged() && end.is_finite() && error.is_finite()) {
+            return Ok(None);
+        }
+        if system.settles() {
+            system.settle(start.t + step.h, &mut end, tolerances)?;
+        }
+        Ok(Some((end, error)))
+    }
+}
