@@ -85,7 +85,9 @@ fn motions_pass_or_say_that_drift_decides() {
             }
         }
     }
-    assert!(passed >= 96 && refused > 50, "{passed} {refused}");
+    // Of 96 runs that may not drift all pass, of 144 others some.
+    println!("{passed} passed, {refused} refused");
+    assert!(passed > 96 && refused > 50, "{passed} {refused}");
 }
 
 /// Driven, it ends there; the error says what it is and what to do.

@@ -228,7 +228,7 @@ impl<V: Vector> Radau5<V> {
         (enough, staged): (f64, bool),
     ) -> Result<Newton, S::Error> {
         let mut w = combine(&T_INVERSE, &self.z);
-        self.factor = if staged { 1.0 } else { math::powf(self.factor.max(f64::EPSILON), 0.8) };
+        self.factor = 1.0;
         if !(if staged { self.factor_filter(h) } else { self.factor_transformed(h) }) {
             return Ok(Newton::Slow);
         }
@@ -258,13 +258,11 @@ impl<V: Vector> Radau5<V> {
                 self.rate = if iteration == 2 { rate } else { math::sqrt(rate * rate_before) };
                 rate_before = rate;
                 renew = staged && rate > SLOW;
-                // Corrections that are both no more than may be left are rounding, of which nothing converges: that of stiff forces.
-                let settled = size.max(before) <= enough;
-                if settled {
-                    self.factor = 1.0;
-                } else if self.rate >= 0.99 {
+                if self.rate >= 0.99 {
+                    // Corrections that do not get smaller, and are no more than may be left, are the rounding of stiff forces.
+                    let rounding = size.max(before) <= enough;
                     // What Newton's method itself does in the beginning says little.
-                    if !staged || size > 1e3 * first {
+                    if !rounding && (!staged || size > 1e3 * first) {
                         return Ok(Newton::Slow);
                     }
                     self.factor = 1.0;
@@ -553,7 +551,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
     }
 
     /// The quintic, where it solves the equations of the stages to within what is permitted: with r = q̈(θ) − a there, its u differs from that of the stages by h A r, what is
-    /// stiff by less, and the rows of |A| sum to 0.7 at most.
+    /// stiff by less; r is 0 at the end, and of the other columns the first two rows of |A| sum to 0.7 at most.
     fn by_ends<S: System<V>>(
         &mut self,
         system: &mut S,

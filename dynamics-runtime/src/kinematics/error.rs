@@ -92,7 +92,7 @@ impl From<SolveError> for KinematicsErrorKind {
 }
 
 /// What is missed by no more is fulfilled, and something else is the cause.
-const FULFILLED: f64 = 1e-9;
+const FULFILLED: f64 = 1e-14;
 
 impl fmt::Display for KinematicsErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

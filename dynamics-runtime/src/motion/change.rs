@@ -298,8 +298,8 @@ impl<'c, M: Simulate> Change<'c, M> {
     pub(super) fn meet(&mut self, constraint: &'static Constraint) {
         self.attempt(|change| {
             if let Some((row, residual)) = change.far(constraint, CONSISTENT) {
-                // Only in a corner a gap jumps.
-                if M::KINKS > 0 {
+                // Only in a corner a gap jumps: where it is another one on the other branch.
+                if edges::jumps(change.model, change.state, constraint.first, residual) {
                     return Err(ChangeError::ContactJumps { row, residual });
                 }
                 change.lift(constraint)?;

@@ -42,3 +42,21 @@ pub(super) fn is_hit<M: Simulate>(
         norm(other.as_slice()) > BENT * length
     })
 }
+
+/// Part of the gap beside it by which the gap on another branch differs, where it jumps.
+const JUMPS: f64 = 0.5;
+
+/// Whether a gap may have jumped to where it is: one of the branches of the model makes another gap.
+pub(super) fn jumps<M: Simulate>(model: &M, state: &M::State, row: usize, gap: f64) -> bool {
+    (0..M::KINKS).any(|i| {
+        let on = |below: bool| {
+            let (mut branches, mut state) = (Branches::FREE, *state);
+            branches.hold(i, below);
+            state.hold(branches);
+            model.residual(&state)[row]
+        };
+        // What is not a number on a branch tells nothing.
+        let same = (on(true) - on(false)).abs() <= JUMPS * gap.abs();
+        !same
+    })
+}

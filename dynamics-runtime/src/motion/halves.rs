@@ -100,21 +100,25 @@ impl<M: Simulate> Motion<'_, M> {
     ) -> Option<Knot<M::Vector>> {
         let Second { scheme, room, .. } = second;
         let mut plant = self.plant_in(index, core::mem::take(room));
-        let a = match a {
-            Some(a) => a,
-            None => plant.accelerations(t, &y.q, &y.u).ok()?,
-        };
-        let start = Knot { t, y, a };
         let kept = Kept { stages: self.trajectory.records[index].kept.stages, ..Kept::default() };
-        let mut step = Step { start, end: start, h: end_t - t, kept };
-        let (y, error) = Stepper::end_of(scheme, &mut plant, &step, &self.trajectory.tolerances).ok()??;
-        if error > 1.0 {
-            return None;
-        }
-        step.end = Knot { t: end_t, y, a: plant.accelerations(end_t, &y.q, &y.u).ok()? };
-        scheme.accepted(&step);
+        let mut make = || {
+            let a = match a {
+                Some(a) => a,
+                None => plant.accelerations(t, &y.q, &y.u).ok()?,
+            };
+            let start = Knot { t, y, a };
+            let mut step = Step { start, end: start, h: end_t - t, kept };
+            let (y, error) = Stepper::end_of(scheme, &mut plant, &step, &self.trajectory.tolerances).ok()??;
+            if error > 1.0 {
+                return None;
+            }
+            step.end = Knot { t: end_t, y, a: plant.accelerations(end_t, &y.q, &y.u).ok()? };
+            scheme.accepted(&step);
+            Some(step.end)
+        };
+        let end = make();
         *room = plant.upkeep.into_memory();
-        Some(step.end)
+        end
     }
 
     /// The largest difference of an element, in what is permitted of it.

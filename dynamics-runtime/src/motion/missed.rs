@@ -29,7 +29,7 @@ const NEAR: f64 = 0.03;
 const BESIDE: f64 = 1e-5;
 /// Singular values of Newton's matrix below this part of the largest leave directions open, in which positions of this kind form a family.
 const OPEN: f64 = 1e-7;
-/// Singular values of unit rows above this part of the largest are none that vanish a little way from a singular position.
+/// Singular values of unit rows below this are those of rows that repeat others.
 const RANK: f64 = 1e-6;
 /// Smallest over largest singular value beside a singular position, at most.
 const WEAK: f64 = 0.05;
@@ -50,14 +50,17 @@ pub(super) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f
     }
     let (beside, whole) = (Beside::new(model, state, rows), Beside::new(model, state, all));
     let start = beside.place(state);
-    let size = 1.0 + start.amax();
-    // What is left out repeats the others on the way to here, and it is these that nearly lose a direction.
-    let away = beside.away(state, NEAR * size)?;
-    let rank = |beside: &Beside<'_, M>| beside.jacobian(&away).rank(RANK);
-    let values = beside.jacobian(&start).singular_values();
-    if rank(&beside) != rank(&whole) || values.min() > WEAK * values.max() {
+    let (size, clock) = (1.0 + max_abs(state.q().as_slice()), 1.0 + state.t().abs());
+    // What is left out repeats the others here, and it is these that nearly lose a direction.
+    let (kept, all) = (beside.jacobian(&start), whole.jacobian(&start));
+    if !kept.iter().chain(all.iter()).all(|x| x.is_finite()) {
         return None;
     }
+    let values = kept.singular_values();
+    if kept.rank(RANK) != all.rank(RANK) || values.min() > WEAK * values.max() {
+        return None;
+    }
+    let n = M::Vector::LEN;
     let mut z = start.clone();
     for _ in 0..MOST {
         let (matrix, right, _) = beside.equations(&z)?;
@@ -66,7 +69,7 @@ pub(super) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f
         if (&z - &start).amax() > NEAR * size {
             return None;
         }
-        if step.amax() <= 1e-11 * size {
+        if step.rows(0, n).amax() <= 1e-11 * size && step[n].abs() <= 1e-11 * clock {
             let beta = beside.equations(&z)?.2;
             return (beta > ROUNDING * size).then_some(beta);
         }
@@ -96,13 +99,6 @@ impl<'m, M: Constraints> Beside<'m, M> {
     fn place(&self, state: &M::State) -> DVector<f64> {
         let n = M::Vector::LEN;
         DVector::from_fn(n + 1, |i, _| if i < n { state.q()[i] } else { state.t() })
-    }
-
-    /// The place that the motion comes from, so far away; none at rest.
-    fn away(&self, state: &M::State, by: f64) -> Option<DVector<f64>> {
-        let (n, time) = (M::Vector::LEN, by / max_abs(state.u().as_slice()));
-        let place = self.place(state) - DVector::from_fn(n + 1, |i, _| if i < n { time * state.u()[i] } else { time });
-        time.is_finite().then_some(place)
     }
 
     fn state(&self, z: &DVector<f64>) -> M::State {

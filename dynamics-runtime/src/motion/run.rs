@@ -465,8 +465,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         for _ in 0..3 {
             let end_t = whole.start.t + theta * whole.h;
             if theta <= 0.0 || end_t == whole.start.t {
-                // Implicit methods have no step of length zero.
-                self.stepper.undo(&whole);
+                // Implicit methods have no step of length zero. It counts, so that events without end come to that of the steps.
+                self.stepper.reject(&whole);
                 return Ok(false);
             }
             let at = |kind| Halt { kind, h: whole.h };
@@ -484,7 +484,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
                 watch.value(crossing.index, &state).map_err(at)
             };
             let (from, to) = (g(a)?, g(b)?);
-            // Where it jumps, as a reaction does where a force jumps, a secant leads away from the place: half-way it is on one side of the jump. A kink bends a quarter at most.
+            // Where it jumps, as a reaction does where a force jumps, a secant leads away from the place: half-way it is on one side of the jump. A kink whose slopes are less than five to one apart bends less; of a sharper one the interpolant's place is taken.
             if (g(0.5 * (a + b))? - 0.5 * (from + to)).abs() > JUMPS * (to - from).abs() {
                 break;
             }

@@ -37,6 +37,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.scheme.forget();
     }
 
+    /// Takes it back as one that was tried in vain.
+    pub fn reject(&mut self, step: &Step<V>) {
+        self.undo(step);
+        self.rejected += 1;
+    }
+
     /// Has the next step, of fixed size, end where a branch of the accelerations changes: instead of the one just made, if there is one.
     pub fn end_at_branch(&mut self, made: Option<&Step<V>>) {
         if let Some(step) = made {
