@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Measures other solvers on the problems of `examples/work_precision.rs`, then ours beside them, on this machine.
 #
-#   benches/peers/run.sh [all | heyoka | scipy | sundials | crates | ours]...
+#   benches/peers/run.sh [all | heyoka | scipy | sundials | casadi | crates | ours]...
 #
 # Needs Rust; python3 with venv for heyoka, SciPy and whatever integrates Andrews' mechanism; gcc for the crates; SUNDIALS 6 with its headers
 # (Debian: libsundials-dev). What cannot be had is passed over, and says so. Everything is installed into a folder of its own below
@@ -74,6 +74,14 @@ sundials() {
     measure sundials "$work/sundials"
 }
 
+# SUNDIALS as CasADi's wheel brings it along: an older one, but it installs everywhere.
+casadi() {
+    command -v gcc >/dev/null || { skip "CasADi's SUNDIALS" "there is no gcc"; return; }
+    have casadi || { skip "CasADi's SUNDIALS" "CasADi cannot be installed for python3 here"; return; }
+    # CasADi leaves the C that it writes where it runs.
+    (cd "$work/generated" && measure casadi "$python" "$here/python/run_casadi.py")
+}
+
 crates() {
     command -v gcc >/dev/null || { skip "the crates" "there is no gcc"; return; }
     andrews || { skip "the crates" "CasADi, which writes a right-hand side, cannot be installed for python3 here"; return; }
@@ -92,13 +100,13 @@ ours() {
 
 parts=("$@")
 if [ ${#parts[@]} -eq 0 ] || [ "${parts[0]}" = all ]; then
-    parts=(heyoka scipy sundials crates ours)
+    parts=(heyoka scipy sundials casadi crates ours)
 fi
 for name in "${parts[@]}"; do
     case "$name" in
-    heyoka | scipy | sundials | crates | ours) ;;
+    heyoka | scipy | sundials | casadi | crates | ours) ;;
     *)
-        echo "there is no part $name; there are heyoka, scipy, sundials, crates, ours" >&2
+        echo "there is no part $name; there are heyoka, scipy, sundials, casadi, crates, ours" >&2
         exit 2
         ;;
     esac

@@ -304,14 +304,14 @@ fn general_with<M: Constraints>(
 ) -> Result<OutcomeOf<M>, SolveError> {
     let modes = state.modes();
     let active = |row: usize| holds::<M>(modes, row);
-    let Some(mut factored) = Factored::new(model, state, active, forces, workspace)? else {
+    let Some(mut factored) = Factored::new(model, state, &active, forces, workspace)? else {
         return Ok(not_a_number());
     };
     if factored.system.vanished {
         // A row is zero: at a change point it may be, where constraints cross; where it always is, the constraint holds nothing. The check
         // works in the same memory.
         check_gradients(model, state, workspace)?;
-        let Some(again) = Factored::new(model, state, active, forces, workspace)? else {
+        let Some(again) = Factored::new(model, state, &active, forces, workspace)? else {
             return Ok(not_a_number());
         };
         factored = again;
@@ -342,7 +342,7 @@ pub(crate) fn check_unique<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<(), SolveError> {
     let modes = state.modes();
-    let factored = Factored::new(model, state, |row| holds::<M>(modes, row), true, workspace)?;
+    let factored = Factored::new(model, state, &|row| holds::<M>(modes, row), true, workspace)?;
     match factored.is_none_or(|mut factored| factored.system.is_unique(row)) {
         true => Ok(()),
         false => Err(SolveError::ReactionNotUnique { row: names::<M>().row(row) }),
@@ -355,7 +355,7 @@ fn diagnosis(system: &System<'_>) -> Diagnosis {
 
 /// How far rows that are declared to repeat others may differ from what they repeat: on the manifold not at all, beside it by the order of the
 /// distance. Taken for independent there, they would be divided by that distance, and the accelerations would be noise.
-fn slack<M: Constraints>(model: &M, state: &M::State, jacobian: &[f64], active: impl Fn(usize) -> bool) -> f64 {
+fn slack<M: Constraints>(model: &M, state: &M::State, jacobian: &[f64], active: &dyn Fn(usize) -> bool) -> f64 {
     if !M::CONSTRAINTS.iter().any(|c| c.redundant) {
         return system::RANK_TOLERANCE;
     }
@@ -394,7 +394,7 @@ impl<'w> Factored<'w> {
     fn new<M: Constraints>(
         model: &M,
         state: &M::State,
-        active: impl Fn(usize) -> bool,
+        active: &dyn Fn(usize) -> bool,
         forces: bool,
         workspace: &'w mut [f64],
     ) -> Result<Option<Self>, SolveError> {
@@ -404,20 +404,20 @@ impl<'w> Factored<'w> {
     fn in_memory<M: Constraints>(
         model: &M,
         state: &M::State,
-        active: impl Fn(usize) -> bool,
+        active: &dyn Fn(usize) -> bool,
         forces: bool,
         mut memory: Memory<'w>,
     ) -> Result<Option<Self>, SolveError> {
         let usual = memory.take(M::Rows::LEN);
-        let Some(read) = read(model, state, &active, forces, usual, &mut memory)? else { return Ok(None) };
+        let Some(read) = read(model, state, active, forces, usual, &mut memory)? else { return Ok(None) };
         let Read { mass, force, jacobian, gamma } = read;
         let floor = memory.take(M::Rows::LEN);
         for (floor, row) in floor.iter_mut().zip(jacobian.chunks_exact(M::Vector::LEN)) {
             *floor = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
         }
-        let slack = slack(model, state, jacobian, &active);
+        let slack = slack(model, state, jacobian, active);
         let system =
-            System::factor(mass, jacobian, active, is_redundant::<M>, (slack, usual), names::<M>(), &mut memory)?;
+            System::factor(mass, jacobian, active, &is_redundant::<M>, (slack, usual), names::<M>(), &mut memory)?;
         Ok(Some(Self { force, gamma, floor, slack, system }))
     }
 }
@@ -443,7 +443,7 @@ fn names<M: Constraints>() -> Names {
 fn read<'w, M: Constraints>(
     model: &M,
     state: &M::State,
-    active: impl Fn(usize) -> bool,
+    active: &dyn Fn(usize) -> bool,
     forces: bool,
     usual: &mut [f64],
     memory: &mut Memory<'w>,

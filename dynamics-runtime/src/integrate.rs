@@ -110,6 +110,10 @@ impl<V: Vector> Phase<V> {
 pub trait System<V: Vector> {
     /// Why q̈ does not exist at a state.
     type Error;
+    /// Nothing holds it, so that what is about constraints below is neither asked nor compiled.
+    const IS_FREE: bool = false;
+    /// Its accelerations have no branches, so that what is about kinks and branches below is neither asked nor compiled.
+    const IS_SMOOTH: bool = false;
     /// q̈ at time t for coordinates q and velocities u = q̇.
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, Self::Error>;
     /// (q̇, q̈) at a stage. q̇ is u, unless the system says that u has to be another: velocities that constraints determine.
@@ -249,6 +253,8 @@ pub trait System<V: Vector> {
 
 impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> System<V> for F {
     type Error = E;
+    const IS_FREE: bool = true;
+    const IS_SMOOTH: bool = true;
     #[inline(always)]
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, E> {
         self(t, q, u)
@@ -290,6 +296,8 @@ pub struct OfPositions<F>(pub F);
 
 impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> System<V> for OfPositions<F> {
     type Error = E;
+    const IS_FREE: bool = true;
+    const IS_SMOOTH: bool = true;
     #[inline(always)]
     fn accelerations(&mut self, t: f64, q: &V, _: &V) -> Result<V, E> {
         (self.0)(t, q)

@@ -5,6 +5,7 @@
 
 mod angle_set;
 mod kinks;
+mod known;
 mod modes;
 mod vector;
 
@@ -16,6 +17,7 @@ use nalgebra::SVector;
 
 pub use angle_set::AngleSet;
 pub use kinks::{Branches, Kink, MOST_KINKS};
+pub(crate) use known::Known;
 pub use modes::Modes;
 pub use vector::{Square, Vector};
 

@@ -20,6 +20,9 @@ pub(super) use identity::{Names, named};
 use super::program::{Access, Body, Printed};
 use super::{Surface, at_block, local, only_one, quiet};
 
+/// Most steps of functions that may be inlined.
+const LONG: usize = 600;
+
 /// Everything that a compiled model implements.
 pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
     let emission = Emission { surface, compiled, access: Access::new(surface, compiled), private: surface.private() };
@@ -83,6 +86,12 @@ impl Emission<'_> {
 
     fn print(&self, program: &Program) -> Printed {
         self.body(&[]).whole(program)
+    }
+
+    /// Whether a function of so many steps may be inlined. Each part into which the compiler divides a program has a copy of what may; a long one makes
+    /// programs slow to compile, and is called in less time than one evaluation differs from the next.
+    fn inlining(&self, steps: usize) -> TokenStream {
+        if steps > LONG { quote!(#[inline(never)]) } else { quote!(#[inline]) }
     }
 
     /// Names the parts of the state and the model, as programs read them.

@@ -21,7 +21,7 @@ use super::held::active_rows;
 use super::memory::norm;
 use super::{Gradients, distance, solve_once, with_workspace};
 use crate::error::StateError;
-use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Vector};
+use crate::model::{Constraint, ConstraintKind, Constraints, Known, ModelState, Modes, Vector};
 use room::Room;
 pub(super) use room::memory;
 #[cfg(feature = "alloc")]
@@ -60,7 +60,7 @@ pub(crate) enum Against {
 pub(crate) fn check_held<M: Constraints>(model: &M, state: &M::State, against: Against) -> Result<(), StateError> {
     StateError::check_parameters(model)?;
     StateError::check::<M>(state)?;
-    if M::ROWS.is_empty() {
+    if M::IS_FREE {
         return Ok(());
     }
     with_workspace::<M, _>(|memory| {
@@ -164,7 +164,7 @@ pub fn assemble<M: Constraints>(
     }
     StateError::check_parameters(model)?;
     StateError::check::<M>(&state)?;
-    if M::ROWS.is_empty() {
+    if M::IS_FREE {
         return Ok(state);
     }
     with_workspace::<M, _>(|memory| {

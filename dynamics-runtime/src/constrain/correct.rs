@@ -22,7 +22,7 @@ pub fn correct<M: Constraints>(
         return Ok(delta);
     }
     let modes = state.modes();
-    let correction = correct_rows(model, state, right, |row| holds::<M>(modes, row), workspace)?;
+    let correction = correct_rows(model, state, right, &|row| holds::<M>(modes, row), workspace)?;
     Ok(correction.change)
 }
 
@@ -56,7 +56,7 @@ pub(super) fn correct_rows<M: Constraints>(
     model: &M,
     state: &M::State,
     right: &M::Rows,
-    active: impl Fn(usize) -> bool,
+    active: &dyn Fn(usize) -> bool,
     workspace: &mut [f64],
 ) -> Result<CorrectionOf<M>, SolveError> {
     let Some(mut factored) = Factored::new(model, state, active, false, workspace)? else {

@@ -83,12 +83,12 @@ impl<M: Constraints> Embedding<M> {
 
     fn choose(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<Pair<M>, SolveError> {
         let modes = state.modes();
-        let velocities = partition(model, state, |row| holds::<M>(modes, row), workspace)?;
+        let velocities = partition(model, state, &|row| holds::<M>(modes, row), workspace)?;
         if M::Residual::LEN == M::Rows::LEN {
             return Ok((velocities, velocities));
         }
         let holonomic = |row: usize| row < M::Residual::LEN && holds::<M>(modes, row);
-        Ok((partition(model, state, holonomic, workspace)?, velocities))
+        Ok((partition(model, state, &holonomic, workspace)?, velocities))
     }
 
     /// Indices of the coordinates that the constraints determine.
@@ -331,7 +331,7 @@ impl Block<'_> {
 fn partition<M: Constraints>(
     model: &M,
     state: &M::State,
-    active: impl Fn(usize) -> bool,
+    active: &dyn Fn(usize) -> bool,
     workspace: &mut [f64],
 ) -> Result<PartitionOf<M>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);

@@ -70,7 +70,7 @@ pub(super) fn solve<M: Constraints>(
     let (first, second) = workspace.split_at_mut(system_memory(n, r));
     let mut rest = Memory::rest(second);
     let active = |row: usize| holds::<M>(modes, row);
-    let Some(mut factored) = Factored::in_memory(model, state, active, true, Memory::rest(first))? else {
+    let Some(mut factored) = Factored::in_memory(model, state, &active, true, Memory::rest(first))? else {
         return Ok(not_a_number());
     };
     if factored.system.vanished && !checked {

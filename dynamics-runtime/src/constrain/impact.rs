@@ -96,7 +96,7 @@ impl<M: Constraints> Set<'_, M> {
         workspace: &mut [f64],
     ) -> Result<Option<SolveError>, SolveError> {
         self.out = 0;
-        let correction = correct_rows(model, state, &self.right(), |row| self.acts(row), workspace)?;
+        let correction = correct_rows(model, state, &self.right(), &|row| self.acts(row), workspace)?;
         let mut after = *state;
         add(after.u_mut().as_mut_slice(), correction.change.as_slice());
         let velocities = model.velocity_residual(&after);
@@ -135,7 +135,7 @@ impl<M: Constraints> Set<'_, M> {
         // Murty's rule: the first contact that pulls or closes changes sides. It ends, for contacts that do not repeat each other, and after a
         // few rounds as a rule.
         for _ in 0..ROUNDS {
-            let correction = correct_rows(model, state, &self.right(), |row| self.acts(row), workspace)?;
+            let correction = correct_rows(model, state, &self.right(), &|row| self.acts(row), workspace)?;
             let mut after = *state;
             add(after.u_mut().as_mut_slice(), correction.change.as_slice());
             let velocities = model.velocity_residual(&after);
@@ -164,7 +164,7 @@ impl<M: Constraints> Set<'_, M> {
         for (row, impulse) in impulses.as_slice().iter().enumerate() {
             add_scaled(force.as_mut_slice(), *impulse, gradients.row(row));
         }
-        let Some(mut factored) = Factored::new(model, state, held, false, workspace)? else {
+        let Some(mut factored) = Factored::new(model, state, &held, false, workspace)? else {
             return Ok(Correction::not_a_number());
         };
         factored.force.copy_from_slice(force.as_slice());

@@ -20,18 +20,28 @@ impl Involved {
 
     /// Of quantities, given by index, those with the largest shares by absolute value.
     pub(crate) fn ranked(of: &'static [Quantity], shares: impl Iterator<Item = (usize, f64)> + Clone) -> Self {
+        Self::rank(of, &|see| shares.clone().for_each(|(i, share)| see(i, share.abs())))
+    }
+
+    /// As [`Involved::ranked`], of sizes that `all` shows; compiled once, and not with every model.
+    fn rank(of: &'static [Quantity], all: &dyn Fn(&mut dyn FnMut(usize, f64))) -> Self {
         let mut out = Self { of, kept: [0; Self::KEPT], count: 0 };
-        let largest = shares.clone().fold(0.0, |most: f64, (_, share)| most.max(share.abs()));
-        let involved = || {
-            let sized = shares.clone().map(|(i, share)| (i, share.abs()));
-            sized.filter(move |(_, share)| *share > Self::LEAST * largest)
-        };
-        out.count = u16::try_from(involved().count()).unwrap_or(u16::MAX);
+        let (mut largest, mut count) = (0.0_f64, 0_usize);
+        all(&mut |_, share| largest = largest.max(share));
+        let least = Self::LEAST * largest;
+        all(&mut |_, share| count += usize::from(share > least));
+        out.count = u16::try_from(count).unwrap_or(u16::MAX);
         // Selection by falling share, earlier ones first where equal: there are few.
         let mut last = (usize::MAX, f64::INFINITY);
         for slot in &mut out.kept {
-            let after = |&(i, share): &(usize, f64)| share < last.1 || (share == last.1 && i > last.0);
-            let Some(next) = involved().filter(after).reduce(|a, b| if b.1 > a.1 { b } else { a }) else { break };
+            let mut next: Option<(usize, f64)> = None;
+            all(&mut |i, share| {
+                let after = share < last.1 || (share == last.1 && i > last.0);
+                if share > least && after && next.is_none_or(|(_, largest)| share > largest) {
+                    next = Some((i, share));
+                }
+            });
+            let Some(next) = next else { break };
             *slot = u16::try_from(next.0).unwrap_or(u16::MAX);
             last = next;
         }

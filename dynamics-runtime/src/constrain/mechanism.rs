@@ -105,7 +105,7 @@ impl<M: Constraints> Mechanism for M {}
 fn unique_rows<M: Constraints>(model: &M, state: &M::State) -> Result<Vec<bool>, SolveError> {
     let modes = state.modes();
     with_workspace::<M, _>(|workspace| {
-        let Some(mut factored) = Factored::new(model, state, |row| holds::<M>(modes, row), false, workspace)? else {
+        let Some(mut factored) = Factored::new(model, state, &|row| holds::<M>(modes, row), false, workspace)? else {
             return Ok(alloc::vec![false; M::Rows::LEN]);
         };
         Ok((0..M::Rows::LEN).map(|row| factored.system.is_unique(row)).collect())

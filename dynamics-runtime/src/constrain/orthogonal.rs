@@ -69,14 +69,14 @@ impl<'w> Orthogonal<'w> {
     pub(crate) fn new(
         a: &'w mut [f64],
         (r, n): (usize, usize),
-        redundant: impl Fn(usize) -> bool,
+        redundant: &dyn Fn(usize) -> bool,
         tolerance: f64,
         memory: &mut Memory<'w>,
     ) -> Self {
         let (tau, tau_right) = (memory.take(r), memory.take(r));
         let order = memory.indices(r);
         let c = memory.zeros(r * r);
-        let known = (0..r).any(&redundant);
+        let known = (0..r).any(redundant);
         let mut it = Self { r, n, rank: 0, condition: 1.0, a, tau, c, tau_right, order, known };
         it.reduce_left(redundant, tolerance);
         it.reduce_right();
@@ -84,7 +84,7 @@ impl<'w> Orthogonal<'w> {
     }
 
     /// Aᵀ P = Q R, the longest remaining column first.
-    fn reduce_left(&mut self, redundant: impl Fn(usize) -> bool, tolerance: f64) {
+    fn reduce_left(&mut self, redundant: &dyn Fn(usize) -> bool, tolerance: f64) {
         let (r, n) = (self.r, self.n);
         let mut first = 0.0;
         while self.rank < r.min(n) {
@@ -262,7 +262,7 @@ mod tests {
         // A small tail beside a large head, a row that repeats another, and one that nearly does.
         let rows = [[1.0, 1e-9, 0.0], [0.6, 0.0, 0.8], [1.0, 1e-9, 0.0], [0.6, 1e-5, 0.8]];
         let (mut a, mut work) = (rows.concat(), [0.0; memory(4)]);
-        let it = Orthogonal::new(&mut a, (4, 3), |_| false, 1e-8, &mut Memory::rest(&mut work));
+        let it = Orthogonal::new(&mut a, (4, 3), &|_| false, 1e-8, &mut Memory::rest(&mut work));
         assert!(it.rank == 3 && it.condition > 1e4, "{} {}", it.rank, it.condition);
         for row in rows {
             // Rows lie in the span of the first columns of Q, and keep their length.

@@ -181,7 +181,7 @@ fn correction<M: Constraints>(
     let (modes, positional) = (state.modes(), M::Residual::LEN);
     // Positions are not bound by rows that restrict velocities.
     let active = |row: usize| holds::<M>(modes, row) && (!positions || row < positional);
-    correct_rows(model, state, right, active, workspace).map(|correction| correction.change)
+    correct_rows(model, state, right, &active, workspace).map(|correction| correction.change)
 }
 
 /// −Φ, and 0 for rows without Φ or released.

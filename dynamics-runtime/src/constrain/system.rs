@@ -110,8 +110,8 @@ impl<'w> System<'w> {
     pub(crate) fn factor(
         mass: &[f64],
         jacobian: &'w mut [f64],
-        holds: impl Fn(usize) -> bool,
-        redundant: impl Fn(usize) -> bool,
+        holds: &dyn Fn(usize) -> bool,
+        redundant: &dyn Fn(usize) -> bool,
         (slack, usual): (f64, &[f64]),
         names: Names,
         memory: &mut Memory<'w>,
@@ -152,7 +152,7 @@ impl<'w> System<'w> {
         let rows = Orthogonal::new(
             &mut jacobian[..m * n],
             (m, n),
-            |i| longest <= COMPARABLE * shortest && redundant(active.get(i)),
+            &|i| longest <= COMPARABLE * shortest && redundant(active.get(i)),
             slack,
             memory,
         );
@@ -285,7 +285,7 @@ impl<'w> System<'w> {
 }
 
 /// Moves the rows that hold to the front and lists them; returns their number.
-fn gather(a: &mut [f64], n: usize, r: usize, holds: impl Fn(usize) -> bool, active: &mut Indices<'_>) -> usize {
+fn gather(a: &mut [f64], n: usize, r: usize, holds: &dyn Fn(usize) -> bool, active: &mut Indices<'_>) -> usize {
     let mut m = 0;
     for i in (0..r).filter(|i| holds(*i)) {
         a.copy_within(i * n..(i + 1) * n, m * n);

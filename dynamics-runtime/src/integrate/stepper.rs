@@ -399,8 +399,11 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             let mut apart = self.apart(system, error, &y);
             let acceptable = error <= 1.0 || self.is_fixed();
             let unsettled = y;
-            let moved =
-                if acceptable { system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)? } else { None };
+            let moved = if Y::IS_FREE || !acceptable {
+                None
+            } else {
+                system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)?
+            };
             if let Some(Settled { by, violation, .. }) = moved {
                 if by > FAR && by > AMPLIFIED * violation && !kept.stages && Self::hold(system, tolerances) {
                     (plain, kept) = (f64::INFINITY, Kept { stages: true, ..Kept::default() });

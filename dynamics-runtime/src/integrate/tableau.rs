@@ -41,8 +41,8 @@ pub(crate) fn advance<V: Vector, const K: usize>(y: &Phase<V>, h: f64, row: &Row
 pub(crate) fn zip<V: Vector>(x: &Phase<V>, y: &Phase<V>, combine: impl Fn(f64, f64) -> f64) -> Phase<V> {
     let mut out = *x;
     for i in 0..V::LEN {
-        out.q[i] = combine(x.q.as_slice()[i], y.q.as_slice()[i]);
-        out.u[i] = combine(x.u.as_slice()[i], y.u.as_slice()[i]);
+        out.q.as_mut_slice()[i] = combine(x.q.as_slice()[i], y.q.as_slice()[i]);
+        out.u.as_mut_slice()[i] = combine(x.u.as_slice()[i], y.u.as_slice()[i]);
     }
     out
 }

@@ -12,7 +12,7 @@ use crate::constrain::assemble::CONSISTENT;
 use crate::constrain::memory::max_abs;
 use crate::error::{SolveError, StateError};
 use crate::integrate::StepOptions;
-use crate::model::{Constraint, ConstraintKind, ModelState, Vector};
+use crate::model::{Constraint, ConstraintKind, Known, ModelState, Vector};
 
 /// What a constraint took in an impact: a jump of the velocities, M Δu = Φ_qᵀΛ, with all constraints that act in it together.
 #[derive(Clone, Debug, PartialEq)]
@@ -305,7 +305,7 @@ impl<'c, M: Simulate> Change<'c, M> {
                 change.lift(constraint)?;
             }
             let later = change.beside(BESIDE);
-            if M::KINKS > 0 && edges::is_hit(change.model, change.upkeep, [change.state, &later], constraint) {
+            if M::HAS_KINKS && edges::is_hit(change.model, change.upkeep, [change.state, &later], constraint) {
                 return Err(ChangeError::ContactEdge { row: M::ROWS[constraint.first].name });
             }
             Ok(())

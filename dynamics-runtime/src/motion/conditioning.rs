@@ -14,7 +14,7 @@ use crate::constrain::weakness::{Weakness, condition, weakness};
 use crate::constrain::{Involved, with_workspace};
 use crate::integrate::Tolerances;
 use crate::math;
-use crate::model::{Constraints, ModelState, Vector};
+use crate::model::{Constraints, Known, ModelState, Vector};
 
 /// The worst conditioning of the mass matrix that a motion met.
 ///
@@ -62,7 +62,7 @@ pub struct Nearest {
 impl<M: Simulate> Motion<'_, M> {
     /// Whether it is asked how near the constraints came to losing rank: not without any, and not of more than 32 coordinates, where it would cost more than the run.
     pub(super) fn asks_for_nearest(&self) -> bool {
-        !M::ROWS.is_empty() && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
+        M::IS_HELD && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
     }
 
     /// Times and conditioning of the constraints at the quarters of the step that leaves a record.
@@ -75,7 +75,7 @@ impl<M: Simulate> Motion<'_, M> {
 
     /// The nearest approach to a singular position: of quarters of all steps, refined where the conditioning peaks between them.
     pub(super) fn nearest(&self, conditions: &[(f64, f64)]) -> Option<Nearest> {
-        if conditions.is_empty() {
+        if M::IS_FREE || conditions.is_empty() {
             return None;
         }
         let mut sampler = self.sampler();
@@ -124,9 +124,7 @@ impl<M: Simulate> Motion<'_, M> {
 }
 
 pub(super) fn condition_number<M: Constraints>(model: &M, state: &M::State) -> f64 {
-    with_workspace::<M, _>(|workspace| {
-        condition_of(M::COORDINATES.len(), mass(model, state, workspace), !M::ROWS.is_empty())
-    })
+    with_workspace::<M, _>(|workspace| condition_of(M::COORDINATES.len(), mass(model, state, workspace), M::IS_HELD))
 }
 
 /// Of M by rows. Coordinates without any inertia are carried along by constraints, if there are any (`held`); the accelerations of the others are what M

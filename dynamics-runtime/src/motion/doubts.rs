@@ -178,7 +178,7 @@ impl<M: Simulate> Motion<'_, M> {
         let y = plus(&start.y, apart);
         let a = plant.accelerations(start.t, &y.q, &y.u).ok()?;
         let step = crate::integrate::Step { start: Knot { t: start.t, y, a }, ..self.step(index) };
-        let end = driver.follow(&mut plant, &step, &self.trajectory.tolerances)?;
+        let (end, _) = driver.maker().end_of(&mut plant, &step, &self.trajectory.tolerances)?;
         end.is_finite().then_some(end)
     }
 }

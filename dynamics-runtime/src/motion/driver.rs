@@ -2,15 +2,11 @@
 
 use alloc::boxed::Box;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
-use core::ops::Range;
 
 use super::plant::Plant;
-use super::query::{Motion, Sampler};
-use super::record::Counts;
-use super::run::{Ended, Halt, Plan, Sink, run};
+use super::run::{Made, Steps};
 use super::simulate::Simulate;
-use crate::integrate::{Dense, Method, Phase, Scheme, Step, Stepper, Tolerances};
+use crate::integrate::{Dense, Method, Phase, Scheme, Step, StepOptions, Stepper, Tolerances};
 use crate::methods::{Choice, Suits};
 use crate::model::Model;
 
@@ -27,37 +23,24 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
     fn suits(&self) -> Suits;
     /// See [`Choice::option`].
     fn option(&self, constrained: bool) -> Option<(&'static str, f64, bool, &'static str)>;
-    /// Runs a plan. What was computed before a failure is in the sink.
-    fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<Ended<M::State>, Halt>)
+    /// A stepper at time t and phase y, in direction of `limit`.
+    fn begin(
+        &self,
+        plant: &mut Plant<'_, '_, M>,
+        from: (f64, Phase<M::Vector>),
+        limit: f64,
+        options: StepOptions,
+    ) -> Made<Box<dyn Steps<M>>>
     where
         M: Simulate;
     /// What makes steps again.
     fn maker(&self) -> Box<dyn Maker<M>>
     where
         M: Simulate;
-    /// Where the step with this start, size and upkeep ends; `None` where that fails.
-    fn follow(
-        &self,
-        plant: &mut Plant<'_, '_, M>,
-        step: &Step<M::Vector>,
-        tolerances: &Tolerances,
-    ) -> Option<Phase<M::Vector>>
-    where
-        M: Simulate;
-    /// See [`Motion::halve`].
-    fn halve(
-        &self,
-        motion: &Motion<'_, M>,
-        part: Range<usize>,
-        y: &mut Phase<M::Vector>,
-        apart: &mut Vec<(f64, f64)>,
-    ) -> Option<()>
-    where
-        M: Simulate;
-    /// Adds the work done during the step that leaves a record; false where it cannot be made again. The sampler is of the same motion.
-    fn meter(&self, sampler: &mut Sampler<'_, '_, M>, index: usize, work: &mut [f64]) -> bool
-    where
-        M: Simulate;
+    /// See [`Scheme::WEIGHTS`].
+    fn weights(&self) -> &'static [f64];
+    /// See [`Scheme::SCAN`].
+    fn scan(&self) -> usize;
 }
 
 /// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to the next.
@@ -69,6 +52,19 @@ pub(crate) trait Maker<M: Simulate>: Send + Sync {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<Interpolant<M::Vector>>;
+    /// Where the step with this start, size and upkeep ends, and its error, 1 where it is just permitted; `None` where that fails.
+    fn end_of(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<(Phase<M::Vector>, f64)>;
+    /// Makes the step again, with everything else as it is to be; whether that succeeds.
+    fn attempt(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, tolerances: &Tolerances) -> bool;
+    /// Is told that the step of which it has found the end is made.
+    fn accepted(&mut self, step: &Step<M::Vector>);
+    /// What comes next goes on from something else.
+    fn forget(&mut self);
 }
 
 struct Again<S>(S);
@@ -83,10 +79,28 @@ impl<M: Simulate, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<S> {
         let dense = Stepper::again(&mut self.0, plant, step, tolerances).ok()??;
         Some(Box::new(dense))
     }
-}
 
-/// Quarters, as where positions are solved: see `Motion::work`.
-const PARTS_OF_LONG_STEPS: u32 = 4;
+    fn end_of(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<(Phase<M::Vector>, f64)> {
+        Stepper::end_of(&mut self.0, plant, step, tolerances).ok()?
+    }
+
+    fn attempt(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, tolerances: &Tolerances) -> bool {
+        self.0.attempt(plant, &step.start, step.h, tolerances).is_ok()
+    }
+
+    fn accepted(&mut self, step: &Step<M::Vector>) {
+        self.0.accepted(step);
+    }
+
+    fn forget(&mut self) {
+        self.0.forget();
+    }
+}
 
 pub(crate) type AnyDriver<M> = Arc<dyn Driver<M>>;
 
@@ -111,11 +125,17 @@ impl<M: Model, C: Choice> Driver<M> for C {
         Choice::option(self, constrained)
     }
 
-    fn run(&self, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> (Counts, Result<Ended<M::State>, Halt>)
+    fn begin(
+        &self,
+        plant: &mut Plant<'_, '_, M>,
+        (t, y): (f64, Phase<M::Vector>),
+        limit: f64,
+        options: StepOptions,
+    ) -> Made<Box<dyn Steps<M>>>
     where
         M: Simulate,
     {
-        run(self.scheme::<M::Vector>(), plan, sink)
+        Ok(Box::new(Stepper::with(self.scheme::<M::Vector>(), plant, t, y, limit, options)?))
     }
 
     fn maker(&self) -> Box<dyn Maker<M>>
@@ -125,45 +145,11 @@ impl<M: Model, C: Choice> Driver<M> for C {
         Box::new(Again(self.scheme::<M::Vector>()))
     }
 
-    fn follow(
-        &self,
-        plant: &mut Plant<'_, '_, M>,
-        step: &Step<M::Vector>,
-        tolerances: &Tolerances,
-    ) -> Option<Phase<M::Vector>>
-    where
-        M: Simulate,
-    {
-        Stepper::end_of(&mut self.scheme::<M::Vector>(), plant, step, tolerances).ok().flatten().map(|(end, _)| end)
+    fn weights(&self) -> &'static [f64] {
+        <C::Scheme<M::Vector> as Scheme<M::Vector>>::WEIGHTS
     }
 
-    fn halve(
-        &self,
-        motion: &Motion<'_, M>,
-        part: Range<usize>,
-        y: &mut Phase<M::Vector>,
-        apart: &mut Vec<(f64, f64)>,
-    ) -> Option<()>
-    where
-        M: Simulate,
-    {
-        motion.halve(self.scheme::<M::Vector>(), part, y, apart)
-    }
-
-    fn meter(&self, sampler: &mut Sampler<'_, '_, M>, index: usize, work: &mut [f64]) -> bool
-    where
-        M: Simulate,
-    {
-        let motion = sampler.motion();
-        if <C::Scheme<M::Vector> as Scheme<M::Vector>>::WEIGHTS.is_empty() {
-            // Five nodes are exact up to degree nine: enough for what the quintics of implicit methods make of powers. Series have higher orders, and longer steps.
-            let long = <C::Scheme<M::Vector> as Scheme<M::Vector>>::SCAN > 8;
-            sampler.meter_by_quadrature(index, if long { PARTS_OF_LONG_STEPS } else { 1 }, work)
-        } else if motion.step(index).kept.between {
-            // Its stages are off by what was taken back at its end, and so are their reactions; states between are settled.
-            sampler.meter_by_quadrature(index, PARTS_OF_LONG_STEPS, work)
-        } else {
-            motion.meter_by_stages(self.scheme::<M::Vector>(), index, work)
-        }
+    fn scan(&self) -> usize {
+        <C::Scheme<M::Vector> as Scheme<M::Vector>>::SCAN
     }
 }

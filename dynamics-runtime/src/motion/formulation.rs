@@ -5,7 +5,7 @@ use alloc::string::{String, ToString};
 use core::fmt;
 
 use super::error::OptionError;
-use crate::model::{Constraints, Route};
+use crate::model::{Constraints, Known, Route};
 
 /// How a simulation keeps the constraints of its model. All of them solve M q̈ = Q + Φ_qᵀλ, Φ_q q̈ = γ at every evaluation; they differ
 /// in what becomes of the errors that every step leaves in Φ and Φ̇.
@@ -48,7 +48,7 @@ pub enum Formulation {
 impl Formulation {
     /// The formulation of a run and why it was chosen; `None` for models without constraints.
     pub(super) fn choose<M: Constraints>(asked: Option<Self>) -> Result<Option<(Self, String)>, OptionError> {
-        if M::ROWS.is_empty() {
+        if M::IS_FREE {
             return match asked {
                 Some(_) => Err(OptionError::NothingToHold),
                 None => Ok(None),

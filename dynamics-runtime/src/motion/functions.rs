@@ -13,6 +13,7 @@ use super::upkeep::apart;
 use crate::constrain::assemble::CONSISTENT;
 use crate::constrain::{self, OutcomeOf};
 use crate::error::SolveError;
+use crate::model::Known;
 
 /// An event function given at the simulation.
 pub(crate) struct AdHoc<'m, S> {
@@ -32,7 +33,7 @@ pub(super) struct Functions<'m, M: Simulate> {
 
 impl<'m, M: Simulate> Functions<'m, M> {
     pub(super) fn new(model: &'m M, constants: M::Constants, ad_hoc: Vec<AdHoc<'m, M::State>>, guards: Guards) -> Self {
-        let len = if M::ROWS.is_empty() { 0 } else { constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len()) };
+        let len = if M::IS_FREE { 0 } else { constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len()) };
         Self { model, constants, ad_hoc, guards, workspace: RefCell::new(vec![0.0; len]) }
     }
 

@@ -5,12 +5,14 @@
 //! same direction. A second motion in halves is followed from the start, and carries on what it differs by: as a rule most of the error, and about as much where rounding
 //! decides. It costs two to three times what the run did.
 
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
 
+use super::driver::Maker;
 use super::query::Motion;
 use super::simulate::Simulate;
-use crate::integrate::{Kept, Knot, Phase, Scheme, Step, Stepper, System as _, zip};
+use crate::integrate::{Kept, Knot, Phase, Step, System as _, zip};
 use crate::model::{ModelState, Vector};
 
 /// What a motion goes through in a smaller part of its time may be off by a small shift of that time: jumps of relaxation oscillations, with what leads up to
@@ -34,29 +36,29 @@ impl<M: Simulate> Motion<'_, M> {
         let change = self.trajectory.relay.as_ref().map_or(records.len(), relayed);
         for part in [0..change, change..records.len()] {
             if let Some(driver) = (!part.is_empty()).then(|| self.trajectory.driver_of(part.start)).flatten() {
-                driver.halve(self, part, &mut y, &mut apart)?;
+                self.halve(driver.maker(), part, &mut y, &mut apart)?;
             }
         }
         Some(lasting(&mut apart))
     }
 
     /// Follows the steps that leave some records in halves, beginning and ending at `y`, and notes the length of each and the difference at its end, in permitted errors.
-    pub(super) fn halve<S: Scheme<M::Vector>>(
+    fn halve(
         &self,
-        scheme: S,
+        maker: Box<dyn Maker<M>>,
         part: Range<usize>,
         y: &mut Phase<M::Vector>,
         apart: &mut Vec<(f64, f64)>,
     ) -> Option<()> {
         let records = &self.trajectory.records;
-        let (mut a, mut second) = (None, Second { scheme, room: Vec::new(), left: MOST_STEPS * part.len() + 1000 });
+        let (mut a, mut second) = (None, Second { maker, room: Vec::new(), left: MOST_STEPS * part.len() + 1000 });
         for index in part.filter(|index| index + 1 < records.len()) {
             let [here, there] = [0, 1].map(|i| records[index + i].knot());
             if records[index].h == 0.0 {
                 // A reset changes both alike.
                 *y = zip(y, &zip(&there.y, &here.y, |after, before| after - before), |y, change| y + change);
                 a = None;
-                second.scheme.forget();
+                second.maker.forget();
                 continue;
             }
             let end = self.follow(&mut second, index, (here.t, *y, a), there.t)?;
@@ -68,9 +70,9 @@ impl<M: Simulate> Motion<'_, M> {
     }
 
     /// Where two halves of the way to `end_t` end, by what moves the motion after a record; what cannot be made as one step is made as several.
-    fn follow<S: Scheme<M::Vector>>(
+    fn follow(
         &self,
-        second: &mut Second<S>,
+        second: &mut Second<M>,
         index: usize,
         (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
         end_t: f64,
@@ -82,7 +84,7 @@ impl<M: Simulate> Motion<'_, M> {
         let mut half = |(t, y, a), end_t| {
             second.left = second.left.saturating_sub(1);
             self.one(second, index, (t, y, a), end_t).or_else(|| {
-                second.scheme.forget();
+                second.maker.forget();
                 self.follow(second, index, (t, y, a), end_t)
             })
         };
@@ -91,14 +93,14 @@ impl<M: Simulate> Motion<'_, M> {
     }
 
     /// The end of one step, from accelerations `a`, where they are known.
-    fn one<S: Scheme<M::Vector>>(
+    fn one(
         &self,
-        second: &mut Second<S>,
+        second: &mut Second<M>,
         index: usize,
         (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
         end_t: f64,
     ) -> Option<Knot<M::Vector>> {
-        let Second { scheme, room, .. } = second;
+        let Second { maker, room, .. } = second;
         let mut plant = self.plant_in(index, core::mem::take(room));
         let kept = Kept { stages: self.trajectory.records[index].kept.stages, ..Kept::default() };
         let mut make = || {
@@ -108,12 +110,12 @@ impl<M: Simulate> Motion<'_, M> {
             };
             let start = Knot { t, y, a };
             let mut step = Step { start, end: start, h: end_t - t, kept };
-            let (y, error) = Stepper::end_of(scheme, &mut plant, &step, &self.trajectory.tolerances).ok()??;
+            let (y, error) = maker.end_of(&mut plant, &step, &self.trajectory.tolerances)?;
             if error > 1.0 {
                 return None;
             }
             step.end = Knot { t: end_t, y, a: plant.accelerations(end_t, &y.q, &y.u).ok()? };
-            scheme.accepted(&step);
+            maker.accepted(&step);
             Some(step.end)
         };
         let end = make();
@@ -131,8 +133,8 @@ impl<M: Simulate> Motion<'_, M> {
 }
 
 /// What makes the second motion, and how many more steps of it are worth while.
-struct Second<S> {
-    scheme: S,
+struct Second<M: Simulate> {
+    maker: Box<dyn Maker<M>>,
     /// What the constraints are kept in.
     room: Vec<f64>,
     left: usize,

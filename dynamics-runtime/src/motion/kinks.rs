@@ -3,7 +3,7 @@
 use super::plant::{EvaluationError, Plant};
 use crate::constrain::memory::max_abs;
 use crate::integrate::{Hold, Knot, Phase, Scan, ScanError, System, place};
-use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Vector};
+use crate::model::{Branches, Constraints, Kink, Known, MOST_KINKS, ModelState, Vector};
 
 /// Where the branches of a step are looked up, as a part of it: its start may stand a rounding error before the place at which the last one was
 /// made to end.
@@ -128,7 +128,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         const { assert!(M::KINKS <= MOST_KINKS && M::REACTION_KINKS <= MOST_KINKS, "more kinks than are followed") };
         let size = 1.0 + max_abs(path(1.0).q.as_slice());
         let mut search = Search { t, h, size, resolution: resolution(t, h), first: f64::INFINITY };
-        if M::KINKS > 0 {
+        if M::HAS_KINKS {
             let branches = self.branches;
             let begins = |i: usize, kink: &Kink| match (kink.decides, branches.holds(i)) {
                 (true, true) if branches.below(i, false) => -1.0,
@@ -141,7 +141,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
                 kinks
             });
         }
-        if M::REACTION_KINKS > 0 {
+        if M::HAS_REACTION_KINKS {
             // Where there is no solution, the step itself says so.
             search.run::<{ REACTION_PARTS + 1 }>(
                 M::REACTION_KINKS,

@@ -49,10 +49,28 @@ pub(super) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f
         return None;
     }
     let (beside, whole) = (Beside::new(model, state, rows), Beside::new(model, state, all));
-    let start = beside.place(state);
     let (size, clock) = (1.0 + max_abs(state.q().as_slice()), 1.0 + state.t().abs());
+    critical(&beside, &whole, beside.place(state).into(), (size, clock))
+}
+
+/// What Newton's method asks of constraints, on slices: it is compiled once, and not with every model.
+trait Near {
+    /// How many rows there are.
+    fn rows(&self) -> usize;
+    /// Φ at (q, t), in parts of the lengths.
+    fn residual(&self, z: &[f64]) -> Vec<f64>;
+    /// (Φ_q, Φ_t) by rows, likewise.
+    fn jacobian(&self, z: &[f64]) -> Vec<f64>;
+}
+
+fn jacobian(near: &dyn Near, z: &DVector<f64>) -> DMatrix<f64> {
+    DMatrix::from_row_slice(near.rows(), z.len(), &near.jacobian(z.as_slice()))
+}
+
+/// |β| at the critical point beside a position of this size, at a time of this size: see [`missed_by`]. `whole` has all rows, `beside` those that do not repeat others.
+fn critical(beside: &dyn Near, whole: &dyn Near, start: DVector<f64>, (size, clock): (f64, f64)) -> Option<f64> {
     // What is left out repeats the others here, and it is these that nearly lose a direction.
-    let (kept, all) = (beside.jacobian(&start), whole.jacobian(&start));
+    let (kept, all) = (jacobian(beside, &start), jacobian(whole, &start));
     if !kept.iter().chain(all.iter()).all(|x| x.is_finite()) {
         return None;
     }
@@ -60,21 +78,47 @@ pub(super) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f
     if kept.rank(RANK) != all.rank(RANK) || values.min() > WEAK * values.max() {
         return None;
     }
-    let n = M::Vector::LEN;
+    let n = start.len() - 1;
     let mut z = start.clone();
     for _ in 0..MOST {
-        let (matrix, right, _) = beside.equations(&z)?;
+        let (matrix, right, _) = equations(beside, &z)?;
         let step = matrix.svd(true, true).solve(&right, OPEN).ok()?;
         z -= &step;
         if (&z - &start).amax() > NEAR * size {
             return None;
         }
         if step.rows(0, n).amax() <= 1e-11 * size && step[n].abs() <= 1e-11 * clock {
-            let beta = beside.equations(&z)?.2;
+            let beta = equations(beside, &z)?.2;
             return (beta > ROUNDING * size).then_some(beta);
         }
     }
     None
+}
+
+/// Newton's matrix and right side at (q, t), and |β| there.
+fn equations(near: &dyn Near, z: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
+    let (r, unknowns) = (near.rows(), z.len());
+    let (at, residual) = (jacobian(near, z), DVector::from(near.residual(z.as_slice())));
+    if !at.iter().chain(residual.iter()).all(|x| x.is_finite()) {
+        return None;
+    }
+    // With rows of zeros, so that all right singular vectors are there.
+    let svd = at.clone().resize_vertically(unknowns, 0.0).svd(true, true);
+    let (left, right) = (svd.u?, svd.v_t?);
+    let w = left.column(r - 1).rows(0, r).into_owned();
+    let (mut matrix, mut values) = (DMatrix::zeros(unknowns, unknowns), DVector::zeros(unknowns));
+    for k in 0..r - 1 {
+        let strong = left.column(k).rows(0, r).into_owned();
+        matrix.row_mut(k).copy_from(&(strong.transpose() * &at));
+        values[k] = strong.dot(&residual);
+    }
+    for k in r - 1..unknowns {
+        let along = right.row(k).transpose();
+        let slope = |sign: f64| w.transpose() * jacobian(near, &(z + &along * (sign * BESIDE)));
+        matrix.row_mut(k).copy_from(&((slope(1.0) - slope(-1.0)) / (2.0 * BESIDE)));
+        values[k] = (w.transpose() * &at * along)[0];
+    }
+    Some((matrix, values, w.dot(&residual).abs()))
 }
 
 /// The constraints near a state, rows in parts of the length of their gradient there.
@@ -82,7 +126,7 @@ struct Beside<'m, M: Constraints> {
     model: &'m M,
     state: M::State,
     rows: Vec<usize>,
-    lengths: DVector<f64>,
+    lengths: Vec<f64>,
 }
 
 impl<'m, M: Constraints> Beside<'m, M> {
@@ -90,62 +134,49 @@ impl<'m, M: Constraints> Beside<'m, M> {
         let lengths = with_workspace::<M, _>(|workspace| {
             let gradients = Gradients::of(model, state, workspace);
             let norm = |row: usize| math::sqrt(gradients.row(row).iter().map(|x| x * x).sum());
-            DVector::from_fn(rows.len(), |k, _| math::max(norm(rows[k]), gradients.usual[rows[k]]))
+            rows.iter().map(|row| math::max(norm(*row), gradients.usual[*row])).collect()
         });
         Self { model, state: *state, rows, lengths }
     }
 
     /// (q, t).
-    fn place(&self, state: &M::State) -> DVector<f64> {
-        let n = M::Vector::LEN;
-        DVector::from_fn(n + 1, |i, _| if i < n { state.q()[i] } else { state.t() })
+    fn place(&self, state: &M::State) -> Vec<f64> {
+        let mut place = state.q().as_slice().to_vec();
+        place.push(state.t());
+        place
     }
 
-    fn state(&self, z: &DVector<f64>) -> M::State {
+    fn state(&self, z: &[f64]) -> M::State {
         let n = M::Vector::LEN;
         let mut state = at_time(&self.state, z[n]);
-        state.q_mut().as_mut_slice().copy_from_slice(&z.as_slice()[..n]);
+        state.q_mut().as_mut_slice().copy_from_slice(&z[..n]);
         state.u_mut().as_mut_slice().fill(0.0);
         state
     }
+}
 
-    /// (Φ_q, Φ_t).
-    fn jacobian(&self, z: &DVector<f64>) -> DMatrix<f64> {
-        let (n, state) = (M::Vector::LEN, self.state(z));
+impl<M: Constraints> Near for Beside<'_, M> {
+    fn rows(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn residual(&self, z: &[f64]) -> Vec<f64> {
+        let residual = self.model.residual(&self.state(z));
+        self.rows.iter().zip(&self.lengths).map(|(row, length)| residual[*row] / length).collect()
+    }
+
+    fn jacobian(&self, z: &[f64]) -> Vec<f64> {
+        let state = self.state(z);
         // At rest Φ̇ is Φ_t.
         let by_time = self.model.velocity_residual(&state);
         with_workspace::<M, _>(|workspace| {
             let gradients = Gradients::of(self.model, &state, workspace);
-            let of = |row: usize, j: usize| if j < n { gradients.row(row)[j] } else { by_time[row] };
-            DMatrix::from_fn(self.rows.len(), n + 1, |k, j| of(self.rows[k], j) / self.lengths[k])
+            let mut values = Vec::with_capacity(self.rows.len() * z.len());
+            for (row, length) in self.rows.iter().zip(&self.lengths) {
+                values.extend(gradients.row(*row).iter().map(|x| x / length));
+                values.push(by_time[*row] / length);
+            }
+            values
         })
-    }
-
-    /// Newton's matrix and right side at (q, t), and |β| there.
-    fn equations(&self, z: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
-        let (r, unknowns) = (self.rows.len(), M::Vector::LEN + 1);
-        let jacobian = self.jacobian(z);
-        let residual = self.model.residual(&self.state(z));
-        let residual = DVector::from_fn(r, |k, _| residual[self.rows[k]] / self.lengths[k]);
-        if !jacobian.iter().chain(residual.iter()).all(|x| x.is_finite()) {
-            return None;
-        }
-        // With rows of zeros, so that all right singular vectors are there.
-        let svd = jacobian.clone().resize_vertically(unknowns, 0.0).svd(true, true);
-        let (left, right) = (svd.u?, svd.v_t?);
-        let w = left.column(r - 1).rows(0, r).into_owned();
-        let (mut matrix, mut values) = (DMatrix::zeros(unknowns, unknowns), DVector::zeros(unknowns));
-        for k in 0..r - 1 {
-            let strong = left.column(k).rows(0, r).into_owned();
-            matrix.row_mut(k).copy_from(&(strong.transpose() * &jacobian));
-            values[k] = strong.dot(&residual);
-        }
-        for k in r - 1..unknowns {
-            let along = right.row(k).transpose();
-            let slope = |sign: f64| w.transpose() * self.jacobian(&(z + &along * (sign * BESIDE)));
-            matrix.row_mut(k).copy_from(&((slope(1.0) - slope(-1.0)) / (2.0 * BESIDE)));
-            values[k] = (w.transpose() * &jacobian * along)[0];
-        }
-        Some((matrix, values, w.dot(&residual).abs()))
     }
 }

@@ -7,10 +7,13 @@ use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::weakness;
 use crate::error::SolveError;
 use crate::integrate::{Dense, Hold, Kept, Knot, Phase, Settled, Step, System, Tolerances, by_state, increment, zip};
-use crate::model::{Branches, Constraints, Expansion, Model, ModelState, Modes, Vector};
+use crate::model::{Branches, Constraints, Expansion, Known, Model, ModelState, Modes, Vector};
 
 /// Input values as a function of time and state.
 pub(crate) type InputLaw<'m, M> = Box<dyn Fn(f64, &<M as Model>::State) -> <M as Model>::Inputs + Send + Sync + 'm>;
+
+/// Is shown states.
+pub(crate) type Listener<'r, M> = Box<dyn FnMut(&<M as Model>::State) + 'r>;
 
 /// Why accelerations do not exist at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +51,8 @@ pub(crate) struct Plant<'r, 'm, M: Constraints> {
     pub(crate) known: Branches,
     /// What series are made in, from the first one on.
     pub(crate) memory: Option<Box<M::Series>>,
+    /// Sees the states of stages: an account of work, which a system of its own would have every method compiled once more for.
+    pub(crate) listener: Option<Listener<'r, M>>,
 }
 
 impl<M: Constraints> Plant<'_, '_, M> {
@@ -63,7 +68,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
     #[inline(always)]
     pub(crate) fn stage(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::State, EvaluationError> {
         let state = self.state(t, &y.q, &y.u);
-        if M::ROWS.is_empty() || !self.upkeep.restores() { Ok(state) } else { self.restored(state) }
+        if M::IS_FREE || !self.upkeep.restores() { Ok(state) } else { self.restored(state) }
     }
 
     #[cold]
@@ -74,9 +79,9 @@ impl<M: Constraints> Plant<'_, '_, M> {
     }
 
     /// A state within a step just made; theta is 0 at its start.
-    pub(crate) fn within<D: Dense<M::Vector>>(
+    pub(crate) fn within(
         &mut self,
-        dense: &D,
+        dense: &dyn Dense<M::Vector>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
         theta: f64,
@@ -89,7 +94,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         }
         let y = dense.at(theta);
         let mut state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
-        if step.kept.between && !M::ROWS.is_empty() {
+        if step.kept.between && M::IS_HELD {
             let _ = self.held(&mut state, |upkeep, model, state| Ok(upkeep.settle_between(model, state, tolerances)));
             state = with_inputs::<M>(self.law, state);
         }
@@ -98,9 +103,9 @@ impl<M: Constraints> Plant<'_, '_, M> {
 
     /// Whether states between the ends of a step have to be settled. Near a singular position one more stage, which only the interpolant has, may lie
     /// right beside it, where nothing gives it accelerations to the tolerance; the ends know nothing of it.
-    pub(crate) fn settles_between<D: Dense<M::Vector> + ?Sized>(
+    pub(crate) fn settles_between(
         &mut self,
-        dense: &D,
+        dense: &dyn Dense<M::Vector>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool {
@@ -109,9 +114,9 @@ impl<M: Constraints> Plant<'_, '_, M> {
     }
 
     /// How far states within a step are off the constraints at most, in permitted errors.
-    pub(crate) fn off_between<D: Dense<M::Vector> + ?Sized>(
+    pub(crate) fn off_between(
         &mut self,
-        dense: &D,
+        dense: &dyn Dense<M::Vector>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> f64 {
@@ -123,13 +128,13 @@ impl<M: Constraints> Plant<'_, '_, M> {
     }
 
     /// Whether states within a step stray from constraints that may drift: further than its ends.
-    pub(crate) fn strays<D: Dense<M::Vector> + ?Sized>(
+    pub(crate) fn strays(
         &mut self,
-        dense: &D,
+        dense: &dyn Dense<M::Vector>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool {
-        if M::ROWS.is_empty() || self.upkeep.settles() {
+        if M::IS_FREE || self.upkeep.settles() {
             return false;
         }
         let ends = [&step.start, &step.end].map(|end| self.state(end.t, &end.y.q, &end.y.u));
@@ -145,11 +150,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
     /// A state on the branches that are held.
     #[inline(always)]
     pub(crate) fn on_branches(&self, state: &M::State) -> M::State {
-        let mut state = *state;
-        if M::KINKS > 0 {
-            state.hold(self.branches);
-        }
-        state
+        on::<M>(self.branches, state)
     }
 
     /// Moves a state as it is moved on the branches that are held: constraints, too, are what they are before the place at which a step is to end.
@@ -159,7 +160,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         state: &mut M::State,
         moved: impl Fn(&mut Upkeep<M>, &M, &mut M::State) -> Result<R, SolveError>,
     ) -> Result<R, SolveError> {
-        if M::KINKS > 0 && self.branches != Branches::FREE {
+        if M::HAS_KINKS && self.branches != Branches::FREE {
             let mut held = self.on_branches(state);
             if let Ok(found) = moved(&mut self.upkeep, self.model, &mut held)
                 && is_finite(held.q())
@@ -175,10 +176,17 @@ impl<M: Constraints> Plant<'_, '_, M> {
 
     #[inline(always)]
     fn solved(&mut self, state: &M::State) -> Result<M::Vector, SolveError> {
-        if M::ROWS.is_empty() {
+        if M::IS_FREE {
             self.model.accelerations_with(self.constants, state)
         } else {
             self.upkeep.accelerations(self.model, self.constants, state)
+        }
+    }
+
+    #[inline(always)]
+    fn show(&mut self, state: &M::State) {
+        if let Some(listener) = &mut self.listener {
+            listener(state);
         }
     }
 
@@ -193,7 +201,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         }
         let held = self.on_branches(state);
         let solved = self.solved(&held);
-        if M::KINKS > 0 && self.branches != Branches::FREE && !solved.as_ref().is_ok_and(is_finite) {
+        if M::HAS_KINKS && self.branches != Branches::FREE && !solved.as_ref().is_ok_and(is_finite) {
             // A branch may not exist beyond the place where it ends, as a root of what has become negative: what the model has there instead is
             // finite, and no more than a stage or two stand there.
             self.evaluations += 1;
@@ -201,6 +209,16 @@ impl<M: Constraints> Plant<'_, '_, M> {
         }
         solved.map_err(EvaluationError::Solve)
     }
+}
+
+/// A state on these branches.
+#[inline(always)]
+pub(crate) fn on<M: Constraints>(branches: Branches, state: &M::State) -> M::State {
+    let mut state = *state;
+    if M::HAS_KINKS {
+        state.hold(branches);
+    }
+    state
 }
 
 fn is_finite(v: &impl Vector) -> bool {
@@ -266,10 +284,13 @@ impl<M: Constraints> Plant<'_, '_, M> {
 
 impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     type Error = EvaluationError;
+    const IS_FREE: bool = M::IS_FREE;
+    const IS_SMOOTH: bool = M::IS_SMOOTH;
 
     #[inline(always)]
     fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
         let state = self.stage(t, &Phase { q: *q, u: *u })?;
+        self.show(&state);
         self.accelerations_of(&state)
     }
 
@@ -285,12 +306,13 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     #[inline(always)]
     fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
         let state = self.stage(t, y)?;
+        self.show(&state);
         Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
     }
 
     #[inline(always)]
     fn attempting(&mut self, start: &mut Knot<M::Vector>, h: f64) -> Result<(), EvaluationError> {
-        if M::ROWS.is_empty() || !self.upkeep.is_tied() {
+        if M::IS_FREE || !self.upkeep.is_tied() {
             return Ok(());
         }
         let state = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
@@ -302,7 +324,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn is_held(&self) -> bool {
-        !M::ROWS.is_empty()
+        M::IS_HELD
     }
 
     #[cold]
@@ -314,12 +336,12 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn settles(&self) -> bool {
-        !M::ROWS.is_empty() && self.upkeep.settles()
+        M::IS_HELD && self.upkeep.settles()
     }
 
     #[inline(always)]
     fn hold_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
-        !M::ROWS.is_empty() && self.upkeep.hold_stages(on, tolerances)
+        M::IS_HELD && self.upkeep.hold_stages(on, tolerances)
     }
 
     fn lasting(
@@ -328,7 +350,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         y: &Phase<M::Vector>,
         error: &Phase<M::Vector>,
     ) -> Result<Option<Phase<M::Vector>>, EvaluationError> {
-        if M::ROWS.is_empty() || !self.upkeep.settles() {
+        if M::IS_FREE || !self.upkeep.settles() {
             return Ok(None);
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
@@ -342,7 +364,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         y: &mut Phase<M::Vector>,
         tolerances: &Tolerances,
     ) -> Result<Option<Settled>, EvaluationError> {
-        if M::ROWS.is_empty() || !self.upkeep.settles() {
+        if M::IS_FREE || !self.upkeep.settles() {
             return Ok(None);
         }
         let before = self.state(t, &y.q, &y.u);
@@ -371,7 +393,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     }
 
     fn hold_end(&mut self, start: &Knot<M::Vector>, h: f64, q: &mut M::Vector) -> Result<(), EvaluationError> {
-        if M::ROWS.is_empty() {
+        if M::IS_FREE {
             return Ok(());
         }
         let from = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
@@ -384,7 +406,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn is_constrained(&self) -> bool {
-        !M::ROWS.is_empty()
+        M::IS_HELD
     }
 
     fn across(
@@ -394,7 +416,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         v: &M::Vector,
         holonomic: bool,
     ) -> Result<M::Vector, EvaluationError> {
-        if M::ROWS.is_empty() {
+        if M::IS_FREE {
             return Ok(M::Vector::zeros());
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
@@ -403,7 +425,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     }
 
     fn onto_constraints(&mut self, t: f64, y: &Phase<M::Vector>, rate: f64) -> Result<M::Vector, EvaluationError> {
-        if M::ROWS.is_empty() {
+        if M::IS_FREE {
             return Ok(M::Vector::zeros());
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
@@ -417,7 +439,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         p: &mut M::Vector,
         rate: &mut M::Vector,
     ) -> Result<bool, EvaluationError> {
-        if !M::ROWS.is_empty() {
+        if M::IS_HELD {
             return Ok(false);
         }
         let state = self.stage(t, y)?;
@@ -444,7 +466,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     #[inline(always)]
     fn accelerations_ahead(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::Vector, EvaluationError> {
         // A held branch may not exist there: see `accelerations_of`.
-        if self.law.is_some() || !M::ROWS.is_empty() || self.branches != Branches::FREE {
+        if self.law.is_some() || M::IS_HELD || self.branches != Branches::FREE {
             return self.accelerations(t, &y.q, &y.u);
         }
         self.evaluations += 1;
@@ -483,7 +505,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn kink(&mut self, step: (f64, f64), fails: bool, path: impl Fn(f64) -> Phase<M::Vector>) -> Option<f64> {
-        if M::KINKS + M::REACTION_KINKS == 0 { None } else { self.first_kink(step, fails, &path) }
+        if M::IS_SMOOTH { None } else { self.first_kink(step, fails, &path) }
     }
 
     /// A reaction has the accuracy of q̇ at least, and what is found is looked for again as the step ends nearer to it.

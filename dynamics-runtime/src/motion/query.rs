@@ -16,7 +16,7 @@ use crate::constrain;
 use crate::constrain::memory::max_abs;
 use crate::integrate::System as _;
 use crate::integrate::{Dense as _, Hermite, Knot, Method, Phase, Step};
-use crate::model::{Branches, Model, ModelState, Vector};
+use crate::model::{Branches, Known, Model, ModelState, Vector};
 
 /// Velocities that are solved for differ by no more than this part from those that are interpolated, but where rounding decides them.
 const STRAYS: f64 = 0.01;
@@ -143,7 +143,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
     /// Time jets of the coordinates at a state of the motion, with the multipliers of its constraints.
     #[must_use]
     pub fn coordinates_of(&self, state: &M::State) -> M::Coordinates {
-        if M::ROWS.is_empty() {
+        if M::IS_FREE {
             return M::coordinates_with(state, &self.accelerations_of(state), &[]);
         }
         match constrain::solve_once(self.model, &self.constants, state) {
@@ -298,6 +298,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             branches: Branches::FREE,
             known: Branches::FREE,
             memory: None,
+            listener: None,
             upkeep,
         }
     }
@@ -344,7 +345,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             Some(again) if !plant.strays(&*again, &step, tolerances) => again,
             again => self.by_its_ends(&mut plant, &step, again),
         };
-        let settles = !M::ROWS.is_empty() && plant.settles_between(&*interpolant, &step, tolerances);
+        let settles = M::IS_HELD && plant.settles_between(&*interpolant, &step, tolerances);
         *memory = maker.map(|maker| Memory { maker, next: index + 1, room: plant.upkeep.into_memory() });
         Cached { index, interpolant, settles }
     }
@@ -461,7 +462,7 @@ impl<'a, 'm, M: Simulate> Sampler<'a, 'm, M> {
         let y = interpolant.at(((t - state.t()) / h).max(0.0));
         let mut between = M::State::new(t, y.q, y.u, *state.inputs());
         *between.modes_mut() = state.modes();
-        if !(trajectory.consistent || *settles) || M::ROWS.is_empty() {
+        if !(trajectory.consistent || *settles) || M::IS_FREE {
             return (between, true);
         }
         let upkeep = self.upkeep.get_or_insert_with(|| self.motion.upkeep(usual, Vec::new()));

@@ -7,9 +7,11 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 mod act;
 mod corners;
+mod steps;
 
 use super::causes::{self, Corner, explained};
 use super::creep::Creep;
+use super::driver::Driver;
 use super::error::SimulationErrorKind as Kind;
 use super::pace;
 use super::plant::{EvaluationError, Plant};
@@ -21,12 +23,11 @@ use super::upkeep::Drifted;
 use super::watch::{Flow, Watch};
 use crate::constrain::Involved;
 use crate::constrain::weakness::{Weakness, weakness};
-use crate::integrate::{
-    Crossing, Dense, Hermite, Knot, Phase, Scheme, Step, StepError, StepOptions, Stepper, Tolerances,
-};
+use crate::integrate::{Crossing, Dense, Hermite, Knot, Phase, Step, StepError, StepOptions, Tolerances};
 use crate::math;
-use crate::model::{Dynamics, Model, ModelState, Vector};
+use crate::model::{Dynamics, Known, Model, ModelState, Vector};
 use crate::motion::Simulate;
+pub(crate) use steps::{Made, Steps, Tally};
 
 /// Conditioning of constraints from which on a singular position is near.
 const WEAK: f64 = 5.0;
@@ -94,36 +95,38 @@ pub(crate) struct Halt {
 }
 
 /// Runs a plan with one method. What was computed before a failure is in the sink.
-pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
-    scheme: S,
+pub(crate) fn run<M: Simulate>(
+    driver: &dyn Driver<M>,
     plan: &mut Plan<'_, '_, M>,
     sink: &mut dyn Sink<M>,
 ) -> (Counts, Result<Ended<M::State>, Halt>) {
     let from = plan.resumes.map_or(plan.start, |(state, _)| state);
     let y = Phase { q: *from.q(), u: *from.u() };
-    let mut stepper = match Stepper::with(scheme, &mut plan.plant, from.t(), y, plan.end, plan.options) {
+    let mut stepper = match driver.begin(&mut plan.plant, (from.t(), y), plan.end, plan.options) {
         Ok(stepper) => stepper,
         Err(error) => {
             sink.stand(Record::unmoved(from));
             let counts = Counts { evaluations: plan.plant.evaluations, ..Counts::default() };
-            return (counts, Err(explained(plan, &from, Halt { h: 0.0, ..halt::<M>(error) }, S::METHOD)));
+            return (counts, Err(explained(plan, &from, Halt { h: 0.0, ..halt::<M>(error) }, driver.method())));
         }
     };
-    let begun = if plan.resumes.is_some() { Ok(()) } else { begin_singular(plan, &mut stepper) };
+    let stepper = &mut *stepper;
+    let begun = if plan.resumes.is_some() { Ok(()) } else { begin_singular(plan, stepper) };
     plan.plant.upkeep.under_way = true;
     let result = match begun {
-        Ok(()) => Flight { plan, stepper: &mut stepper, creep: Creep::new(), slide: Slide::from(from.t()) }.fly(sink),
+        Ok(()) => Flight { plan, stepper, creep: Creep::new(), slide: Slide::from(from.t()) }.fly(sink),
         Err(kind) => Err(Halt { kind, h: 0.0 }),
     };
     let now = |plan: &Plan<'_, '_, M>, Knot { t, y, .. }: &Knot<M::Vector>| plan.plant.state(*t, &y.q, &y.u);
-    let result = result.map_err(|halt| explained(plan, &now(plan, stepper.now()), halt, S::METHOD));
+    let result = result.map_err(|halt| explained(plan, &now(plan, stepper.now()), halt, driver.method()));
+    let Tally { accepted, rejected, stiff_at, slides_at, .. } = stepper.tally();
     let counts = Counts {
-        steps: stepper.accepted(),
-        rejected: stepper.rejected(),
+        steps: accepted,
+        rejected,
         evaluations: plan.plant.evaluations,
         wall_time: None,
-        stiff_at: stepper.stiff_at(),
-        slides_at: stepper.slides_at(),
+        stiff_at,
+        slides_at,
         parted: stepper.parted(),
     };
     // The next record is made by the method that goes on.
@@ -134,10 +137,7 @@ pub(crate) fn run<M: Simulate, S: Scheme<M::Vector>>(
 }
 
 /// At a singular start the accelerations are those of the branch on which the velocities are.
-fn begin_singular<'m, M: Simulate, S: Scheme<M::Vector>>(
-    plan: &mut Plan<'_, 'm, M>,
-    stepper: &mut Stepper<M::Vector, S>,
-) -> Result<(), Kind> {
+fn begin_singular<'m, M: Simulate>(plan: &mut Plan<'_, 'm, M>, stepper: &mut dyn Steps<M>) -> Result<(), Kind> {
     let plant = &mut plan.plant;
     if plant.upkeep.upkept.dependent == 0 {
         return Ok(());
@@ -151,9 +151,10 @@ fn begin_singular<'m, M: Simulate, S: Scheme<M::Vector>>(
     Ok(())
 }
 
-struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
+/// What a run does beside its steps, compiled once for all methods.
+struct Flight<'f, 'r, 'm, M: Simulate> {
     plan: &'f mut Plan<'r, 'm, M>,
-    stepper: &'f mut Stepper<M::Vector, S>,
+    stepper: &'f mut dyn Steps<M>,
     creep: Creep,
     slide: Slide,
 }
@@ -161,14 +162,14 @@ struct Flight<'f, 'r, 'm, M: Simulate, S: Scheme<M::Vector>> {
 /// Deviation of an event function half-way from the secant, in parts of its change, from which on it jumps.
 const JUMPS: f64 = 0.35;
 
-impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
+impl<M: Simulate> Flight<'_, '_, '_, M> {
     fn fly(mut self, sink: &mut dyn Sink<M>) -> Result<Ended<M::State>, Halt> {
         let at = |kind| Halt { kind, h: 0.0 };
         if self.plan.resumes.is_none() {
             self.begin(sink)?;
         }
         while self.stepper.now().t != self.plan.end {
-            self.check().map_err(|kind| Halt { kind, h: self.stepper.proposed_step() })?;
+            self.check().map_err(|kind| Halt { kind, h: self.stepper.tally().proposed })?;
             let mut step = self.advance()?;
             let corner = self.end_before_corner(&mut step)?;
             if let Err(kind) = self.check_drift(&step) {
@@ -194,7 +195,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             if flow == Flow::Stop {
                 break;
             }
-            if self.plan.hands_over && self.stepper.stiff_at().is_some() && self.stepper.now().t != self.plan.end {
+            if self.plan.hands_over && self.stepper.tally().stiff_at.is_some() && self.stepper.now().t != self.plan.end
+            {
                 return Ok(Ended::Stiff(self.now()));
             }
         }
@@ -225,19 +227,19 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     fn check(&mut self) -> Result<(), Kind> {
         let limit = self.plan.most_steps;
         let before = self.plan.resumes.as_ref().map_or(0, |(_, steps)| *steps);
-        let made = before + self.stepper.accepted() + self.stepper.rejected();
+        let Tally { accepted, rejected, proposed, stiff_at, slides_at, slides } = self.stepper.tally();
+        let (made, now) = (before + accepted + rejected, self.stepper.now().t);
         // Where it is stiff or slides, that is what is to be said.
-        if let Some(at) = self.creep.note(made, self.stepper.now().t, self.plan.end)
-            && self.stepper.stiff_at().is_none()
-            && self.stepper.slides_at().is_none()
+        if let Some(at) = self.creep.note(made, now, self.plan.end)
+            && stiff_at.is_none()
+            && slides_at.is_none()
         {
             return Err(self.vanish(at));
         }
-        let (slides, now) = (self.stepper.slides(), self.stepper.now().t);
         let StepOptions { fixed, most, .. } = self.plan.options;
         if let Some(took) = self.creep.took(made, now)
             && fixed.is_none()
-            && self.stepper.proposed_step() < most
+            && proposed < most
             && self.creep.runs_out(took, (made, limit), (now, self.plan.end))
             && singular::crawls(self.plan.plant.model, &self.now(), took)
         {
@@ -246,12 +248,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let slides = slides > 0 && self.slide.outlasts((made, limit), (now, self.plan.end), slides);
         if made >= limit || slides {
             let way = [self.plan.start.t(), now];
-            return Err(Kind::TooManySteps {
-                limit,
-                stiff_at: self.stepper.stiff_at(),
-                slides_at: self.stepper.slides_at(),
-                gain: pace::bounding_gain(self.plan.plant.upkeep.formulation, way, made),
-            });
+            let gain = pace::bounding_gain(self.plan.plant.upkeep.formulation, way, made);
+            return Err(Kind::TooManySteps { limit, stiff_at, slides_at, gain });
         }
         match self.plan.cancel {
             Some(flag) if flag.load(Ordering::Relaxed) => Err(Kind::Cancelled),
@@ -315,7 +313,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     /// Formulations that let constraints drift may do so within limits.
     fn check_drift(&mut self, step: &Step<M::Vector>) -> Result<(), Kind> {
         let plant = &mut self.plan.plant;
-        if M::ROWS.is_empty() || plant.upkeep.settles() {
+        if M::IS_FREE || plant.upkeep.settles() {
             return Ok(());
         }
         let state = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
@@ -345,10 +343,10 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         let flow = sink.step(from, &to, &mut |theta| {
             if dense.is_none() {
                 let built = self.stepper.dense(plant, &step).map_err(evaluation::<M>)?;
-                step.kept.between = plant.settles_between(&built, &step, tolerances);
+                step.kept.between = plant.settles_between(&*built, &step, tolerances);
                 dense = Some(built);
             }
-            let dense = dense.as_ref().expect("built just above");
+            let dense = dense.as_deref().expect("built just above");
             Ok(plant.within(dense, &step, tolerances, theta))
         });
         self.plan.plant.upkeep.learn();
@@ -365,10 +363,10 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             Ok(dense) => dense,
             Err(error) => return Err(self.take_back(&step, at(evaluation::<M>(error)))),
         };
-        step.kept.between = plant.settles_between(&dense, &step, &options.tolerances);
+        step.kept.between = plant.settles_between(&*dense, &step, &options.tolerances);
         let plant = RefCell::new(plant);
-        let state = |theta: f64| plant.borrow_mut().within(&dense, &step, &options.tolerances, theta);
-        if let Err(kind) = watch.scan(&step, S::SCAN, state) {
+        let state = |theta: f64| plant.borrow_mut().within(&*dense, &step, &options.tolerances, theta);
+        if let Err(kind) = watch.scan(&step, self.stepper.scan(), &state) {
             return Err(self.take_back(&step, at(kind)));
         }
         let acting = watch.first_acting();
@@ -386,7 +384,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
         self.plan.watch.cut_after(acting);
         let crossing = self.plan.watch.found[acting];
         let whole = step;
-        let moves = match self.end_at(&mut step, &dense, &crossing) {
+        let moves = match self.end_at(&mut step, &*dense, &crossing) {
             Ok(moves) => moves,
             Err(halt) => return Err(self.take_back(&whole, halt)),
         };
@@ -432,9 +430,9 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
             Ok(dense) => dense,
             Err(error) => return Err(self.take_back(step, at(evaluation::<M>(error)))),
         };
-        let turned = suspects
-            .iter()
-            .filter_map(|(slipping, place)| sides::turned(plant, step, &dense, &options.tolerances, *slipping, *place));
+        let turned = suspects.iter().filter_map(|(slipping, place)| {
+            sides::turned(plant, step, &*dense, &options.tolerances, *slipping, *place)
+        });
         let Some(first) = turned.min_by(|a, b| a.theta.total_cmp(&b.theta)) else { return Ok(()) };
         let Turned { constraint, side, slip, theta, at: when, sticks } = first;
         let halt = at(Kind::SlipsBack { constraint: constraint.name, side, slip, at: when, sticks });
@@ -457,7 +455,12 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
 
     /// Ends the step at the crossing, by the method itself and not by its interpolant; a few secant corrections put the event
     /// function to zero at the state that results. Returns false where the crossing is at the very start of the step.
-    fn end_at(&mut self, step: &mut Step<M::Vector>, dense: &S::Dense, crossing: &Crossing) -> Result<bool, Halt> {
+    fn end_at(
+        &mut self,
+        step: &mut Step<M::Vector>,
+        dense: &dyn Dense<M::Vector>,
+        crossing: &Crossing,
+    ) -> Result<bool, Halt> {
         let whole = *step;
         let Plan { plant, watch, options, .. } = &mut *self.plan;
         let mut theta = crossing.theta;

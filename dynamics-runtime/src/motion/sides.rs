@@ -84,7 +84,7 @@ pub(super) fn suspect<M: Simulate>(
 pub(super) fn turned<M: Simulate>(
     plant: &mut Plant<'_, '_, M>,
     step: &Step<M::Vector>,
-    dense: &impl Dense<M::Vector>,
+    dense: &dyn Dense<M::Vector>,
     tolerances: &Tolerances,
     slipping: Slipping,
     place: usize,

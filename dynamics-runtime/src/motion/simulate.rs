@@ -24,7 +24,7 @@ use super::plant::{InputLaw, Plant, with_inputs};
 use super::progress::Progress;
 use super::query::Motion;
 use super::record::{Counts, Record, Trajectory};
-use super::run::{Ended, Halt, Keep, Plan, Show, Sink};
+use super::run::{Ended, Halt, Keep, Plan, Show, Sink, run};
 use super::second::{Probe, Second, SecondRun};
 use super::upkeep::{PlaceError, Upkeep};
 use super::watch::{Action, Flow, Watch};
@@ -375,6 +375,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 branches: Branches::FREE,
                 known: Branches::FREE,
                 memory: None,
+                listener: None,
                 upkeep,
             }
         };
@@ -486,7 +487,7 @@ fn sail<M: Simulate>(driver: &AnyDriver<M>, plan: &mut Plan<'_, '_, M>, sink: &m
     #[cfg(feature = "std")]
     let begun = std::time::Instant::now();
     #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
-    let (mut counts, mut result) = driver.run(plan, sink);
+    let (mut counts, mut result) = run(&**driver, plan, sink);
     let mut relay = None;
     if let Ok(Ended::Stiff(state)) = &result {
         let implicit: AnyDriver<M> = Arc::new(Radau5);
@@ -512,7 +513,7 @@ fn go_on<M: Simulate>(
     plan.hands_over = false;
     // What was asked for the first step is over.
     plan.options.first = None;
-    let (after, result) = driver.run(plan, sink);
+    let (after, result) = run(&**driver, plan, sink);
     // The plant has counted its evaluations all along.
     let (steps, rejected) = (before.steps + after.steps, before.rejected + after.rejected);
     (

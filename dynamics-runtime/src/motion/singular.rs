@@ -20,7 +20,7 @@ use crate::constrain::memory::{max_abs, norm};
 use crate::constrain::weakness::{Weakness, weakness};
 use crate::error::SolveError;
 use crate::math;
-use crate::model::{Constraints, ModelState, Vector};
+use crate::model::{Constraints, Known, ModelState, Vector};
 
 /// Part of the velocity, or of the step back to the constraints, that may be decided by drift.
 pub(super) const DECIDED: f64 = 0.02;
@@ -75,7 +75,7 @@ pub(super) fn explain<M: Constraints>(
     way: Way,
 ) -> Kind {
     let creeps = matches!(kind, Kind::TooManySteps { .. } | Kind::StepsVanish { .. });
-    if M::ROWS.is_empty() {
+    if M::IS_FREE {
         return kind;
     }
     let Weakness { condition, rows, coordinates } = weakness(model, state);
@@ -101,7 +101,7 @@ const COMES: f64 = 0.05;
 /// Whether many steps that took this time do not come past the singular position that is near.
 pub(super) fn crawls<M: Constraints>(model: &M, state: &M::State, took: f64) -> bool {
     let way = way_in(state, took);
-    !M::ROWS.is_empty() && way * CREEPS < COMES && {
+    M::IS_HELD && way * CREEPS < COMES && {
         let condition = weakness(model, state).condition;
         condition >= CREEPS && way * condition < COMES
     }

@@ -19,7 +19,7 @@ use crate::constrain::{self, Diagnosis, Gradients};
 use crate::error::{SolveError, StateError};
 use crate::integrate::{Phase, Tolerances, zip};
 use crate::math;
-use crate::model::{Constraint, Constraints, ModelState, Route, Vector};
+use crate::model::{Constraint, Constraints, Known, ModelState, Route, Vector};
 
 /// How often a run had to leave the straight way to keep its constraints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -127,7 +127,7 @@ impl<M: Constraints> Upkeep<M> {
             _ => (0.0, 0.0),
         };
         let len = constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len());
-        workspace.resize(if M::ROWS.is_empty() { 0 } else { len }, 0.0);
+        workspace.resize(if M::IS_FREE { 0 } else { len }, 0.0);
         Self {
             formulation,
             upkept: Upkept::default(),
@@ -469,7 +469,7 @@ impl<M: Constraints> Upkeep<M> {
 
     /// Checks a start, and puts it onto the constraints where the formulation keeps it there.
     pub(crate) fn begin(&mut self, model: &M, state: &mut M::State) -> Result<(), PlaceError> {
-        if M::ROWS.is_empty() {
+        if M::IS_FREE {
             return Ok(());
         }
         self.put(model, state, Against::ItsSize)?;

@@ -32,7 +32,7 @@ use super::zeno::Zeno;
 use crate::constrain::assemble::CONSISTENT;
 use crate::constrain::memory::max_abs;
 use crate::integrate::{Crossing, Direction, Knot, Scan, ScanError, Step, place};
-use crate::model::{ModelState, Vector};
+use crate::model::{Known, ModelState, Vector};
 
 /// Whether a simulation goes on after an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -243,7 +243,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
     /// Whether a function is zero all over a step because constraints hold, see [`Functions::is_kept`].
     #[cold]
     fn is_kept(&mut self, index: usize, state: &impl Fn(f64) -> M::State) -> Result<bool, Fault> {
-        if M::ROWS.is_empty() || index >= self.functions.first_guard() {
+        if M::IS_FREE || index >= self.functions.first_guard() {
             return Ok(false);
         }
         for theta in [0.0, 0.3, 0.6, 1.0] {

@@ -4,17 +4,21 @@
 //! each step. So it has the order of the method, and the account closes to the tolerance of the run; what is left open measures the
 //! error of the motion and of the account together.
 
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::plant::{EvaluationError, Plant};
+use super::driver::{AnyDriver, Maker};
+use super::plant::on;
 use super::query::{Motion, Sampler};
 use super::simulate::Simulate;
-use crate::integrate::{Phase, Scheme, System};
+use crate::integrate::System as _;
 use crate::model::ModelState;
 
+/// Quarters, as where positions are solved: see `Motion::add_work`.
+const PARTS_OF_LONG_STEPS: u32 = 4;
 /// Relative error with which energies are evaluated.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -143,7 +147,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
         }
         let done = self.is_repeatable()
             && match self.trajectory.driver_of(index) {
-                Some(driver) => driver.meter(sampler, index, work),
+                Some(driver) => self.meter(driver, sampler, index, work),
                 // Steps are as long as Newton's method permits, up to a radian of a crank: on quarters of them the quadrature leaves about
                 // 10⁻¹² of the energy (slider-crank, Jansen's leg).
                 None => sampler.meter_by_quadrature(index, 4, work),
@@ -153,58 +157,53 @@ impl<'m, M: Simulate> Motion<'m, M> {
         }
     }
 
+    /// Adds the work done during a step that a method made; false where it cannot be made again.
+    fn meter(&self, driver: &AnyDriver<M>, sampler: &mut Sampler<'_, '_, M>, index: usize, work: &mut [f64]) -> bool {
+        let weights = driver.weights();
+        if weights.is_empty() {
+            // Five nodes are exact up to degree nine: enough for what the quintics of implicit methods make of powers. Series have higher orders, and longer steps.
+            let long = driver.scan() > 8;
+            sampler.meter_by_quadrature(index, if long { PARTS_OF_LONG_STEPS } else { 1 }, work)
+        } else if self.step(index).kept.between {
+            // Its stages are off by what was taken back at its end, and so are their reactions; states between are settled.
+            sampler.meter_by_quadrature(index, PARTS_OF_LONG_STEPS, work)
+        } else {
+            self.meter_by_stages(&mut *driver.maker(), weights, index, work)
+        }
+    }
+
     /// Makes a step again and sums h bᵢ Pᵢ over its stages; false where it cannot be made again.
-    pub(super) fn meter_by_stages<S: Scheme<M::Vector>>(&self, mut scheme: S, index: usize, work: &mut [f64]) -> bool {
+    pub(super) fn meter_by_stages(
+        &self,
+        maker: &mut dyn Maker<M>,
+        weights: &'static [f64],
+        index: usize,
+        work: &mut [f64],
+    ) -> bool {
         let mut step = self.step(index);
-        let mut plant = self.plant(index);
-        plant.hold_stages(step.kept.stages, &self.trajectory.tolerances);
+        let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);
+        plant.hold_stages(step.kept.stages, tolerances);
         if plant.hold_branches(&mut step.start, step.h, step.kept.branches).is_err() {
             return false;
         }
         if plant.attempting(&mut step.start, step.h).is_err() {
             return false;
         }
-        let mut meter = Meter { plant, weights: S::WEIGHTS, h: step.h, stage: 0, powers: vec![0.0; work.len()], work };
-        let first = meter.plant.state(step.start.t, &step.start.y.q, &step.start.y.u);
-        meter.read(&first);
-        scheme.attempt(&mut meter, &step.start, step.h, &self.trajectory.tolerances).is_ok()
-    }
-}
-
-/// Reads the powers at every stage of a step.
-struct Meter<'w, 'r, 'm, M: Simulate> {
-    plant: Plant<'r, 'm, M>,
-    weights: &'static [f64],
-    h: f64,
-    stage: usize,
-    powers: Vec<f64>,
-    work: &'w mut [f64],
-}
-
-impl<M: Simulate> Meter<'_, '_, '_, M> {
-    fn read(&mut self, state: &M::State) {
-        let weight = self.weights.get(self.stage).copied().unwrap_or(0.0);
-        self.stage += 1;
-        if weight == 0.0 {
-            return;
-        }
-        self.plant.model.powers(&self.plant.on_branches(state), &mut self.powers);
-        for (work, power) in self.work.iter_mut().zip(&self.powers) {
-            *work += self.h * weight * power;
-        }
-    }
-}
-
-impl<M: Simulate> System<M::Vector> for Meter<'_, '_, '_, M> {
-    type Error = EvaluationError;
-    fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
-        self.derivative(t, &Phase { q: *q, u: *u }).map(|slope| slope.u)
-    }
-    /// As the plant has it, so that the step is the one that was made.
-    fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
-        let state = self.plant.stage(t, y)?;
-        self.read(&state);
-        Ok(Phase { q: *state.u(), u: self.plant.accelerations_of(&state)? })
+        let (model, branches, h) = (plant.model, plant.branches, step.h);
+        let (mut stages, mut powers) = (weights.iter().copied(), vec![0.0; work.len()]);
+        let mut read = move |state: &M::State| {
+            let weight = stages.next().unwrap_or(0.0);
+            if weight == 0.0 {
+                return;
+            }
+            model.powers(&on::<M>(branches, state), &mut powers);
+            for (work, power) in work.iter_mut().zip(&powers) {
+                *work += h * weight * power;
+            }
+        };
+        read(&plant.state(step.start.t, &step.start.y.q, &step.start.y.u));
+        plant.listener = Some(Box::new(read));
+        maker.attempt(&mut plant, &step, tolerances)
     }
 }
 

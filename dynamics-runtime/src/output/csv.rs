@@ -12,7 +12,7 @@ use core::fmt::Write;
 use super::error::OutputError;
 use super::names::{self, Column};
 use super::text;
-use crate::model::{ModelState, Vector};
+use crate::model::{Known, ModelState, Vector};
 use crate::motion::{Motion, Simulate};
 
 /// A motion as a table, from [`Motion::csv`].
@@ -121,7 +121,7 @@ impl<M: Simulate> Csv<'_, '_, M> {
         let accelerations = self.motion.accelerations_of(state);
         let inputs = state.inputs().as_slice();
         // Without constraints there is nothing to solve.
-        let multipliers = if M::ROWS.is_empty() { M::Rows::zeros() } else { self.motion.multipliers_of(state) };
+        let multipliers = if M::IS_FREE { M::Rows::zeros() } else { self.motion.multipliers_of(state) };
         let (a, lambda) = (accelerations.as_slice(), multipliers.as_slice());
         for values in [state.q().as_slice(), state.u().as_slice(), a, lambda, inputs] {
             values.iter().copied().for_each(&mut put);

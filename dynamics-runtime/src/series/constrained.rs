@@ -3,6 +3,8 @@
 //! Coefficient k of the equations of motion and coefficient K = k + 2 of Φ = 0 are solved together for q̈ₖ and λₖ, as q_K = τ²/(K(K−1)) q̈ₖ. What Φ
 //! is made of is expanded two orders ahead of everything else, in lanes of its own; what the equations of motion share with it is kept until its turn.
 
+use core::array;
+
 use nalgebra::SVector;
 
 use super::{Lanes, MOST_ORDER, RECIPROCAL, Rows, WIDTH};
@@ -66,17 +68,14 @@ pub fn expand_constrained<
     let order = (q.len().min(u.len()) - 1).min(MOST_ORDER);
     let (mut lanes, mut ahead) = (Lanes::new(rows), Lanes::new(ahead));
     let time = |k: usize| if k == 1 { scale } else { 0.0 };
-    // q_K from u of the order before.
-    let place = |q: &mut [SVector<f64, N>], u: &[SVector<f64, N>], late: usize| {
-        let factor = scale * RECIPROCAL[late];
-        (0..N).for_each(|i| q[late][i] = factor * u[late - 1][i]);
-    };
+    // q_K from u of the order before, at hand as values: what was just stored is late to be read again.
+    let place = |of_u: &[f64; N], late: usize| SVector::from(of_u.map(|x| scale * RECIPROCAL[late] * x));
     if order > 0 {
-        place(q, u, 1);
-        (0..N).for_each(|i| u[1][i] = scale * a[i]);
+        q[1] = place(&u[0].data.0[0], 1);
+        u[1] = SVector::from(a.map(|a| scale * a));
     }
     if order > 1 {
-        place(q, u, 2);
+        q[2] = place(&u[1].data.0[0], 2);
     }
     for late in 1..=order + 1 {
         let (sums_ahead, of_late) = (ahead.sums(late), [late as f64, RECIPROCAL[late]]);
@@ -95,9 +94,10 @@ pub fn expand_constrained<
             let (left, right) = (recurrences.next)(t, &of_q, &of_u, &of_k, &solved, &of_shared, &sums.values());
             lanes.store(k, left, right);
             let factor = scale * RECIPROCAL[k + 1];
-            (0..N).for_each(|i| u[k + 1][i] = factor * solved[i]);
+            let of_u: [f64; N] = array::from_fn(|i| factor * solved[i]);
+            u[k + 1] = SVector::from(of_u);
             if late <= order {
-                place(q, u, late);
+                q[late] = place(&of_u, late);
             }
         }
         if late <= order {

@@ -79,7 +79,7 @@ impl Body<'_> {
         printer
     }
 
-    /// Functions that hand an array of live values from one to the next.
+    /// Functions that write what later ones read into an array that all of them share.
     fn print_parts(&self, program: &Program, steps: &[Step], results: &[NodeId], wanted: &BTreeSet<NodeId>) -> Printed {
         let graph = self.access.graph;
         let parts: Vec<&[Step]> = steps.chunks(PART).collect();
@@ -89,42 +89,46 @@ impl Body<'_> {
             needs[i] = needed.clone();
             needed.extend(parts[i].iter().flat_map(|step| read(graph, step)));
         }
+        let lasting: Vec<Vec<NodeId>> = parts
+            .iter()
+            .zip(&needs)
+            .map(|(part, needed)| part.iter().flat_map(defined).filter(|id| needed.contains(id)).collect())
+            .collect();
+        let total = lasting.iter().map(Vec::len).sum();
+        let signature = self.signature(total);
         let mut available: Vec<NodeId> = Vec::new();
         let (mut functions, mut statements) = (TokenStream::new(), TokenStream::new());
         let (model, t, q, u, w, k, x) =
             (local("model"), local("t"), local("q"), local("u"), local("w"), local("k"), local("x"));
-        for (i, (part, needed)) in parts.iter().zip(&needs).enumerate() {
+        for (i, (part, lasting)) in parts.iter().zip(lasting).enumerate() {
             let mut printer = self.printer();
             place_array(&mut printer, &available);
-            let body = printer.statements(part, needed);
-            let live: Vec<NodeId> = available
-                .iter()
-                .copied()
-                .chain(part.iter().flat_map(defined))
-                .filter(|id| needed.contains(id))
-                .collect();
-            let out: Vec<TokenStream> = live.iter().map(|id| printer.result(*id)).collect();
+            let body = printer.statements(part, &needs[i]);
+            let writes = lasting.iter().enumerate().map(|(place, id)| {
+                let (place, value) = (available.len() + place, printer.result(*id));
+                quote!(#x[#place] = #value;)
+            });
             let name = local(&format!("{}_part_{}", program.name, i + 1));
-            let signature = self.signature(available.len(), live.len());
             functions.extend(quote! {
                 #[inline(never)]
-                fn #name #signature { #body [#(#out),*] }
+                fn #name #signature { #body #(#writes)* }
             });
             let (a, lambda, modes) = (local("a"), local("lambda"), local("modes"));
             let solved = self.constraints.map(|_| quote!(#a, #lambda, #modes,));
             let branches = local("branches");
             let branches = self.access.chooses().then(|| quote!(#branches,));
-            statements.extend(quote!(let #x = &#name(#model, #t, #q, #u, #w, #branches #solved #k, #x);));
-            available = live;
+            statements.extend(quote!(#name(#model, #t, #q, #u, #w, #branches #solved #k, #x);));
+            available.extend(lasting);
         }
         let mut printer = self.printer();
         place_array(&mut printer, &available);
         let results = results.iter().map(|id| printer.result(*id)).collect();
         let k = if self.constants.is_empty() { quote!(let #k = &[];) } else { TokenStream::new() };
-        Printed { functions, statements: quote!(#k let #x = &[]; #statements), results }
+        let room = quote!(let #x = &mut [0.0; #total];);
+        Printed { functions, statements: quote!(#k #room #statements), results }
     }
 
-    fn signature(&self, live: usize, out: usize) -> TokenStream {
+    fn signature(&self, live: usize) -> TokenStream {
         let private = &self.access.private;
         let f64 = quote!(#private::f64);
         let (name, n, m) = (&self.surface.target, self.surface.degrees(), self.surface.input_count());
@@ -140,13 +144,13 @@ impl Body<'_> {
         quote! {
             (
                 #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m], #branches #solved #k: &[#f64; #constants],
-                #x: &[#f64; #live],
-            ) -> [#f64; #out]
+                #x: &mut [#f64; #live],
+            )
         }
     }
 }
 
-/// Lets the printer find the live values in the array `x`.
+/// Lets the printer find values in the array `x`.
 fn place_array(printer: &mut Printer<'_>, live: &[NodeId]) {
     for (i, id) in live.iter().enumerate() {
         printer.values.insert(*id, format!("x[{i}]"));

@@ -250,8 +250,9 @@ impl Emission<'_> {
                 let name = local(name);
                 self.write(&quote!(#terms.#name), values)
             });
+        let inlining = self.inlining(programs.terms.body.len() + programs.terms.hoisted.len());
         let method = quote! {
-            #[inline]
+            #inlining
             fn terms(#at_state, #terms: &mut #private::Terms<'_>) {
                 #prologue
                 let #lambda = &[0.0 as #f64; #r];

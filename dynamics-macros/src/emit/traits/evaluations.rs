@@ -23,8 +23,9 @@ impl Emission<'_> {
         let Printed { functions, statements, results } = self.print(program);
         let (name, at_state, prologue, value) = (local(name), self.at_state(), self.prologue(), value(&results));
         let solution = self.solution(&program.results, false);
+        let inlining = self.inlining(program.body.len() + program.hoisted.len());
         let method = quote! {
-            #[inline]
+            #inlining
             fn #name(#at_state) -> #result { #prologue #solution #statements #value }
         };
         (functions, method)
@@ -36,8 +37,9 @@ impl Emission<'_> {
         let (name, at_state, prologue, values) = (local(name), self.at_state(), self.prologue(), local("values"));
         let (f64, solution) = (&self.float(), self.solution(&program.results, false));
         let write = self.write(&quote!(#values), &results);
+        let inlining = self.inlining(program.body.len() + program.hoisted.len());
         let method = quote! {
-            #[inline]
+            #inlining
             fn #name(#at_state, #values: &mut [#f64]) {
                 #prologue #solution #statements #write
             }

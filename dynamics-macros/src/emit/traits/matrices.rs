@@ -1,6 +1,6 @@
 //! Results as vectors, matrices and slices.
 //!
-//! A large matrix is mostly zeros: of one with more than [`SPARSE`] elements only the others are written.
+//! A large matrix is mostly zeros: of one with more than [`SPARSE`] elements only the others are written, and of a symmetric one half of them.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -25,14 +25,17 @@ impl Emission<'_> {
         let private = &self.private;
         if elements.len() > SPARSE {
             let (matrix, rows) = (local("matrix"), elements.len() / columns);
-            let assignments = nonzero(elements).map(|(i, element)| {
-                let (i, j) = (i / columns, i % columns);
-                quote!(#matrix[#j][#i] = #element;)
-            });
-            let assignments = blocks(assignments.collect());
+            let places = nonzero(elements).map(|(i, element)| (i / columns, i % columns, element));
+            let symmetric = is_symmetric(elements, columns);
+            let places = places.filter(|(i, j, _)| !symmetric || j <= i);
+            let assignments = blocks(places.map(|(i, j, element)| quote!(#matrix[#j][#i] = #element;)).collect());
+            let (i, j) = (local("i"), local("j"));
+            let mirrored = symmetric
+                .then(|| quote!(for #i in 0..#rows { for #j in 0..#i { #matrix[#i][#j] = #matrix[#j][#i]; } }));
             return quote!({
                 let mut #matrix = [[0.0; #rows]; #columns];
                 #assignments
+                #mirrored
                 #private::matrix(#matrix)
             });
         }
@@ -53,6 +56,13 @@ impl Emission<'_> {
         let assignments = blocks(assignments.collect());
         quote!(#slice[..#count].fill(0.0); #assignments)
     }
+}
+
+/// Whether a matrix of expressions by rows is its transpose, word for word.
+fn is_symmetric(elements: &[TokenStream], columns: usize) -> bool {
+    let texts: Vec<String> = elements.iter().map(TokenStream::to_string).collect();
+    let same = |i: usize, j: usize| texts[i * columns + j] == texts[j * columns + i];
+    elements.len() == columns * columns && (0..columns).all(|i| (0..i).all(|j| same(i, j)))
 }
 
 /// The expressions that are not the literal 0, with their places.

@@ -74,8 +74,9 @@ impl Emission<'_> {
         let (count, blocks) = (series.start.results.len(), series.lanes.div_ceil(WIDTH));
         let Solved { functions, statements, check, vector, more } = self.solved(staged, begin, &begin.results[kept..]);
         let (k, state, memory, prologue) = (local("k"), local("state"), local("memory"), self.prologue());
+        let inlining = self.inlining(begin.body.len());
         quote! {
-            #[inline]
+            #inlining
             fn begin_series(
                 &self,
                 #k: &Self::Constants,

@@ -234,8 +234,9 @@ impl Emission<'_> {
         let (t, q, u, w) = (local("t"), local("q"), local("u"), local("w"));
         let (n, m, f64) = (self.degrees(), self.surface.input_count(), self.float());
         let unsolved = self.unsolved(vec![quote!(#f64::NAN); self.switched()]);
+        let inlining = self.inlining(staged.once.len());
         let method = quote! {
-            #[inline]
+            #inlining
             fn constants(&self) -> Result<Self::Constants, #private::SingularMassMatrix> {
                 let #model = self;
                 let (#t, #q, #u, #w) = (#f64::NAN, &[#f64::NAN; #n], &[#f64::NAN; #n], &[#f64::NAN; #m]);
@@ -257,8 +258,9 @@ impl Emission<'_> {
         let Solved { functions, statements, check, vector, .. } = self.solved(staged, program, &[]);
         let private = &self.private;
         let (prologue, k, state) = (self.prologue(), local("k"), local("state"));
+        let inlining = self.inlining(program.body.len());
         let method = quote! {
-            #[inline]
+            #inlining
             fn accelerations_with(
                 &self,
                 #k: &Self::Constants,

@@ -40,7 +40,7 @@ impl Emission<'_> {
             let solved = quote!(#private::Solved { accelerations: #accelerations, multipliers: #multipliers });
             self.path(modes, &unrolled.guards, printed, &solved)
         });
-        self.unrolled(&head, &TokenStream::new(), paths.collect())
+        self.unrolled(&head, self.steps(equations), &TokenStream::new(), paths.collect())
     }
 
     /// `fn accelerate_unrolled`: q̈ alone, which is what integrators ask for most: the multipliers, about a fifth of the work, are left out. A
@@ -58,13 +58,17 @@ impl Emission<'_> {
             let accelerations = self.vector(&printed.results[..n]);
             self.path(modes, &unrolled.guards, printed, &accelerations)
         });
-        self.unrolled(&head, &TokenStream::new(), paths.collect())
+        self.unrolled(&head, self.steps(equations), &TokenStream::new(), paths.collect())
+    }
+
+    /// Steps of the solutions on the graph.
+    fn steps(&self, equations: &ConstraintEquations) -> usize {
+        self.solutions(equations).iter().map(|path| path.program.body.len()).sum()
     }
 
     /// Whether there are solutions on the graph, short enough to be emitted twice.
     fn is_short(&self, equations: &ConstraintEquations) -> bool {
-        let solutions = self.solutions(equations);
-        !solutions.is_empty() && solutions.iter().map(|path| path.program.body.len()).sum::<usize>() <= SHORT
+        !self.solutions(equations).is_empty() && self.steps(equations) <= SHORT
     }
 
     /// `fn correct_unrolled`.
@@ -79,7 +83,7 @@ impl Emission<'_> {
             let delta = self.vector(&printed.results[..self.degrees()]);
             Some(self.path(modes, &unrolled.correction_guards, printed, &delta))
         });
-        self.unrolled(&head, &given, paths.collect())
+        self.unrolled(&head, self.steps(equations), &given, paths.collect())
     }
 
     /// The solutions on the graph: with all constraints, then with those sets of them released for which there is one.
@@ -108,7 +112,7 @@ impl Emission<'_> {
     }
 
     /// A method of these paths, each of which returns; `None` where none applies.
-    fn unrolled(&self, head: &TokenStream, given: &TokenStream, paths: Vec<Method>) -> Method {
+    fn unrolled(&self, head: &TokenStream, steps: usize, given: &TokenStream, paths: Vec<Method>) -> Method {
         let none = self.none();
         if paths.is_empty() {
             return (TokenStream::new(), quote!(#head { #none }));
@@ -117,8 +121,9 @@ impl Emission<'_> {
         let (functions, paths): (TokenStream, Vec<TokenStream>) = paths.into_iter().unzip();
         // Without switched constraints the only path leaves in any case.
         let otherwise = (self.switched() > 0).then_some(none);
+        let inlining = self.inlining(steps);
         let method = quote! {
-            #[inline]
+            #inlining
             #head {
                 #prologue #given
                 #(#paths)*

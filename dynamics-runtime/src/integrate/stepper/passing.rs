@@ -167,7 +167,11 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         end_t: f64,
     ) -> Result<f64, Y::Error> {
         let violated = moved.violation / MOST_MOVE;
-        if violated <= 1.0 || self.is_fixed() { Ok(violated) } else { self.turned(system, moved, ends, end_t) }
+        if Y::IS_FREE || violated <= 1.0 || self.is_fixed() {
+            Ok(violated)
+        } else {
+            self.turned(system, moved, ends, end_t)
+        }
     }
 
     /// The same where it moved far: what was taken back where the step ends, along the direction in which that would be done where it starts, was no error.
@@ -200,7 +204,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         (attempt, h): (u32, f64),
         trial: &Result<Trial<V>, Failure<Y::Error>>,
     ) -> Verdict {
-        if self.options.fixed.is_none() || !system.is_held() {
+        if Y::IS_FREE || self.options.fixed.is_none() || !system.is_held() {
             return Verdict::Good;
         }
         let start = &self.now;

@@ -15,7 +15,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         trial: &Trial<V>,
     ) -> Result<Option<(f64, f64)>, Y::Error> {
         let Trial { start, end, kept, error, .. } = trial;
-        if !kept.branches || !self.landing.is_worth_trying() {
+        if Y::IS_SMOOTH || !kept.branches || !self.landing.is_worth_trying() {
             return Ok(None);
         }
         let h = end.t - start.t;
@@ -53,6 +53,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     /// Holds the branches of a step from here on; the accelerations here become theirs.
     #[inline(always)]
     pub(super) fn hold_branches<Y: System<V>>(&mut self, system: &mut Y, h: f64) -> Result<Hold, Y::Error> {
+        if Y::IS_SMOOTH {
+            return Ok(Hold::Off);
+        }
         let on = (!self.is_fixed() || self.landing.is_asked()) && self.landing.is_on();
         let held = system.hold_branches(&mut self.now, h, on)?;
         if held != Hold::Slides {

@@ -10,11 +10,11 @@ use super::super::record::{EventRecord, Record};
 use super::super::sides;
 use super::super::watch::Flow;
 use super::{Flight, Halt, Plan, Sink, halt};
-use crate::integrate::{Crossing, Direction, Phase, Scheme};
-use crate::model::{ModelState, Vector};
+use crate::integrate::{Crossing, Direction, Phase};
+use crate::model::{Known, ModelState, Vector};
 use crate::motion::Simulate;
 
-impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
+impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// Calls the actions at the state reached and goes on from what they leave.
     pub(super) fn act(&mut self, sink: &mut dyn Sink<M>, acting: usize, h: f64) -> Result<Flow, Halt> {
         let at = |kind| Halt { kind, h };
@@ -85,7 +85,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
                 sides::turn(plant.model, &mut plant.upkeep, slipping, from.modes(), after);
             }
         }
-        if from != after && !M::ROWS.is_empty() {
+        if from != after && M::IS_HELD {
             let placed = plant.upkeep.place(plant.model, from, after);
             placed.map_err(|error| Kind::Change { event: event.into(), error: Box::new(error.into()) })?;
         }

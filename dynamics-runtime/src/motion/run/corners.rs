@@ -17,8 +17,8 @@ use super::act::check_reset;
 use super::{Flight, Halt, Plan, Plant, Sink, halt};
 use crate::constrain::held::holds;
 use crate::constrain::memory::max_abs;
-use crate::integrate::{Crossing, Direction, Knot, Phase, Scheme, Step, zip};
-use crate::model::{Branches, Constraint, ModelState, Vector};
+use crate::integrate::{Crossing, Direction, Knot, Phase, Step, zip};
+use crate::model::{Branches, Constraint, Known, ModelState, Vector};
 use crate::motion::Simulate;
 
 /// Jumps of what a row asks for above this part of 1 + |q| or 1 + |q̇| are no rounding.
@@ -67,12 +67,12 @@ struct Jump {
     after: f64,
 }
 
-impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
+impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// The next step. One of fixed size that meets a corner ends there.
     #[inline]
     pub(super) fn advance(&mut self) -> Result<Step<M::Vector>, Halt> {
         match self.plan.options.fixed {
-            Some(h) if M::KINKS > 0 && self.follows_corners() => self.advance_by(h),
+            Some(h) if M::HAS_KINKS && self.follows_corners() => self.advance_by(h),
             _ => self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>),
         }
     }
@@ -129,11 +129,11 @@ impl<M: Simulate, S: Scheme<M::Vector>> Flight<'_, '_, '_, M, S> {
     /// Ends a step that has come just behind a corner just before it, as a rule knows how to go on there: the branches behind it.
     #[inline]
     pub(super) fn end_before_corner(&mut self, step: &mut Step<M::Vector>) -> Result<Option<Branches>, Halt> {
-        if M::KINKS == 0 || !step.kept.branches || step.end.t == self.plan.end || !self.follows_corners() {
+        if !M::HAS_KINKS || !step.kept.branches || step.end.t == self.plan.end || !self.follows_corners() {
             return Ok(None);
         }
         let plant = &self.plan.plant;
-        let (before, after) = (plant.branches, plant.branches_after(&step.end, self.stepper.proposed_step()));
+        let (before, after) = (plant.branches, plant.branches_after(&step.end, self.stepper.tally().proposed));
         if before.agrees(after) { Ok(None) } else { self.end_before(step, before, after) }
     }
 

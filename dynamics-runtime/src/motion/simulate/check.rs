@@ -13,7 +13,7 @@ use super::super::watch::{Action, Rule};
 use super::{Output, Simulate, Simulation};
 use crate::integrate::{Direction, StepOptions, Tolerances};
 use crate::methods::{Dop853, Rk4, Suits, Tsit5, Verner9};
-use crate::model::{Expansion, ModelState, Vector};
+use crate::model::{Expansion, Known, ModelState, Vector};
 
 /// Above this tolerance Tsitouras 5(4) is chosen. Measured by time for the same error on double pendulum and Kepler (e = 0.9), all explicit methods lie
 /// within a quarter of each other at errors of 1e-3.
@@ -119,7 +119,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 chosen(Arc::new(Tsit5), format!("because tolerance {loosest:e} asks for few digits"))
             }
             // A constant, so that models with constraints have no code of it.
-            (None, None) if const { M::ROWS.is_empty() } && loosest < MANY_DIGITS => {
+            (None, None) if M::IS_FREE && loosest < MANY_DIGITS => {
                 chosen(Arc::new(Verner9), format!("because its long steps win at tolerance {loosest:e}"))
             }
             (None, None) => chosen(Arc::new(Dop853), format!("because its long steps win at tolerance {loosest:e}")),
@@ -147,7 +147,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Methods that preserve something are refused where they would not.
     fn check_suits(&self, method: &AnyDriver<M>) -> Result<(), OptionError> {
-        let option = method.option(!M::ROWS.is_empty());
+        let option = method.option(M::IS_HELD);
         let (suits, method) = (method.suits(), method.method());
         if let Some((option, value, false, admissible)) = option {
             return Err(OptionError::MethodNumber { method, option, value, admissible });
@@ -156,7 +156,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             return Ok(());
         }
         let unsuited = |reason, remedy| Err(OptionError::Unsuited { method, reason, remedy });
-        let constrained = !M::ROWS.is_empty();
+        let constrained = M::IS_HELD;
         let projects = matches!(suits, Suits::SeparableHolonomic | Suits::Projected);
         if constrained && !projects {
             return unsuited(

@@ -1,0 +1,22 @@
+//! What is known of a model when it is compiled, so that the compiler leaves out what the model has no use for.
+//!
+//! Generic code is made for every model before it is optimised, and most of the time of compiling a small model goes there. Behind a test of one of these constants by itself
+//! (`if M::IS_FREE`) nothing is made that the test rules out; behind `!M::IS_FREE` or a comparison everything is made first.
+
+use super::Constraints;
+
+/// See the module.
+pub(crate) trait Known: Constraints {
+    /// It has no constraints.
+    const IS_FREE: bool = Self::ROWS.is_empty();
+    /// It has constraints.
+    const IS_HELD: bool = !Self::ROWS.is_empty();
+    /// Its expressions have branches.
+    const HAS_KINKS: bool = Self::KINKS > 0;
+    /// What depends on its reactions has branches.
+    const HAS_REACTION_KINKS: bool = Self::REACTION_KINKS > 0;
+    /// There are no branches at all.
+    const IS_SMOOTH: bool = Self::KINKS + Self::REACTION_KINKS == 0;
+}
+
+impl<M: Constraints> Known for M {}

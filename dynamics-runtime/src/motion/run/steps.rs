@@ -1,0 +1,105 @@
+//! A stepper as a run drives it: one table of functions for every method, so that what a run does beside its steps is compiled once per model, and not once more
+//! for every method that the program names. A step takes hundreds of nanoseconds, a call by such a table about one.
+
+use alloc::boxed::Box;
+
+use super::super::driver::Interpolant;
+use super::super::plant::{EvaluationError, Plant};
+use super::super::simulate::Simulate;
+use crate::integrate::{Knot, Phase, Scheme, Step, StepError, Stepper};
+
+/// What a stepper has counted and found.
+pub(crate) struct Tally {
+    pub(crate) accepted: u64,
+    pub(crate) rejected: u64,
+    /// Size proposed for the next step, positive.
+    pub(crate) proposed: f64,
+    pub(crate) stiff_at: Option<f64>,
+    pub(crate) slides_at: Option<f64>,
+    pub(crate) slides: u64,
+}
+
+/// What one of these may end with.
+pub(crate) type Made<T> = Result<T, StepError<EvaluationError>>;
+
+/// See [`Stepper`], whose functions these are.
+pub(crate) trait Steps<M: Simulate> {
+    fn now(&self) -> &Knot<M::Vector>;
+    fn tally(&self) -> Tally;
+    fn parted(&self) -> (u64, Option<f64>);
+    /// See [`Scheme::SCAN`].
+    fn scan(&self) -> usize;
+    fn leave_with(&mut self, a: M::Vector, h: f64);
+    fn step(&mut self, plant: &mut Plant<'_, '_, M>, limit: f64) -> Made<Step<M::Vector>>;
+    fn shorten(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, end_t: f64) -> Made<Step<M::Vector>>;
+    fn restart(&mut self, plant: &mut Plant<'_, '_, M>, t: f64, y: Phase<M::Vector>, limit: f64) -> Made<()>;
+    fn dense(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+    ) -> Result<Interpolant<M::Vector>, EvaluationError>;
+    fn undo(&mut self, step: &Step<M::Vector>);
+    fn reject(&mut self, step: &Step<M::Vector>);
+    fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>);
+}
+
+impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
+    fn now(&self) -> &Knot<M::Vector> {
+        self.now()
+    }
+
+    fn tally(&self) -> Tally {
+        Tally {
+            accepted: self.accepted(),
+            rejected: self.rejected(),
+            proposed: self.proposed_step(),
+            stiff_at: self.stiff_at(),
+            slides_at: self.slides_at(),
+            slides: self.slides(),
+        }
+    }
+
+    fn parted(&self) -> (u64, Option<f64>) {
+        self.parted()
+    }
+
+    fn scan(&self) -> usize {
+        S::SCAN
+    }
+
+    fn leave_with(&mut self, a: M::Vector, h: f64) {
+        self.leave_with(a, h);
+    }
+
+    fn step(&mut self, plant: &mut Plant<'_, '_, M>, limit: f64) -> Made<Step<M::Vector>> {
+        self.step(plant, limit)
+    }
+
+    fn shorten(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, end_t: f64) -> Made<Step<M::Vector>> {
+        self.shorten(plant, step, end_t)
+    }
+
+    fn restart(&mut self, plant: &mut Plant<'_, '_, M>, t: f64, y: Phase<M::Vector>, limit: f64) -> Made<()> {
+        self.restart(plant, t, y, limit)
+    }
+
+    fn dense(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+    ) -> Result<Interpolant<M::Vector>, EvaluationError> {
+        Ok(Box::new(self.dense(plant, step)?))
+    }
+
+    fn undo(&mut self, step: &Step<M::Vector>) {
+        self.undo(step);
+    }
+
+    fn reject(&mut self, step: &Step<M::Vector>) {
+        self.reject(step);
+    }
+
+    fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>) {
+        self.end_at_branch(made);
+    }
+}
