@@ -260,7 +260,7 @@ fn settled(matrix: &DMatrix<f64>, right: &DVector<f64>, rows: core::ops::Range<u
 
 /// The solution of a square system, rows and columns balanced; directions in which it is singular stand still.
 pub(super) fn linear(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let inverse = |most: f64| if most > 0.0 { 1.0 / most } else { 1.0 };
+    let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
     let rows = DVector::from_iterator(matrix.nrows(), matrix.row_iter().map(|row| inverse(row.amax())));
     let mut balanced = DMatrix::from_diagonal(&rows) * matrix;
     let columns = DVector::from_iterator(matrix.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));

@@ -13,7 +13,8 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-use super::EquilibriumError;
+use super::{EquilibriumError, corner};
+use super::soft::Soft;
 use super::statics::{Statics, scales};
 use crate::analysis::LinearizeError;
 use crate::constrain::{project_positions, with_workspace};
@@ -32,6 +33,8 @@ const LEVEL: f64 = 1e-13;
 const AWAY: f64 = 1e12;
 /// Singular values of the balanced K below this, against the largest, are zero.
 pub(super) const VANISHED: f64 = 1e-13;
+/// Forces that became so much smaller in all iterations, and still do, run away.
+const FADING: f64 = 1e-12;
 /// Forces up to this many times their measured rounding count as balance.
 const ROUNDED: f64 = 1e3;
 
@@ -45,15 +48,15 @@ pub(super) struct Settled<M: Constraints> {
 }
 
 /// K = R⁻¹ (U Σ Vᵀ) C⁻¹ with rows and columns balanced, so that what is soft is not lost beside what is stiff.
-struct Factors {
-    rows: DVector<f64>,
-    columns: DVector<f64>,
-    svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
+pub(super) struct Factors {
+    pub(super) rows: DVector<f64>,
+    pub(super) columns: DVector<f64>,
+    pub(super) svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
 }
 
 impl Factors {
     fn of(k: &DMatrix<f64>) -> Option<Self> {
-        let inverse = |most: f64| if most > 0.0 { 1.0 / most } else { 1.0 };
+        let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
         let rows = DVector::from_iterator(k.nrows(), k.row_iter().map(|row| inverse(row.amax())));
         let mut balanced = DMatrix::from_diagonal(&rows) * k;
         let columns = DVector::from_iterator(k.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));
@@ -70,6 +73,18 @@ impl Factors {
         let sigma = &self.svd.singular_values;
         let scaled = along.zip_map(sigma, |x, sigma| if sigma > least { x / sigma } else { 0.0 });
         v_t.tr_mul(&scaled).component_mul(&self.columns)
+    }
+
+    /// What forces make of δz along directions whose singular values are above this part of the largest, but for one.
+    pub(super) fn without(&self, part: f64, one: usize) -> DMatrix<f64> {
+        let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
+            return DMatrix::zeros(self.columns.len(), self.rows.len());
+        };
+        let least = part * self.svd.singular_values.amax();
+        let mut inverse = self.svd.singular_values.map(|sigma| if sigma > least { 1.0 / sigma } else { 0.0 });
+        inverse[one] = 0.0;
+        let balanced = v_t.tr_mul(&(DMatrix::from_diagonal(&inverse) * u.transpose()));
+        DMatrix::from_diagonal(&self.columns) * balanced * DMatrix::from_diagonal(&self.rows)
     }
 
     /// The largest |δz| that forces of these sizes could cause, along directions that do not vanish.
@@ -91,6 +106,8 @@ struct Search<'m, M: Constraints> {
     /// Inertias by coordinate: fixed for the run, so that ‖F‖ at different positions can be compared.
     metric: Vec<f64>,
     mu: f64,
+    /// The largest force at the start.
+    most: f64,
 }
 
 /// F and K in unit vectors of the metric: L⁻¹F and L⁻¹K L⁻ᵀ with L Lᵀ = EᵀG E, and Lᵀ of the coordinates.
@@ -106,17 +123,18 @@ fn lower(metric: &[f64], basis: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     basis.tr_mul(&(metric * basis)).cholesky().map(nalgebra::Cholesky::unpack)
 }
 
-/// What rounding leaves of F, and how far the independent coordinates may be off for it.
+/// How far the independent coordinates may be off for what rounding leaves of F.
 fn uncertainty<M: Constraints>(
     model: &M,
     state: &M::State,
     statics: &Statics<M::Rows>,
     factors: &Factors,
-) -> Result<(DVector<f64>, DVector<f64>), EquilibriumError> {
-    let noise = statics.noise(model, state)?;
+    noise: &DVector<f64>,
+) -> Result<DVector<f64>, EquilibriumError> {
     // At folds and pitchforks corrections shrink by a half or a third each: what is left is a few times the last.
-    let reach = factors.reach(&noise) + 3.0 * factors.solve(&statics.force).abs();
-    Ok((noise, reach))
+    let reach = factors.reach(noise) + 3.0 * factors.solve(&statics.force).abs();
+    let soft = Soft { model, state, statics, factors, noise }.reach()?;
+    Ok(reach.zip_map(&soft, f64::max))
 }
 
 /// How far the independent coordinates of what counts as an equilibrium may be off.
@@ -130,7 +148,7 @@ pub(super) fn distance<M: Constraints>(
         return Ok(DVector::zeros(statics.stiffness.ncols()));
     }
     let factors = Factors::of(&statics.stiffness).ok_or(LinearizeError::NoConvergence { size })?;
-    Ok(uncertainty(model, state, statics, &factors)?.1)
+    uncertainty(model, state, statics, &factors, &statics.noise(model, state)?)
 }
 
 /// From a state on the constraints, whose velocities stay.
@@ -141,7 +159,7 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
     let first = scales(M::COORDINATES, state.q().as_slice());
     let most = statics.masses.amax();
     let metric = statics.masses.iter().map(|mass| if *mass > 1e-12 * most { *mass } else { 1.0 }).collect();
-    let mut search = Search { model, constants, first, metric, mu: 1e-3 };
+    let mut search = Search { model, constants, first, metric, mu: 1e-3, most: statics.force.amax() };
     let mut last = f64::INFINITY;
     if statics.force.is_empty() {
         // What cannot move rests, whatever acts: its reactions hold it.
@@ -149,7 +167,7 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
     }
     for iteration in 0..MOST {
         let stiffness = statics.covariant(model, &state, &search.metric)?;
-        let factors = Factors::of(&stiffness).ok_or_else(|| search.unsettled(iteration, &statics))?;
+        let factors = Factors::of(&stiffness).ok_or_else(|| search.unsettled(iteration, &statics, &state))?;
         let newton = factors.solve(&-&statics.force);
         let change = search.relative(&state, &(&statics.tangent.positions * &newton));
         if change <= NEAR {
@@ -175,7 +193,7 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
             None => return search.accept(state, statics, &factors, change, iteration),
         }
     }
-    Err(search.unsettled(MOST, &statics))
+    Err(search.unsettled(MOST, &statics, &state))
 }
 
 impl<M: Constraints> Search<'_, M> {
@@ -282,15 +300,17 @@ impl<M: Constraints> Search<'_, M> {
         change: f64,
         iterations: usize,
     ) -> Result<Settled<M>, EquilibriumError> {
-        let (noise, reach) = uncertainty(self.model, &state, &statics, factors)?;
+        let noise = statics.noise(self.model, &state)?;
         let rounded = statics.force.iter().zip(noise.iter()).all(|(force, noise)| force.abs() <= ROUNDED * noise);
         // Or the last correction was rounding, and took all of the force: nothing of it acts where nothing resists.
         let left = &statics.force + &statics.stiffness * factors.solve(&-&statics.force);
         let gone = left.iter().zip(statics.force.iter()).all(|(left, force)| left.abs() <= 1e-6 * force.abs());
         let balanced = rounded || (gone && change <= 1e-11);
         if !balanced {
-            return Err(self.none(&state, &statics));
+            let resting = corner::beside(self.model, &self.constants, &state, &statics)?;
+            return Err(resting.unwrap_or_else(|| self.none(&state, &statics)));
         }
+        let reach = uncertainty(self.model, &state, &statics, factors, &noise)?;
         let reach = statics.tangent.positions.abs() * reach;
         Ok(Settled { uncertainty: reach.iter().copied().collect(), state, statics, iterations })
     }
@@ -313,8 +333,11 @@ impl<M: Constraints> Search<'_, M> {
         }
     }
 
-    fn unsettled(&self, iterations: usize, statics: &Statics<M::Rows>) -> EquilibriumError {
+    fn unsettled(&self, iterations: usize, statics: &Statics<M::Rows>, state: &M::State) -> EquilibriumError {
         let (i, force_left) = statics.worst();
+        if force_left.abs() <= FADING * self.most {
+            return EquilibriumError::Diverged { coordinate: M::COORDINATES[i].name, value: state.q().as_slice()[i] };
+        }
         EquilibriumError::NoConvergence { iterations, coordinate: M::COORDINATES[i].name, force_left }
     }
 
