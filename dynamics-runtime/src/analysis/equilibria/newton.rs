@@ -318,6 +318,9 @@ impl<M: Constraints> Search<'_, M> {
     /// Where ‖F‖ is the least.
     fn none(&self, state: &M::State, statics: &Statics<M::Rows>) -> EquilibriumError {
         let (i, force_left) = statics.worst();
+        if force_left.abs() < f64::MIN_POSITIVE {
+            return EquilibriumError::Faded { coordinate: M::COORDINATES[i].name, value: state.q().as_slice()[i] };
+        }
         // The direction that K resists least.
         let soft = statics.covariant(self.model, state, &self.metric).ok();
         let soft = soft.and_then(|stiffness| self.weighed(statics, &stiffness)).and_then(|weighed| {

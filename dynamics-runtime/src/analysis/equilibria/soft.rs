@@ -23,6 +23,8 @@ const FIRST: f64 = 1e-13;
 const LAST: f64 = 2.0;
 /// Distances are doubled, but by no more than this.
 const STRIDE: f64 = 0.05;
+/// Where nothing is left at these distances, nothing is anywhere.
+const FAR: [f64; 6] = [-0.05, 0.05, -0.4, 0.4, -1.0, 1.0];
 /// Corrections of what is stiff at each distance.
 const CORRECTIONS: usize = 6;
 /// Forces above this many times their rounding are told from it.
@@ -95,6 +97,15 @@ impl<M: Constraints> Soft<'_, M> {
         // What was left counts as rounding, too.
         let least = TOLD * left.abs().dot(self.noise).max(left.dot(&self.statics.force).abs());
         let stiff = self.factors.without(SOFT, own);
+        // Coordinates on which nothing depends are soft as a rule: seen at once.
+        let mut never = true;
+        for s in FAR {
+            let force = if never { self.left(left, &(along * s), &stiff)? } else { None };
+            never &= force.is_some_and(|(force, _)| force.abs() <= least);
+        }
+        if never {
+            return Ok([Side::Never, Side::Never]);
+        }
         let here = pieces(self.model, self.state);
         let side = |sign: f64| -> Result<Side, EquilibriumError> {
             let (mut s, mut reach) = (FIRST, 0.0);
