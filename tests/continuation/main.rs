@@ -1,10 +1,14 @@
 //! Branches of equilibria of derived models against closed forms and other coordinates: folds, branch points, flutter, and what is said where a branch ends.
 
+mod backbone;
+#[path = "../models/double_pendulum.rs"]
+mod double_pendulum;
 mod ends;
 #[path = "../models/free_hoop.rs"]
 mod free_hoop;
 #[path = "../models/hencky.rs"]
 mod hencky;
+mod hopf;
 mod meeting;
 mod models;
 mod scales;

@@ -78,7 +78,10 @@ mod models {
         }
         #[potential]
         fn shapes(&self, q: &Coordinates<Self>) -> Expr {
-            self.fading * q.x.tanh() + self.slope * q.x.abs() + 0.25 * self.flat * q.x.powi(4) + self.soft * (-q.x).exp()
+            self.fading * q.x.tanh()
+                + self.slope * q.x.abs()
+                + 0.25 * self.flat * q.x.powi(4)
+                + self.soft * (-q.x).exp()
         }
         #[potential]
         fn spring(&self, q: &Coordinates<Self>) -> Expr {
@@ -90,8 +93,7 @@ mod models {
             Force::along(q.y, (-late.powi(2)).exp())
         }
     }
-    pub(super) const NONE: Shapes =
-        Shapes { fading: 0.0, slope: 0.0, flat: 0.0, soft: 0.0, aside: 0.3, pulse: -1e9 };
+    pub(super) const NONE: Shapes = Shapes { fading: 0.0, slope: 0.0, flat: 0.0, soft: 0.0, aside: 0.3, pulse: -1e9 };
 
     /// A soft spring to the ground, a stiff one between the masses.
     #[derive(Clone, Debug, Dynamics)]
@@ -168,12 +170,24 @@ fn forces_that_fade_away_are_no_balance() {
         let fading = Shapes { fading: 1.0, ..NONE };
         let error = fading.equilibrium(&fading.state().x(x).build().unwrap());
         let error = error.expect_err(&format!("tanh from {x}"));
-        assert!(matches!(error, EquilibriumError::Diverged { coordinate: "x", .. } | EquilibriumError::Faded { coordinate: "x", .. }), "tanh from {x}: {error}");
+        assert!(
+            matches!(
+                error,
+                EquilibriumError::Diverged { coordinate: "x", .. } | EquilibriumError::Faded { coordinate: "x", .. }
+            ),
+            "tanh from {x}: {error}"
+        );
     }
     for x in [0.5, 12.0, 40.0, 740.0, 760.0] {
         let soft = Shapes { soft: 1.0, ..NONE };
         let error = soft.equilibrium(&soft.state().x(x).build().unwrap()).expect_err(&format!("e^−x from {x}"));
-        assert!(matches!(error, EquilibriumError::Diverged { coordinate: "x", .. } | EquilibriumError::Faded { coordinate: "x", .. }), "e^−x from {x}: {error}");
+        assert!(
+            matches!(
+                error,
+                EquilibriumError::Diverged { coordinate: "x", .. } | EquilibriumError::Faded { coordinate: "x", .. }
+            ),
+            "e^−x from {x}: {error}"
+        );
     }
     // What nothing acts on stays where it is, and is at rest there.
     let free = NONE.equilibrium(&NONE.state().x(5.0).build().unwrap()).unwrap();

@@ -17,9 +17,11 @@
 
 mod branch;
 mod buckling;
+mod curve;
 mod error;
 mod flutter;
 mod fold_curve;
+mod hopf_curve;
 mod locate;
 mod measure;
 mod meet;
@@ -40,6 +42,7 @@ pub use branch::{Branch, BranchEnd, BranchPoint, Diagram, Special, SpecialKind, 
 pub use buckling::{Buckling, CriticalLoad};
 pub use error::ContinuationError;
 pub use fold_curve::{FoldCurve, FoldCurves, fold_curve};
+pub use hopf_curve::{HopfCurve, HopfCurves, hopf_curve};
 
 use super::equilibria::{Asked, find, periodic, scales};
 use crate::constrain::held::active_rows;

@@ -10,8 +10,8 @@
 //! independent coordinates, with the exact derivatives that small motions have (`newton.rs`). Rows that repeat others need no care. Inequalities are not
 //! known here: switched constraints hold, or do not, as in the start.
 
-mod error;
 mod corner;
+mod error;
 mod newton;
 mod rolling;
 mod search;

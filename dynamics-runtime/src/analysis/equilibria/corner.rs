@@ -69,7 +69,11 @@ pub(super) fn beside<M: Constraints>(
     };
     let (before, after) = (force(&before)?, force(&after)?);
     let along = way.select_rows(&statics.tangent.rates);
-    if before.len() != along.len() || after.len() != along.len() || before.dot(&along) >= 0.0 || after.dot(&along) <= 0.0 {
+    if before.len() != along.len()
+        || after.len() != along.len()
+        || before.dot(&along) >= 0.0
+        || after.dot(&along) <= 0.0
+    {
         return Ok(None);
     }
     let i = (&after - &before).iamax();

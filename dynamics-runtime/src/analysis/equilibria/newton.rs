@@ -13,9 +13,9 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-use super::{EquilibriumError, corner};
 use super::soft::Soft;
 use super::statics::{Statics, scales};
+use super::{EquilibriumError, corner};
 use crate::analysis::LinearizeError;
 use crate::constrain::{project_positions, with_workspace};
 use crate::error::SolveError;

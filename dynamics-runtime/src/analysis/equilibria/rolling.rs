@@ -89,7 +89,8 @@ impl<M: Constraints> Rolling<'_, M> {
 
     /// Newton's method, with steps halved until forces become smaller.
     fn search(&self, start: &M::State) -> Result<Equilibrium<M::State>, EquilibriumError> {
-        let mut state = self.moved(start, &self.at(start)?, &DVector::zeros(self.at(start)?.tangent.coordinates.len()))?;
+        let mut state =
+            self.moved(start, &self.at(start)?, &DVector::zeros(self.at(start)?.tangent.coordinates.len()))?;
         let mut last = f64::INFINITY;
         for iterations in 0..MOST {
             let here = self.at(&state)?;
@@ -125,7 +126,8 @@ impl<M: Constraints> Rolling<'_, M> {
     fn solve(&self, here: &Here, force: &DVector<f64>) -> DVector<f64> {
         let svd = here.linear.stiffness.clone().svd(true, true);
         let least = VANISHED * svd.singular_values.amax();
-        svd.solve(force, least.max(f64::MIN_POSITIVE)).unwrap_or_else(|_| DVector::zeros(here.tangent.coordinates.len()))
+        svd.solve(force, least.max(f64::MIN_POSITIVE))
+            .unwrap_or_else(|_| DVector::zeros(here.tangent.coordinates.len()))
     }
 
     fn relative(&self, state: &M::State, change: &DVector<f64>) -> f64 {

@@ -136,10 +136,11 @@ impl<M: Constraints> Soft<'_, M> {
             let mut beside = *self.state;
             let all = &self.statics.tangent.positions * &step;
             beside.q_mut().as_mut_slice().iter_mut().zip(all.iter()).for_each(|(q, d)| *q += d);
-            let placed = with_workspace::<M, _>(|memory| project_positions(self.model, &constants, &mut beside, memory));
-            let Some(there) = placed.ok().and_then(|_| {
-                Statics::of(self.model, &beside, &self.statics.tangent.coordinates).ok()
-            }) else {
+            let placed =
+                with_workspace::<M, _>(|memory| project_positions(self.model, &constants, &mut beside, memory));
+            let Some(there) =
+                placed.ok().and_then(|_| Statics::of(self.model, &beside, &self.statics.tangent.coordinates).ok())
+            else {
                 return Ok(None);
             };
             if there.tangent.coordinates != self.statics.tangent.coordinates {
