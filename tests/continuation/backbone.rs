@@ -140,7 +140,7 @@ fn modes_of_a_double_pendulum_begin_with_the_linear_ones() {
         assert!((curve.points[0].frequency / linear - 1.0).abs() < 1e-5, "{curve}");
         // ω falls with the energy, at first in proportion to it.
         let slopes: Vec<f64> = curve.points[1..4].iter().map(|p| (p.frequency - linear) / p.energy).collect();
-        assert!(slopes.iter().all(|s| *s < 0.0) && (slopes[0] / slopes[1] - 1.0).abs() < 0.1, "{slopes:?}");
+        assert!(slopes.iter().all(|s| *s < 0.0) && (slopes[0] / slopes[1] - 1.0).abs() < 0.15, "{slopes:?}");
         for point in &curve.points {
             // Each closes, in a simulation of another method.
             let period = TAU / point.frequency;

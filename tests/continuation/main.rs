@@ -1,6 +1,7 @@
 //! Branches of equilibria of derived models against closed forms and other coordinates: folds, branch points, flutter, and what is said where a branch ends.
 
 mod backbone;
+mod beck;
 #[path = "../models/double_pendulum.rs"]
 mod double_pendulum;
 mod ends;
