@@ -9,6 +9,7 @@ mod hencky;
 mod parallelogram;
 #[path = "../models/rolling_disk.rs"]
 mod rolling_disk;
+mod routh;
 mod stability;
 #[path = "../models/turned_hoop.rs"]
 mod turned_hoop;

@@ -55,13 +55,15 @@ impl Top {
     }
 }
 
-/// Three masses in a row, the first held to the ground.
+/// Three masses in a row, with springs to the ground and between them.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: [m; 3])]
-#[units(m: kg, k: N / m, damper: N * s / m)]
+#[units(m: kg, ground: N / m, between: N / m, damper: N * s / m)]
 pub(crate) struct Masses {
     pub(crate) m: f64,
-    pub(crate) k: [f64; 3],
+    pub(crate) ground: [f64; 3],
+    pub(crate) between: [f64; 2],
+    /// Of the first.
     pub(crate) damper: f64,
 }
 #[dynamics]
@@ -72,9 +74,14 @@ impl Masses {
     }
     #[potential]
     fn springs(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.k[0] * q.x[0].powi(2)
-            + 0.5 * self.k[1] * (q.x[1] - q.x[0]).powi(2)
-            + 0.5 * self.k[2] * (q.x[2] - q.x[1]).powi(2)
+        let mut sum = Expr::ZERO;
+        for i in 0..3 {
+            sum += 0.5 * self.ground[i] * q.x[i].powi(2);
+        }
+        for i in 0..2 {
+            sum += 0.5 * self.between[i] * (q.x[i + 1] - q.x[i]).powi(2);
+        }
+        sum
     }
     #[dissipation]
     fn damper(&self, q: &Coordinates<Self>) -> Expr {
