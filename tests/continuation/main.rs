@@ -13,6 +13,7 @@ mod hopf;
 mod meeting;
 mod models;
 mod scales;
+mod several;
 #[path = "../models/turned_hoop.rs"]
 mod turned_hoop;
 #[path = "../models/ziegler.rs"]

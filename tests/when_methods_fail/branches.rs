@@ -78,14 +78,16 @@ fn rounding_alone_does_not_make_a_top_stable_or_not() {
 
 #[test]
 fn a_little_damping_takes_stability_away() {
-    // Between 41/28 and 7/2 − √2.
-    let at = |c: f64| {
-        let model = Ziegler { follows: 1.0, m: 1.0, l: 1.0, k: 1.0, c, p: 1.8 };
-        model.stability(&model.state().build().unwrap()).unwrap()
-    };
-    assert!(matches!(at(0.0).verdict, StabilityVerdict::Marginal(Undecided::Swings { .. })), "{}", at(0.0));
-    for c in [1e-6, 1e-3, 0.1] {
-        assert!(matches!(at(c).verdict, StabilityVerdict::Flutter { .. }), "{c}: {}", at(c));
+    // Between 41/28 and 7/2 − √2; at 2 the symmetric part of K vanishes, and K does not.
+    for p in [1.8, 2.0] {
+        let at = |c: f64| {
+            let model = Ziegler { follows: 1.0, m: 1.0, l: 1.0, k: 1.0, c, p };
+            model.stability(&model.state().build().unwrap()).unwrap()
+        };
+        assert!(matches!(at(0.0).verdict, StabilityVerdict::Marginal(Undecided::Swings { .. })), "{}", at(0.0));
+        for c in [1e-6, 1e-3, 0.1] {
+            assert!(matches!(at(c).verdict, StabilityVerdict::Flutter { .. }), "{c}: {}", at(c));
+        }
     }
     let top = Top { across: 0.05, along: 0.01, weight: 0.5 * 9.81 * 0.1 };
     let held = top.stability(&top.state().spin_rate(50.0).build().unwrap()).unwrap();

@@ -1,10 +1,10 @@
 //! Nonlinear modes: how a mode of small motions goes on to large ones.
 //!
-//! Beside an equilibrium of a conservative system there is, for every natural frequency that is no multiple of another one's part (ω_k ≠ n ω_j), a family of closed motions that begins with
+//! Beside an equilibrium of a conservative system there is, for every natural frequency of which no other one is a whole multiple (ω_j ≠ n ω_k), a family of closed motions that begins with
 //! the linear mode and is ordered by energy (A. M. Lyapunov, *The General Problem of the Stability of Motion*, 1892; J. Moser, Comm. Pure Appl. Math. 29 (1976) 727). Its frequency over its energy is
 //! the backbone curve of forced vibration. The family is followed in s = √(E − E₀), by which amplitudes grow as s does, from one closed motion to the next: by secants, and by
-//! shooting with the energy held (`periodic/`); where the energy turns round on the family, with the coordinate of the start held that changes most (G. Kerschen et al., Mech. Syst. Signal
-//! Process. 23 (2009) 170; M. Peeters et al., ibid. 195).
+//! shooting with the energy held (`periodic/`; G. Kerschen et al., Mech. Syst. Signal Process. 23 (2009) 170; M. Peeters et al., ibid. 195). Where the energy turns round on the family it
+//! ends here, and says so.
 //!
 //! Internal resonances, where the motion of another frequency joins, are met on the way: what is found too far beside the secant is another family, and not taken.
 
@@ -127,7 +127,7 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         let resting = Member { start: joined(&self.rest), period: TAU / omega, s: 0.0 };
         match self.closed(&guess, TAU / omega, rest_energy + first * first) {
             Ok(orbit) => self.take(&mut curve, &mut known, orbit),
-            Err(reason) => return Err(self.stopped(curve, reason)),
+            Err(reason) => return Err(stopped(curve, Some(reason))),
         }
         let mut h = last / (self.points - 1) as f64;
         while let Some(here) = known.last().cloned() {
@@ -144,7 +144,7 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
                 Err(reason) => {
                     h *= 0.5;
                     if h < SHORTEST * last {
-                        return Err(self.stopped(curve, reason));
+                        return Err(stopped(curve, reason));
                     }
                 }
             }
@@ -202,45 +202,24 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         self.model.periodic(*guess, period).hold_energy(energy).run()
     }
 
-    /// The motion of the family at s, or where the energy turns round, one a little further on.
+    /// The motion of the family at s; `None` where what is found is of another family.
     fn next(
         &self,
         before: &Member,
         here: &Member,
         s: f64,
         rest_energy: f64,
-    ) -> Result<PeriodicOrbit<M::State>, PeriodicError> {
+    ) -> Result<PeriodicOrbit<M::State>, Option<PeriodicError>> {
         let part = (s - here.s) / (here.s - before.s);
         let step = (&here.start - &before.start) * part;
-        let guess = self.state(&(&here.start + &step));
-        let mut guess = guess;
+        let mut guess = self.state(&(&here.start + &step));
         self.place(&mut guess).map_err(PeriodicError::Solve)?;
         let period = here.period + part * (here.period - before.period);
-        let held = self.closed(&guess, period, rest_energy + s * s);
-        let why = match held {
-            Ok(orbit) if self.belongs(here, &step, period, &orbit) => return Ok(orbit),
-            Ok(orbit) => PeriodicError::NotClosed { coordinate: M::COORDINATES[0].name, miss: orbit.correction },
-            Err(error) => error,
-        };
-        // By the coordinate that changes most.
-        let n = M::Vector::LEN;
-        let i = step.rows(0, n).iamax();
-        let value = guess.q().as_slice()[i];
-        let orbit = self.model.periodic(guess, period).hold(M::COORDINATES[i].name, value).run();
-        match orbit {
-            Ok(orbit) if self.belongs(here, &step, period, &orbit) => Ok(orbit),
-            _ => Err(why),
+        match self.closed(&guess, period, rest_energy + s * s) {
+            Ok(orbit) if belongs(here, &step, period, &orbit) => Ok(orbit),
+            Ok(_) => Err(None),
+            Err(error) => Err(Some(error)),
         }
-    }
-
-    /// Whether a motion lies where the secant led, and no other family does.
-    fn belongs(&self, here: &Member, step: &DVector<f64>, period: f64, orbit: &PeriodicOrbit<M::State>) -> bool {
-        let off = joined(&orbit.start) - &here.start - step;
-        let n = M::Vector::LEN;
-        // Rates count by what they make of coordinates in a radian.
-        let rate = TAU / period;
-        let size = |x: &DVector<f64>| x.rows(0, n).norm().hypot(x.rows(n, n).norm() / rate);
-        size(&off) <= BESIDE * size(step).max(1e-6) && (orbit.period / period - 1.0).abs() < 0.1
     }
 
     fn state(&self, joined: &DVector<f64>) -> M::State {
@@ -256,14 +235,24 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         known.push(Member { start: joined(&orbit.start), period: orbit.period, s: energy.max(0.0).sqrt() });
         curve.points.push(BackbonePoint { energy, frequency: TAU / orbit.period, orbit });
     }
+}
 
-    fn stopped(&self, curve: BackboneCurve<M::State>, reason: PeriodicError) -> BackboneError<M::State> {
-        let energy = curve.points.last().map_or(0.0, |last| last.energy);
-        BackboneError::Stopped { energy, reason: Box::new(reason), curve: Box::new(curve) }
-    }
+fn stopped<S: ModelState>(curve: BackboneCurve<S>, reason: Option<PeriodicError>) -> BackboneError<S> {
+    let energy = curve.points.last().map_or(0.0, |last| last.energy);
+    BackboneError::Stopped { energy, reason: reason.map(Box::new), curve: Box::new(curve) }
 }
 
 fn joined<S: ModelState>(state: &S) -> DVector<f64> {
     let all: Vec<f64> = state.q().as_slice().iter().chain(state.u().as_slice()).copied().collect();
     DVector::from_vec(all)
+}
+
+/// Whether a motion lies where the secant led, and no other family does.
+fn belongs<S: ModelState>(here: &Member, step: &DVector<f64>, period: f64, orbit: &PeriodicOrbit<S>) -> bool {
+    let off = joined(&orbit.start) - &here.start - step;
+    let n = step.len() / 2;
+    // Rates count by what they make of coordinates in a radian.
+    let rate = TAU / period;
+    let size = |x: &DVector<f64>| x.rows(0, n).norm().hypot(x.rows(n, n).norm() / rate);
+    size(&off) <= BESIDE * size(step).max(1e-6) && (orbit.period / period - 1.0).abs() < 0.1
 }

@@ -27,6 +27,7 @@ mod measure;
 mod meet;
 mod newton;
 mod problem;
+mod several;
 mod show;
 mod switch;
 mod trace;

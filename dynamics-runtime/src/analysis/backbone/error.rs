@@ -45,8 +45,8 @@ pub enum BackboneError<S: ModelState> {
     Stopped {
         /// The last energy above that of the equilibrium.
         energy: f64,
-        /// What shooting said of the next one.
-        reason: Box<PeriodicError>,
+        /// What shooting said of the next one; `None` where it found one of another family.
+        reason: Option<Box<PeriodicError>>,
         /// The family up to there.
         curve: Box<BackboneCurve<S>>,
     },
@@ -73,9 +73,13 @@ impl<S: ModelState> fmt::Display for BackboneError<S> {
                 f,
                 "a small motion in the mode has {energy:.3e} of energy above rest, which does not order a family; the equilibrium is stable by gyroscopic forces alone, or unstable"
             ),
-            Self::Stopped { energy, reason, .. } => write!(
+            Self::Stopped { energy, reason: Some(reason), .. } => {
+                write!(f, "the family was followed up to {energy:.6e} of energy, where it ends or turns: {reason}")
+            }
+            Self::Stopped { energy, reason: None, .. } => write!(
                 f,
-                "the family was followed up to {energy:.6e} of energy, where it ends, turns or meets another one: {reason}"
+                "the family was followed up to {energy:.6e} of energy; what is found beyond is a motion of another family, as where two frequencies come into resonance; take more points, or \
+                 look at what `.periodic(..)` finds there"
             ),
         }
     }

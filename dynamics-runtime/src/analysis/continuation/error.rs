@@ -110,6 +110,11 @@ pub enum ContinuationError<S: ModelState> {
         /// The parameter there.
         parameter: f64,
     },
+    /// Branches leave a point in every direction: a symmetry carries them into each other.
+    Everywhere {
+        /// The parameter there.
+        parameter: f64,
+    },
     /// The start has no fold that could be followed.
     NoFold,
     /// The start has no pair of eigenvalues on the imaginary axis that could be followed.
@@ -198,6 +203,11 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
                 f,
                 "no other branch was found where branches meet at {parameter} of the parameter; the point must be one of this very family, or start on the other branch with an \
                  equilibrium that `.equilibrium(&start)` finds"
+            ),
+            Self::Everywhere { parameter } => write!(
+                f,
+                "branches leave in every direction where several stiffnesses vanish at {parameter} of the parameter: a symmetry tells none from another; hold one coordinate by a constraint, or \
+                 make the axes a little different"
             ),
             Self::NoFold => {
                 f.write_str("the point is no fold of the family at these parameters; start from one of `branch.folds()`")
