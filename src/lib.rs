@@ -65,9 +65,10 @@ pub mod prelude {
     pub use dynamics_runtime::TimeDerivative as _;
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::{
-        Analyze as _, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError, FitError, Linearization,
-        LinearizeError, PeriodicError, PeriodicMotions as _, SensitivityError, SmallMotions as _, Stability,
-        StabilityVerdict, StateSpace, Undecided, Vary as _, Vibration as _, VibrationError, continuation, fold_curve,
+        Analyze as _, BackboneError, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError, FitError,
+        Linearization, LinearizeError, NonlinearModes as _, PeriodicError, PeriodicMotions as _, SensitivityError,
+        SmallMotions as _, Stability, StabilityVerdict, StateSpace, Undecided, Vary as _, Vibration as _,
+        VibrationError, continuation, fold_curve, hopf_curve,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;

@@ -8,6 +8,7 @@
 //! study.write_html("work_precision.html")?;
 //! ```
 
+mod backbone;
 mod continuation;
 mod equilibria;
 mod ladder;
@@ -21,9 +22,10 @@ mod table;
 mod vibration;
 mod work_precision;
 
+pub use backbone::{Backbone, BackboneCurve, BackboneError, BackbonePoint, NonlinearModes};
 pub use continuation::{
     Branch, BranchEnd, BranchPoint, Buckling, Continuation, ContinuationError, CriticalLoad, Diagram, Family,
-    FoldCurve, FoldCurves, Special, SpecialKind, Stays, continuation, fold_curve,
+    FoldCurve, FoldCurves, HopfCurve, HopfCurves, Special, SpecialKind, Stays, continuation, fold_curve, hopf_curve,
 };
 pub use equilibria::{
     Equilibria, Equilibrium, EquilibriumError, Found, Search, Stability, StabilityVerdict, Undecided,

@@ -148,6 +148,8 @@ pub trait Dynamics: Model {
     fn momenta(&self, state: &Self::State) -> Self::Vector;
     /// Whether Q contains velocities: Coriolis terms of a mass matrix that moves, dampers, gyroscopic forces. Models that do not tell are taken for such.
     const VELOCITY_FORCES: bool = true;
+    /// Whether time stands in M, Q or the constraints. Models that do not tell are taken for such.
+    const EXPLICIT_TIME: bool = true;
     /// Rates of the momenta, ṗ = ∂L/∂q + applied forces, without constraints. `None` where there is no code for them, as where M is constant.
     #[inline]
     fn momentum_rates(&self, _state: &Self::State) -> Option<Self::Vector> {

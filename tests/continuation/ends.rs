@@ -176,3 +176,20 @@ fn what_rolls_is_refused() {
 }
 
 type BranchPoint = dynamics::analysis::BranchPoint<<Circle as dynamics::model::Model>::State>;
+
+#[test]
+fn from_the_very_fold_a_branch_goes_to_both_sides() {
+    let family = |load: f64| Truss { load, ..TRUSS };
+    let model = family(LIMIT[0]);
+    let start = model.equilibrium(&model.state().z(LIMIT[1]).build().unwrap()).unwrap().state;
+    let fold = continuation(family).from(&start, LIMIT[0]).until(0.0..=0.06);
+    let ends = [fold.run().unwrap(), fold.backward().run().unwrap()].map(|branch| {
+        assert_eq!(branch.end, BranchEnd::Range, "{branch}");
+        let last = branch.points.last().unwrap().clone();
+        assert!((load_at(last.state.z()) - last.parameter).abs() < 1e-12 && last.parameter == 0.0, "{branch}");
+        last.state.z()
+    });
+    // Up to the unloaded arch on one side, down to the flat one on the other.
+    let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    assert!((high - 0.5).abs() < 1e-9 && low.abs() < 1e-9, "{ends:?}");
+}

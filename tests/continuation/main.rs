@@ -1,13 +1,19 @@
 //! Branches of equilibria of derived models against closed forms and other coordinates: folds, branch points, flutter, and what is said where a branch ends.
 
+mod backbone;
+mod beck;
+#[path = "../models/double_pendulum.rs"]
+mod double_pendulum;
 mod ends;
 #[path = "../models/free_hoop.rs"]
 mod free_hoop;
 #[path = "../models/hencky.rs"]
 mod hencky;
+mod hopf;
 mod meeting;
 mod models;
 mod scales;
+mod several;
 #[path = "../models/turned_hoop.rs"]
 mod turned_hoop;
 #[path = "../models/ziegler.rs"]

@@ -7,11 +7,15 @@ mod hard;
 mod hencky;
 #[path = "../models/parallelogram.rs"]
 mod parallelogram;
+#[path = "../models/rolling_disk.rs"]
+mod rolling_disk;
+mod routh;
 mod stability;
 #[path = "../models/turned_hoop.rs"]
 mod turned_hoop;
 #[path = "../models/two_bars.rs"]
 mod two_bars;
+mod weak;
 #[path = "../models/ziegler.rs"]
 mod ziegler;
 

@@ -112,3 +112,21 @@ fn a_regulator_follows_the_motion() {
     let end = motion.end();
     assert!((end.theta() - 600.4).abs() < 1e-7 && (end.theta_rate() - 10.0).abs() < 1e-7, "{end:?}");
 }
+
+/// Of a wheel whose speed alone is held the angle goes where it goes: q = ρ, K = √(q/r) by the Riccati equation of one state, 2·0·X − X²/(I² r) + q = 0.
+#[test]
+fn a_speed_is_held_and_the_angle_left_to_itself() {
+    let model = Flywheel { inertia: 2.0 };
+    let start = model.state().theta(0.4).theta_rate(10.0).torque(0.0).build().unwrap();
+    let control = model.state_space(&start).unwrap();
+    let control = control.lqr().weight("theta_rate", 4.0).weight("torque", 0.25).solve().unwrap();
+    assert_eq!(control.left_out.iter().map(|one| one.name.as_str()).collect::<Vec<_>>(), ["theta"]);
+    assert_eq!(control.gain_of("torque", "theta"), Some(0.0));
+    assert!((control.gain_of("torque", "theta_rate").unwrap() - 4.0).abs() < 1e-13, "{control}");
+    assert!(control.closed_loop.len() == 1 && (control.closed_loop[0].re + 2.0).abs() < 1e-13, "{control}");
+    assert!(control.to_string().contains("left to itself: `theta`"), "{control}");
+    // As soon as the angle counts it is not left out.
+    let both = model.state_space(&start).unwrap();
+    let both = both.lqr().weight("theta", 1e-6).weight("theta_rate", 4.0).weight("torque", 0.25).solve().unwrap();
+    assert!(both.left_out.is_empty() && both.closed_loop.len() == 2, "{both}");
+}

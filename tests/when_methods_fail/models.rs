@@ -4,8 +4,14 @@ use dynamics::prelude::*;
 
 #[path = "../models/double_pendulum.rs"]
 pub(crate) mod double_pendulum;
+#[path = "../models/hencky.rs"]
+pub(crate) mod hencky;
 #[path = "../models/kepler.rs"]
 pub(crate) mod kepler;
+#[path = "../models/statics.rs"]
+pub(crate) mod statics;
+#[path = "../models/ziegler.rs"]
+pub(crate) mod ziegler;
 
 use double_pendulum::DoublePendulum;
 use kepler::Kepler;

@@ -17,14 +17,17 @@
 
 mod branch;
 mod buckling;
+mod curve;
 mod error;
 mod flutter;
 mod fold_curve;
+mod hopf_curve;
 mod locate;
 mod measure;
 mod meet;
 mod newton;
 mod problem;
+mod several;
 mod show;
 mod switch;
 mod trace;
@@ -40,6 +43,7 @@ pub use branch::{Branch, BranchEnd, BranchPoint, Diagram, Special, SpecialKind, 
 pub use buckling::{Buckling, CriticalLoad};
 pub use error::ContinuationError;
 pub use fold_curve::{FoldCurve, FoldCurves, fold_curve};
+pub use hopf_curve::{HopfCurve, HopfCurves, hopf_curve};
 
 use super::equilibria::{Asked, find, periodic, scales};
 use crate::constrain::held::active_rows;
@@ -107,7 +111,8 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self
     }
 
-    /// First toward smaller values of the parameter; else toward larger ones, unless the start is at the upper end of the range.
+    /// First toward smaller values of the parameter; else toward larger ones, unless the start is at the upper end of the range. From a start in a fold the branch goes to one side with it, and to
+    /// the other without.
     pub fn backward(mut self) -> Self {
         self.forward = Some(false);
         self

@@ -10,9 +10,12 @@
 //! independent coordinates, with the exact derivatives that small motions have (`newton.rs`). Rows that repeat others need no care. Inequalities are not
 //! known here: switched constraints hold, or do not, as in the start.
 
+mod corner;
 mod error;
 mod newton;
+mod rolling;
 mod search;
+mod soft;
 mod stability;
 mod statics;
 
@@ -53,7 +56,8 @@ pub trait Equilibria: Constraints + Powers {
     }
 
     /// A steady motion with the velocities of a state: its coordinates move until nothing accelerates. Velocities other than 0 belong to coordinates on
-    /// which nothing depends, as the angle of a hoop that is turned, or the spin of a top.
+    /// which nothing depends, as the angle of a hoop that is turned, or the spin of a top. What rolls keeps its independent velocities, those of angles where it can: of a disk its turning and its
+    /// spin, while its lean is looked for and its place goes round.
     ///
     /// # Errors
     /// As [`Equilibria::equilibrium`], and where the motion that is found does not stay.
@@ -88,6 +92,8 @@ pub struct Equilibrium<S: ModelState> {
     pub uncertainty: S::Vector,
     /// How many times more the coordinates are off than by their own rounding: 1 at best, 10⁸ in a fold.
     pub conditioning: f64,
+    /// Whether time stands in the model. Forces were then seen not to change at 2,500 times, closest in the first hundred seconds, and up to 10⁶ s: what is over between two of them is not seen.
+    pub contains_time: bool,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
 }
@@ -108,7 +114,11 @@ impl<S: ModelState> fmt::Display for Equilibrium<S> {
             f,
             "force left {:.1e}, conditioning {:.1e}, {} iterations",
             self.force_left, self.conditioning, self.iterations
-        )
+        )?;
+        match self.contains_time {
+            true => f.write_str("; time stands in the model: what lasts for less than 0.1 s, or for a 20th of the time until then, may not have been seen"),
+            false => Ok(()),
+        }
     }
 }
 
@@ -139,6 +149,9 @@ pub(super) fn find<M: Constraints>(
     if !asked.moving {
         start.u_mut().as_mut_slice().fill(0.0);
     }
+    if rolls::<M>(&start) && start.u().as_slice().iter().any(|u| *u != 0.0) {
+        return rolling::find(model, &start);
+    }
     let constants = model.constants().map_err(SolveError::from)?;
     with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut start, memory))?;
     let first = Statics::of(model, &start, &[])?;
@@ -152,12 +165,16 @@ pub(super) fn find<M: Constraints>(
     }
     check_rest(model, &state)?;
     check_later(model, &state, asked, &statics, &allowed)?;
+    if M::EXPLICIT_TIME && !asked.moving && !asked.frozen {
+        check_all_times(model, &state, &statics, &allowed)?;
+    }
     Ok(Equilibrium {
         reactions: if M::ROWS.is_empty() { Vec::new() } else { model.reactions(&state)? },
         force_left: statics.worst().1.abs(),
         iterations,
         conditioning: conditioning::<M>(&state, &uncertainty),
         uncertainty: vector(&uncertainty),
+        contains_time: M::EXPLICIT_TIME,
         coordinates: M::COORDINATES,
         state,
     })
@@ -172,8 +189,17 @@ fn allowed<M: Constraints>(
     Ok(statics.noise(model, state)? * 1e3 + statics.force.abs() * 10.0)
 }
 
+/// Whether a row on velocities holds.
+fn rolls<M: Constraints>(state: &M::State) -> bool {
+    active_rows::<M>(state.modes(), false).any(|row| row >= M::Residual::LEN)
+}
+
 /// That a state stays where it is, or goes on as it does, of models in which nothing else would say so.
 fn check_stays<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
+    if rolls::<M>(state) && state.u().as_slice().iter().any(|u| *u != 0.0) {
+        // What rolls was followed a little way when it was linearised.
+        return check_rest(model, state);
+    }
     let statics = Statics::of(model, state, &[])?;
     let allowed = allowed(model, state, &statics)?;
     check_rest(model, state)?;
@@ -260,6 +286,24 @@ fn check_later<M: Constraints>(
                 true => EquilibriumError::NotSteady { name, left: force },
                 false => EquilibriumError::DependsOnTime { coordinate: name, force },
             });
+        }
+    }
+    Ok(())
+}
+
+/// That forces which balance do so at many times: every twentieth of a second of the first hundred, then at a fiftieth of the time more each up to 10⁶.
+fn check_all_times<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    statics: &Statics<M::Rows>,
+    allowed: &DVector<f64>,
+) -> Result<(), EquilibriumError> {
+    let late = core::iter::successors(Some(100.0), |t: &f64| (*t < 1e6).then_some(1.02 * t));
+    for after in (1..2000).map(|k| 0.05 * f64::from(k)).chain(late) {
+        let force = statics.force_beside(model, &at_time(state, state.t() + after))?;
+        if let Some((i, force)) = excess(&force, allowed) {
+            let coordinate = M::COORDINATES[statics.tangent.rates[i]].name;
+            return Err(EquilibriumError::DependsOnTime { coordinate, force });
         }
     }
     Ok(())

@@ -143,6 +143,19 @@ impl Equations {
     }
 }
 
+impl Equations {
+    /// Whether time stands in M, Q or the constraints.
+    #[must_use]
+    pub fn has_explicit_time(&self, g: &Graph) -> bool {
+        let of_rows = self.constraints.iter().flat_map(|c| {
+            let rows = c.residual.iter().chain(&c.velocity_residual).chain(&c.gamma);
+            rows.chain(c.jacobian.iter().flatten())
+        });
+        let free = self.mass_matrix.iter().flatten().chain(&self.generalized_force);
+        free.chain(of_rows).any(|id| g.dependence(*id).on(Dependence::TIME))
+    }
+}
+
 /// What follows from the constraints; N coordinates, R rows, the first H of them holonomic. λ of a row is `Symbol::Multiplier`.
 #[derive(Clone, Debug)]
 pub struct ConstraintEquations {

@@ -71,6 +71,7 @@ impl Emission<'_> {
         let (operations, angle_sets) = (self.operations(), self.angle_sets());
         let (f9, kinks) = self.kinks();
         let velocities = self.compiled.equations.has_velocity_forces(self.access.graph);
+        let time = self.compiled.equations.has_explicit_time(self.access.graph);
         quote! {
             use #private::{Model, Result, Result::{Ok, Err}};
             #f1 #f2 #f3 #f4 #f5 #f6 #f7 #f8 #f9
@@ -81,6 +82,7 @@ impl Emission<'_> {
                 #operations
                 #angle_sets
                 const VELOCITY_FORCES: #private::bool = #velocities;
+                const EXPLICIT_TIME: #private::bool = #time;
                 #parameter #constants #accelerations #derivatives #mass #force #momenta #rates #energy #conserved #kinks #series
             }
         }

@@ -137,6 +137,8 @@ pub enum BranchEnd {
     Range,
     /// It came back to its first point.
     Closed,
+    /// The frequency of a curve of Hopf points became zero.
+    ZeroFrequency,
     /// It has as many points as were allowed.
     Points,
 }

@@ -6,6 +6,7 @@ use core::fmt;
 
 use super::branch::Branch;
 use super::fold_curve::FoldCurve;
+use super::hopf_curve::HopfCurve;
 use crate::analysis::EquilibriumError;
 use crate::model::ModelState;
 
@@ -90,6 +91,15 @@ pub enum ContinuationError<S: ModelState> {
         /// What was computed up to there.
         curve: Box<FoldCurve<S>>,
     },
+    /// A curve of Hopf points could not be followed any further.
+    HopfCurve {
+        /// The last values of both parameters.
+        at: [f64; 2],
+        /// What is wrong with the model beyond, if that is why.
+        reason: Option<EquilibriumError>,
+        /// What was computed up to there.
+        curve: Box<HopfCurve<S>>,
+    },
     /// The point is no branch point of the branch.
     NoBranchPoint {
         /// The parameter there.
@@ -100,8 +110,15 @@ pub enum ContinuationError<S: ModelState> {
         /// The parameter there.
         parameter: f64,
     },
+    /// Branches leave a point in every direction: a symmetry carries them into each other.
+    Everywhere {
+        /// The parameter there.
+        parameter: f64,
+    },
     /// The start has no fold that could be followed.
     NoFold,
+    /// The start has no pair of eigenvalues on the imaginary axis that could be followed.
+    NoHopf,
     /// Stiffness does not become less with the parameter, or is not that of a stable equilibrium at the start: there is no buckling load.
     NoBuckling {
         /// Why.
@@ -167,6 +184,17 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
                 "the curve of folds could not be followed beyond {p}, {r} of the parameters: forces have a corner there, or it ends in a place where more \
                  than one direction does not resist; take shorter steps, or start beyond it"
             ),
+            Self::HopfCurve { at: [p, r], reason: Some(reason), .. } => {
+                write!(f, "the model ends beyond {p}, {r} of its parameters: {reason}")
+            }
+            Self::HopfCurve { at: [p, r], reason: None, .. } => write!(
+                f,
+                "the curve of Hopf points could not be followed beyond {p}, {r} of the parameters: another pair of eigenvalues meets this one, or damping sets in or vanishes; take \
+                 shorter steps, or start beyond it"
+            ),
+            Self::NoHopf => f.write_str(
+                "the point is no Hopf point of the family at these parameters, nor one in which frequencies meet; start from one of `branch.special` of such a kind",
+            ),
             Self::NoBranchPoint { parameter } => write!(
                 f,
                 "no branches meet at {parameter} of the parameter; switch at a pitchfork or a transcritical point of a branch"
@@ -175,6 +203,11 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
                 f,
                 "no other branch was found where branches meet at {parameter} of the parameter; the point must be one of this very family, or start on the other branch with an \
                  equilibrium that `.equilibrium(&start)` finds"
+            ),
+            Self::Everywhere { parameter } => write!(
+                f,
+                "branches leave in every direction where several stiffnesses vanish at {parameter} of the parameter: a symmetry tells none from another; hold one coordinate by a constraint, or \
+                 make the axes a little different"
             ),
             Self::NoFold => {
                 f.write_str("the point is no fold of the family at these parameters; start from one of `branch.folds()`")

@@ -55,11 +55,10 @@ fn least_growth(a: &Stability, b: &Stability) -> f64 {
     told.map(|most| TOLD * most).fold(GROWTH, f64::min)
 }
 
-/// The swinging pair next to the imaginary axis, or next to another one.
-fn pair(eigenvalues: &[Complex<f64>], like: Option<Complex<f64>>) -> Option<Complex<f64>> {
+/// The swinging pair next to another one.
+fn pair(eigenvalues: &[Complex<f64>], like: Complex<f64>) -> Option<Complex<f64>> {
     let swings = eigenvalues.iter().filter(|x| x.im > 0.5 * GROWTH * x.norm());
-    let far = |x: &Complex<f64>| like.map_or(x.re.abs() / x.norm(), |like| (x - like).norm());
-    swings.min_by(|a, b| far(a).total_cmp(&far(b))).copied()
+    swings.min_by(|a, b| (*a - like).norm().total_cmp(&(*b - like).norm())).copied()
 }
 
 fn spectrum<M: Constraints>(sample: &Sample<M>) -> Option<Vec<Complex<f64>>> {
@@ -87,7 +86,9 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             let uncertainty = (found.width + self.root(&found, |x| x.im)) * slope;
             return self.add(kind, &found.flutter.balance, uncertainty, None, None);
         }
-        let Some(first) = pair(&all, None) else { return };
+        // Of those that grow: others, that swing undamped or nearly so, may be nearer to the axis.
+        let nearest = growing().min_by(|x, y| (x.re / x.norm()).total_cmp(&(y.re / y.norm())));
+        let Some(first) = nearest.copied() else { return };
         if !is_damped(&found.flutter) {
             let kind = SpecialKind::FrequenciesMeet { frequency: first.im };
             let uncertainty = (found.width + self.root(&found, |x| x.re)) * slope;
@@ -138,7 +139,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let mut best: Option<(Sample<M>, f64, f64)> = None;
         for _ in 0..12 {
             let Ok((sample, _)) = self.beside(&from, x[1], TO_AXIS) else { break };
-            let Some(value) = spectrum(&sample).and_then(|all| pair(&all, Some(first))) else { break };
+            let Some(value) = spectrum(&sample).and_then(|all| pair(&all, first)) else { break };
             let slope = (value.re - f) / (x[1] - x[0]);
             let step = -value.re / slope;
             // Near the axis the slope of the last two is rounding; that from where flutter was seen is not.

@@ -17,6 +17,8 @@ const MANTISSAS: [f64; 2] = [1.0, 3.0];
 const DECADES: core::ops::RangeInclusive<i32> = -12..=12;
 /// Changes of the stiffness by this part of its largest on the parameter's range make another structure of it.
 const ANOTHER: f64 = 0.5;
+/// A parameter that changes by less than this, where coordinates change by 1, stands still.
+const STILL: f64 = 1e-6;
 /// A size at the start so much smaller, or larger, than what matters says nothing.
 const SMALLER: f64 = 30.0;
 const LARGER: f64 = 300.0;
@@ -31,15 +33,23 @@ impl<M: Constraints> Problem<'_, M> {
         };
         let is_zero = |i: &usize| M::COORDINATES[*i].unit != "rad" && of_unit(*i, &|j| q[j].abs()) < 1e-12;
         let zeros: Vec<usize> = (0..q.len()).filter(is_zero).collect();
-        let way = null_plane(self, balance).map(|[way, _]| way).filter(|way| way.p[0] != 0.0);
+        let way = null_plane(self, balance).map(|[way, _]| way).filter(|_| !self.starts_in_fold(balance));
         let moves = |i: usize| way.as_ref().map_or(0.0, |way| 0.1 * (way.q[i] / way.p[0] * self.widths[0]).abs());
         let found: Vec<f64> = zeros.iter().map(|i| of_unit(*i, &moves)).collect();
         zeros.iter().zip(&found).filter(|(_, found)| **found > 0.0).for_each(|(i, found)| self.scales[*i] = *found);
         zeros.into_iter().zip(found).filter(|(_, found)| *found == 0.0).map(|(i, _)| i).collect()
     }
 
+    /// Whether the branch stands still in the parameter: the stiffness is then none at the start, and says nothing of how far it stays as it is.
+    fn starts_in_fold(&self, balance: &Balance<M>) -> bool {
+        null_plane(self, balance).is_none_or(|[way, _]| (way.p[0] / self.widths[0]).abs() <= STILL)
+    }
+
     /// Coordinates of which the start says nothing, by how far they go before the stiffness is another one.
     pub(super) fn measure_lengths(&mut self, balance: &Balance<M>, still: &[usize]) {
+        if self.starts_in_fold(balance) {
+            return;
+        }
         let Some(most) = self.stiffest(balance) else { return };
         let mut units: Vec<&str> = Vec::new();
         for quantity in M::COORDINATES.iter().filter(|quantity| quantity.unit != "rad") {

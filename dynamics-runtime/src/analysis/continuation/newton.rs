@@ -15,6 +15,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::hopf_curve::Swings;
 use super::problem::{Balance, Direction, Place, Problem};
 use crate::analysis::equilibria::EquilibriumError;
 use crate::analysis::linearize::general;
@@ -31,6 +32,8 @@ const ASIDE: f64 = 1e-5;
 pub(super) struct Singular {
     /// Whether F_p is to lie in the range of K, too: a branch point.
     pub(super) branching: bool,
+    /// Instead of a singular K, a pair of eigenvalues on the imaginary axis.
+    pub(super) swings: Option<Swings>,
     /// b and c.
     pub(super) borders: [DVector<f64>; 2],
     /// Independent coordinates of all this.
@@ -50,7 +53,14 @@ impl Singular {
         let least = svd.singular_values.imin();
         let (left, right) = (svd.u?.column(least).into_owned(), svd.v_t?.row(least).transpose());
         let coordinates = balance.statics.tangent.coordinates.clone();
-        Some(Self { branching, borders: [&lower * left, lower * right], coordinates })
+        Some(Self { branching, swings: None, borders: [&lower * left, lower * right], coordinates })
+    }
+
+    /// That a pair of eigenvalues lies on the imaginary axis, or two of them are one.
+    pub(super) fn swinging<M: Constraints>(balance: &Balance<M>, swings: Swings) -> Self {
+        let none = DVector::zeros(balance.size());
+        let coordinates = balance.statics.tangent.coordinates.clone();
+        Self { branching: false, swings: Some(swings), borders: [none.clone(), none], coordinates }
     }
 
     /// How many equations this adds.
@@ -76,6 +86,9 @@ impl Singular {
     }
 
     fn at<M: Constraints>(&self, problem: &Problem<'_, M>, place: &Place<M::State>) -> Option<Vec<f64>> {
+        if let Some(swings) = &self.swings {
+            return Some(alloc::vec![swings.test(&problem.model(place.p).ok()?, &place.state)?]);
+        }
         if self.branching {
             let there = problem.balance(place, &self.coordinates).ok()?;
             (there.statics.tangent.coordinates == self.coordinates)
@@ -94,7 +107,10 @@ impl Singular {
         problem: &Problem<'_, M>,
         balance: &Balance<M>,
     ) -> Option<(Vec<f64>, DMatrix<f64>)> {
-        let here = self.tests(&balance.stiffness(), || Some(balance.by_parameter(0)))?;
+        let here = match &self.swings {
+            Some(swings) => alloc::vec![swings.test(&balance.model, &balance.place.state)?],
+            None => self.tests(&balance.stiffness(), || Some(balance.by_parameter(0)))?,
+        };
         let unknowns = balance.lift.ncols();
         let mut slopes = DMatrix::zeros(self.count(), unknowns);
         for j in 0..unknowns {
@@ -260,7 +276,7 @@ fn settled(matrix: &DMatrix<f64>, right: &DVector<f64>, rows: core::ops::Range<u
 
 /// The solution of a square system, rows and columns balanced; directions in which it is singular stand still.
 pub(super) fn linear(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let inverse = |most: f64| if most > 0.0 { 1.0 / most } else { 1.0 };
+    let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
     let rows = DVector::from_iterator(matrix.nrows(), matrix.row_iter().map(|row| inverse(row.amax())));
     let mut balanced = DMatrix::from_diagonal(&rows) * matrix;
     let columns = DVector::from_iterator(matrix.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));

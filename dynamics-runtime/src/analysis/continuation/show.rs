@@ -62,6 +62,7 @@ impl fmt::Display for BranchEnd {
             Self::Range => "at an end of the range",
             Self::Closed => "where it began",
             Self::Points => "after as many points",
+            Self::ZeroFrequency => "where its frequency is zero",
         })
     }
 }

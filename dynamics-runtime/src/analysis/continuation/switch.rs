@@ -3,7 +3,7 @@
 use alloc::string::ToString;
 use alloc::vec::Vec;
 
-use super::branch::{Branch, Diagram, Special};
+use super::branch::{Branch, Diagram, Special, SpecialKind};
 use super::meet::aside;
 use super::problem::{Place, Problem, is_range};
 use super::trace::{Sample, Tracer};
@@ -27,6 +27,15 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         })
     }
 
+    /// All halves of branches that meet in a point, this branch's own among them: also where several stiffnesses vanish at once, as of a column with two equal axes. Directions are tried from many sides, so
+    /// that a half that bends away within a hundredth of the range may be missed.
+    ///
+    /// # Errors
+    /// As [`Continuation::switch`]; branches that leave in every direction, where a symmetry tells none from another.
+    pub fn switch_all(&self, at: &Special<M::State>) -> Result<Vec<Branch<M::State>>, ContinuationError<M::State>> {
+        self.traced(|problem, periodic| self.halves(problem, periodic, at)?.into_iter().collect())
+    }
+
     /// All branches that are reached from the start through branch points, up to `limit` of them, each once: the one through the start to both sides, then what
     /// crosses it.
     ///
@@ -44,7 +53,8 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
             let mut known: Vec<Special<M::State>> = Vec::new();
             let mut next = 0;
             while next < diagram.branches.len() {
-                let points: Vec<_> = diagram.branches[next].branch_points().cloned().collect();
+                let is_one = |one: &&Special<M::State>| one.kind.is_branch_point() || is_multiple(one);
+                let points: Vec<_> = diagram.branches[next].special.iter().filter(is_one).cloned().collect();
                 for point in points {
                     if known.iter().any(|other| problem.distance(&place(other), &place(&point)) <= SAME) {
                         continue;
@@ -71,7 +81,11 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         limit: usize,
         diagram: &mut Diagram<M::State>,
     ) {
-        let arms = match self.arms(problem, periodic, point) {
+        let arms = match is_multiple(point) {
+            true => self.halves(problem, periodic, point),
+            false => self.arms(problem, periodic, point).map(Vec::from),
+        };
+        let arms = match arms {
             Ok(arms) => arms,
             Err(error) => return diagram.failures.push((point.parameter, error.to_string())),
         };
@@ -124,6 +138,11 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         };
         Ok([plus, minus].map(|first| Tracer::new(problem, &self.options, periodic).run(first, true)))
     }
+}
+
+/// Whether several stiffnesses vanish at once.
+fn is_multiple<S: ModelState>(at: &Special<S>) -> bool {
+    matches!(at.kind, SpecialKind::Several { .. })
 }
 
 fn place<S: ModelState>(special: &Special<S>) -> Place<S> {

@@ -71,6 +71,13 @@ pub enum EquilibriumError {
         /// To what.
         value: f64,
     },
+    /// Forces are below rounding where the search ended and far around it, and are not farther away: they have faded, as e^(−x) does.
+    Faded {
+        /// The coordinate along which nothing is left.
+        coordinate: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// The iteration did not settle.
     NoConvergence {
         /// Iterations made.
@@ -152,6 +159,10 @@ impl fmt::Display for EquilibriumError {
             Self::Diverged { coordinate, value } => write!(
                 f,
                 "the search for balance ran away: `{coordinate}` reached {value:.3e}, and forces still became smaller; start elsewhere, or bound what nothing holds"
+            ),
+            Self::Faded { coordinate, value } => write!(
+                f,
+                "forces along `{coordinate}` fade away below rounding toward {value:.3e}, which is no balance; start nearer to the equilibrium, or bound what nothing holds there"
             ),
             Self::NoConvergence { iterations, coordinate, force_left } => write!(
                 f,

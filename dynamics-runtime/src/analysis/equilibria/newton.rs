@@ -1,7 +1,8 @@
 //! Newton's method for balance, along the constraints.
 //!
-//! Each iteration solves K δz = −F with the exact K, moves δq = D δz, and returns to the constraints; the step is halved until ‖F‖, forces weighed by the
-//! inertias that they move, falls as Armijo asks. Where less than a 32nd of the step is admitted, K is nearly singular and the direction worth little: a
+//! Each iteration solves K δz = −F with the exact K, moves δq = D δz, and returns to the constraints; the step is halved until ‖F‖ falls as Armijo asks. ‖F‖ is the least
+//! that any λ makes of the forces weighed by the inertias at the start, and K its derivative (`Statics::covariant`): both are those of the place and not of the coordinates that happen to be
+//! independent there. By height a pendulum's weight is the same force all around, which no Newton step can make smaller. Where less than a 32nd of the step is admitted, K is nearly singular and the direction worth little: a
 //! Levenberg–Marquardt step, whose damping is adapted, takes its place (J. Nocedal & S. J. Wright, *Numerical Optimization*, §10.3 and §11.2). It goes on to
 //! the least ‖F‖ nearby; if that is not 0 there is no equilibrium, and K has lost a direction there: a fold lies between it and the load.
 //!
@@ -12,8 +13,9 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-use super::EquilibriumError;
+use super::soft::Soft;
 use super::statics::{Statics, scales};
+use super::{EquilibriumError, corner};
 use crate::analysis::LinearizeError;
 use crate::constrain::{project_positions, with_workspace};
 use crate::error::SolveError;
@@ -31,6 +33,8 @@ const LEVEL: f64 = 1e-13;
 const AWAY: f64 = 1e12;
 /// Singular values of the balanced K below this, against the largest, are zero.
 pub(super) const VANISHED: f64 = 1e-13;
+/// Forces that became so much smaller in all iterations, and still do, run away.
+const FADING: f64 = 1e-12;
 /// Forces up to this many times their measured rounding count as balance.
 const ROUNDED: f64 = 1e3;
 
@@ -44,15 +48,15 @@ pub(super) struct Settled<M: Constraints> {
 }
 
 /// K = R⁻¹ (U Σ Vᵀ) C⁻¹ with rows and columns balanced, so that what is soft is not lost beside what is stiff.
-struct Factors {
-    rows: DVector<f64>,
-    columns: DVector<f64>,
-    svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
+pub(super) struct Factors {
+    pub(super) rows: DVector<f64>,
+    pub(super) columns: DVector<f64>,
+    pub(super) svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
 }
 
 impl Factors {
     fn of(k: &DMatrix<f64>) -> Option<Self> {
-        let inverse = |most: f64| if most > 0.0 { 1.0 / most } else { 1.0 };
+        let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
         let rows = DVector::from_iterator(k.nrows(), k.row_iter().map(|row| inverse(row.amax())));
         let mut balanced = DMatrix::from_diagonal(&rows) * k;
         let columns = DVector::from_iterator(k.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));
@@ -71,6 +75,18 @@ impl Factors {
         v_t.tr_mul(&scaled).component_mul(&self.columns)
     }
 
+    /// What forces make of δz along directions whose singular values are above this part of the largest, but for one.
+    pub(super) fn without(&self, part: f64, one: usize) -> DMatrix<f64> {
+        let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
+            return DMatrix::zeros(self.columns.len(), self.rows.len());
+        };
+        let least = part * self.svd.singular_values.amax();
+        let mut inverse = self.svd.singular_values.map(|sigma| if sigma > least { 1.0 / sigma } else { 0.0 });
+        inverse[one] = 0.0;
+        let balanced = v_t.tr_mul(&(DMatrix::from_diagonal(&inverse) * u.transpose()));
+        DMatrix::from_diagonal(&self.columns) * balanced * DMatrix::from_diagonal(&self.rows)
+    }
+
     /// The largest |δz| that forces of these sizes could cause, along directions that do not vanish.
     fn reach(&self, forces: &DVector<f64>) -> DVector<f64> {
         let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else { return DVector::zeros(self.columns.len()) };
@@ -87,22 +103,38 @@ struct Search<'m, M: Constraints> {
     constants: M::Constants,
     /// What coordinates of the start are measured by.
     first: Vec<f64>,
-    /// 1/√inertia of forces, by coordinate: fixed for the run, so that ‖F‖ at different positions can be compared.
-    weights: Vec<f64>,
+    /// Inertias by coordinate: fixed for the run, so that ‖F‖ at different positions can be compared.
+    metric: Vec<f64>,
     mu: f64,
+    /// The largest force at the start.
+    most: f64,
 }
 
-/// What rounding leaves of F, and how far the independent coordinates may be off for it.
+/// F and K in unit vectors of the metric: L⁻¹F and L⁻¹K L⁻ᵀ with L Lᵀ = EᵀG E, and Lᵀ of the coordinates.
+struct Weighed {
+    force: DVector<f64>,
+    stiffness: DMatrix<f64>,
+    upper: DMatrix<f64>,
+}
+
+/// Lower triangular L with L Lᵀ = BᵀG B.
+fn lower(metric: &[f64], basis: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let metric = DMatrix::from_diagonal(&DVector::from_column_slice(metric));
+    basis.tr_mul(&(metric * basis)).cholesky().map(nalgebra::Cholesky::unpack)
+}
+
+/// How far the independent coordinates may be off for what rounding leaves of F.
 fn uncertainty<M: Constraints>(
     model: &M,
     state: &M::State,
     statics: &Statics<M::Rows>,
     factors: &Factors,
-) -> Result<(DVector<f64>, DVector<f64>), EquilibriumError> {
-    let noise = statics.noise(model, state)?;
+    noise: &DVector<f64>,
+) -> Result<DVector<f64>, EquilibriumError> {
     // At folds and pitchforks corrections shrink by a half or a third each: what is left is a few times the last.
-    let reach = factors.reach(&noise) + 3.0 * factors.solve(&statics.force).abs();
-    Ok((noise, reach))
+    let reach = factors.reach(noise) + 3.0 * factors.solve(&statics.force).abs();
+    let soft = Soft { model, state, statics, factors, noise }.reach()?;
+    Ok(reach.zip_map(&soft, f64::max))
 }
 
 /// How far the independent coordinates of what counts as an equilibrium may be off.
@@ -116,7 +148,7 @@ pub(super) fn distance<M: Constraints>(
         return Ok(DVector::zeros(statics.stiffness.ncols()));
     }
     let factors = Factors::of(&statics.stiffness).ok_or(LinearizeError::NoConvergence { size })?;
-    Ok(uncertainty(model, state, statics, &factors)?.1)
+    uncertainty(model, state, statics, &factors, &statics.noise(model, state)?)
 }
 
 /// From a state on the constraints, whose velocities stay.
@@ -125,15 +157,17 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
     let mut state = start;
     let mut statics = Statics::of(model, &state, &[])?;
     let first = scales(M::COORDINATES, state.q().as_slice());
-    let mut search = Search { model, constants, first, weights: alloc::vec![0.0; M::Vector::LEN], mu: 1e-3 };
+    let most = statics.masses.amax();
+    let metric = statics.masses.iter().map(|mass| if *mass > 1e-12 * most { *mass } else { 1.0 }).collect();
+    let mut search = Search { model, constants, first, metric, mu: 1e-3, most: statics.force.amax() };
     let mut last = f64::INFINITY;
     if statics.force.is_empty() {
         // What cannot move rests, whatever acts: its reactions hold it.
         return Ok(Settled { state, statics, iterations: 0, uncertainty: alloc::vec![0.0; M::Vector::LEN] });
     }
     for iteration in 0..MOST {
-        search.weigh(&statics);
-        let factors = Factors::of(&statics.stiffness).ok_or_else(|| search.unsettled(iteration, &statics))?;
+        let stiffness = statics.covariant(model, &state, &search.metric)?;
+        let factors = Factors::of(&stiffness).ok_or_else(|| search.unsettled(iteration, &statics, &state))?;
         let newton = factors.solve(&-&statics.force);
         let change = search.relative(&state, &(&statics.tangent.positions * &newton));
         if change <= NEAR {
@@ -150,7 +184,7 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
             continue;
         }
         last = f64::INFINITY;
-        match search.step(&state, &statics, &newton)? {
+        match search.step(&state, &statics, (&stiffness, &newton))? {
             Some(next) => {
                 state = next;
                 search.check_bounds(&state)?;
@@ -159,36 +193,19 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
             None => return search.accept(state, statics, &factors, change, iteration),
         }
     }
-    Err(search.unsettled(MOST, &statics))
+    Err(search.unsettled(MOST, &statics, &state))
 }
 
 impl<M: Constraints> Search<'_, M> {
-    /// Coordinates keep the weight that they had when they were first independent.
-    fn weigh(&mut self, statics: &Statics<M::Rows>) {
-        let most = statics.inertia.amax();
-        for (i, inertia) in statics.tangent.rates.iter().zip(statics.inertia.iter()) {
-            let weight = &mut self.weights[*i];
-            if *weight == 0.0 {
-                *weight = if *inertia > 1e-12 * most { 1.0 / inertia.sqrt() } else { 1.0 };
-            }
-        }
-    }
-
-    /// The weights of these coordinates.
-    fn weights(&self, of: &[usize]) -> DVector<f64> {
-        let weight = |i: &usize| if self.weights[*i] > 0.0 { self.weights[*i] } else { 1.0 };
-        DVector::from_iterator(of.len(), of.iter().map(weight))
-    }
-
-    fn weighed(&self, statics: &Statics<M::Rows>) -> DVector<f64> {
-        self.weights(&statics.tangent.rates).component_mul(&statics.force)
-    }
-
-    /// K of weighed forces by weighed coordinates, 1/s², and the weights of the coordinates.
-    fn weighed_stiffness(&self, statics: &Statics<M::Rows>) -> (DMatrix<f64>, DVector<f64>) {
-        let rows = DMatrix::from_diagonal(&self.weights(&statics.tangent.rates));
-        let columns = self.weights(&statics.tangent.coordinates);
-        (rows * &statics.stiffness * DMatrix::from_diagonal(&columns), columns)
+    fn weighed(&self, statics: &Statics<M::Rows>, stiffness: &DMatrix<f64>) -> Option<Weighed> {
+        let [e, d] = [&statics.tangent.velocities, &statics.tangent.positions].map(|basis| lower(&self.metric, basis));
+        let (e, d) = (e?, d?);
+        let half = e.solve_lower_triangular(stiffness)?;
+        Some(Weighed {
+            force: e.solve_lower_triangular(&statics.force)?,
+            stiffness: d.solve_lower_triangular(&half.transpose())?.transpose(),
+            upper: d.transpose(),
+        })
     }
 
     /// The largest change of a coordinate against what it is measured by.
@@ -210,10 +227,11 @@ impl<M: Constraints> Search<'_, M> {
             .then_some(next)
     }
 
-    /// ‖F‖² after a change, in the same independent coordinates.
-    fn merit(&self, next: &M::State, statics: &Statics<M::Rows>) -> Option<f64> {
-        let there = Statics::of(self.model, next, &statics.tangent.coordinates).ok()?;
-        Some(self.weighed(&there).norm_squared()).filter(|merit| merit.is_finite())
+    /// ‖F‖² after a change.
+    fn merit(&self, next: &M::State) -> Option<f64> {
+        let there = Statics::of(self.model, next, &[]).ok()?;
+        let force = lower(&self.metric, &there.tangent.velocities)?.solve_lower_triangular(&there.force)?;
+        Some(force.norm_squared()).filter(|merit| merit.is_finite())
     }
 
     /// The next position; `None` where ‖F‖ is the least nearby.
@@ -221,20 +239,21 @@ impl<M: Constraints> Search<'_, M> {
         &mut self,
         state: &M::State,
         statics: &Statics<M::Rows>,
-        newton: &DVector<f64>,
+        (stiffness, newton): (&DMatrix<f64>, &DVector<f64>),
     ) -> Result<Option<M::State>, EquilibriumError> {
-        let here = self.weighed(statics).norm_squared();
+        let weighed = self.weighed(statics, stiffness).ok_or(LinearizeError::Inertia)?;
+        let here = weighed.force.norm_squared();
         let mut part = self.bound(state, &(&statics.tangent.positions * newton));
         let least = LEAST_PART * part;
         while part >= least {
             if let Some(next) = self.moved(state, statics, &(part * newton))
-                && self.merit(&next, statics).is_some_and(|merit| merit <= (1.0 - 2e-4 * part) * here)
+                && self.merit(&next).is_some_and(|merit| merit <= (1.0 - 2e-4 * part) * here)
             {
                 return Ok(Some(next));
             }
             part *= 0.5;
         }
-        Ok(self.damped(state, statics, here))
+        Ok(self.damped(state, statics, &weighed))
     }
 
     /// At most 1 rad of angles, at most ten times what other coordinates are measured by.
@@ -246,23 +265,23 @@ impl<M: Constraints> Search<'_, M> {
     }
 
     /// A Levenberg–Marquardt step; `None` where none makes ‖F‖ smaller by more than rounding.
-    fn damped(&mut self, state: &M::State, statics: &Statics<M::Rows>, here: f64) -> Option<M::State> {
-        let force = self.weighed(statics);
-        let (scaled, columns) = self.weighed_stiffness(statics);
-        let (square, slope) = (scaled.tr_mul(&scaled), scaled.tr_mul(&force));
+    fn damped(&mut self, state: &M::State, statics: &Statics<M::Rows>, weighed: &Weighed) -> Option<M::State> {
+        let Weighed { force, stiffness, upper } = weighed;
+        let here = force.norm_squared();
+        let (square, slope) = (stiffness.tr_mul(stiffness), stiffness.tr_mul(force));
         let floor = square.diagonal().amax().max(f64::MIN_POSITIVE);
         for _ in 0..80 {
             let damping = self.mu * floor.max(slope.norm());
             let damped = &square + DMatrix::from_diagonal_element(square.nrows(), square.nrows(), damping);
             let scaled_step = -damped.cholesky()?.solve(&slope);
-            let change = scaled_step.component_mul(&columns);
+            let change = upper.solve_upper_triangular(&scaled_step)?;
             let predicted = -(2.0 * slope.dot(&scaled_step) + scaled_step.dot(&(&square * &scaled_step)));
             if predicted <= LEVEL * here {
                 return None;
             }
             let change = self.bound(state, &(&statics.tangent.positions * &change)) * change;
             if let Some(next) = self.moved(state, statics, &change)
-                && self.merit(&next, statics).is_some_and(|merit| merit <= here - 1e-3 * predicted)
+                && self.merit(&next).is_some_and(|merit| merit <= here - 1e-3 * predicted)
             {
                 self.mu = (self.mu / 3.0).max(1e-12);
                 return Some(next);
@@ -281,15 +300,17 @@ impl<M: Constraints> Search<'_, M> {
         change: f64,
         iterations: usize,
     ) -> Result<Settled<M>, EquilibriumError> {
-        let (noise, reach) = uncertainty(self.model, &state, &statics, factors)?;
+        let noise = statics.noise(self.model, &state)?;
         let rounded = statics.force.iter().zip(noise.iter()).all(|(force, noise)| force.abs() <= ROUNDED * noise);
         // Or the last correction was rounding, and took all of the force: nothing of it acts where nothing resists.
         let left = &statics.force + &statics.stiffness * factors.solve(&-&statics.force);
         let gone = left.iter().zip(statics.force.iter()).all(|(left, force)| left.abs() <= 1e-6 * force.abs());
         let balanced = rounded || (gone && change <= 1e-11);
         if !balanced {
-            return Err(self.none(&state, &statics));
+            let resting = corner::beside(self.model, &self.constants, &state, &statics)?;
+            return Err(resting.unwrap_or_else(|| self.none(&state, &statics)));
         }
+        let reach = uncertainty(self.model, &state, &statics, factors, &noise)?;
         let reach = statics.tangent.positions.abs() * reach;
         Ok(Settled { uncertainty: reach.iter().copied().collect(), state, statics, iterations })
     }
@@ -297,12 +318,15 @@ impl<M: Constraints> Search<'_, M> {
     /// Where ‖F‖ is the least.
     fn none(&self, state: &M::State, statics: &Statics<M::Rows>) -> EquilibriumError {
         let (i, force_left) = statics.worst();
+        if force_left.abs() < f64::MIN_POSITIVE {
+            return EquilibriumError::Faded { coordinate: M::COORDINATES[i].name, value: state.q().as_slice()[i] };
+        }
         // The direction that K resists least.
-        let (scaled, columns) = self.weighed_stiffness(statics);
-        let square = scaled.tr_mul(&scaled).symmetric_eigen();
-        let soft = (!square.eigenvalues.is_empty()).then(|| {
-            let least = square.eigenvectors.column(square.eigenvalues.imin()).component_mul(&columns);
-            (&statics.tangent.positions * least).iamax()
+        let soft = statics.covariant(self.model, state, &self.metric).ok();
+        let soft = soft.and_then(|stiffness| self.weighed(statics, &stiffness)).and_then(|weighed| {
+            let square = weighed.stiffness.tr_mul(&weighed.stiffness).symmetric_eigen();
+            let least = square.eigenvectors.column(square.eigenvalues.imin()).into_owned();
+            Some((&statics.tangent.positions * weighed.upper.solve_upper_triangular(&least)?).iamax())
         });
         EquilibriumError::NoEquilibrium {
             coordinate: M::COORDINATES[i].name,
@@ -312,8 +336,11 @@ impl<M: Constraints> Search<'_, M> {
         }
     }
 
-    fn unsettled(&self, iterations: usize, statics: &Statics<M::Rows>) -> EquilibriumError {
+    fn unsettled(&self, iterations: usize, statics: &Statics<M::Rows>, state: &M::State) -> EquilibriumError {
         let (i, force_left) = statics.worst();
+        if force_left.abs() <= FADING * self.most {
+            return EquilibriumError::Diverged { coordinate: M::COORDINATES[i].name, value: state.q().as_slice()[i] };
+        }
         EquilibriumError::NoConvergence { iterations, coordinate: M::COORDINATES[i].name, force_left }
     }
 

@@ -201,15 +201,23 @@ fn of_second_order(linear: &Linear, conservative: bool) -> Result<Stability, Equ
     let least = squares.first().map(|one| one.value);
     let worst = spectrum.iter().filter(|one| one.value.re > one.unsure);
     let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
-    let soft = squares.iter().find(|one| one.value.abs() <= one.unsure);
+    // Of forces that follow, the symmetric part of K may vanish where K does not: zero eigenvalues tell.
+    let skew = (&linear.stiffness - linear.stiffness.transpose()).abs();
+    let is_even = skew.iter().zip(linear.unsure.iter()).all(|(x, off)| *x <= 4.0 * off);
+    let soft = match is_even {
+        true => squares.iter().find(|one| one.value.abs() <= one.unsure).map(|one| along(&one.shape)),
+        false => {
+            spectrum.iter().find(|one| one.value.norm() <= one.unsure).map(|one| along(&one.shape.rows(0, n).into()))
+        }
+    };
     let definite = squares.iter().all(|one| one.value > one.unsure);
     let verdict = if conservative && definite {
         StabilityVerdict::Stable
     } else if let Some(one) = worst {
         let coordinate = along(&one.shape.rows(0, n).into_owned());
         unstable(one, coordinate)
-    } else if let Some(soft) = soft {
-        StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: along(&soft.shape) })
+    } else if let Some(coordinate) = soft {
+        StabilityVerdict::Marginal(Undecided::NothingResists { coordinate })
     } else {
         on_the_axis(&spectrum, conservative)
     };

@@ -26,8 +26,10 @@ pub(in crate::analysis) struct Statics<R> {
     pub(super) multipliers: R,
     /// EᵀM E of the independent velocities.
     pub(in crate::analysis) mass: DMatrix<f64>,
-    /// Its diagonal: what forces of different units are weighed by.
+    /// Its diagonal.
     pub(super) inertia: DVector<f64>,
+    /// That of M, of all coordinates: what forces of different units are weighed by.
+    pub(super) masses: DVector<f64>,
     /// What rounding of Eᵀ(Q + Φ_qᵀλ) leaves, from the sizes of what is added up.
     pub(super) rounding: DVector<f64>,
 }
@@ -106,10 +108,46 @@ impl<R: Vector> Statics<R> {
             by_all,
             inertia: mass.diagonal(),
             mass,
+            masses: read.mass.diagonal(),
             rounding: e.abs().tr_mul(&sizes) * f64::EPSILON,
             multipliers,
             tangent,
         })
+    }
+
+    /// The derivative of F in a metric G that is one number for each coordinate: that of r when λ is chosen so that r has the least size rᵀG⁻¹r. With A = EᵀG E the slope of
+    /// that size, FᵀA⁻¹F, along δz is 2 FᵀA⁻¹K δz, whichever coordinates are independent; in equilibrium K is [`Self::stiffness`].
+    pub(super) fn covariant<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+        metric: &[f64],
+    ) -> Result<DMatrix<f64>, EquilibriumError> {
+        let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
+        let (d, e) = (&self.tangent.positions, &self.tangent.velocities);
+        let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        if rows.is_empty() {
+            return Ok(self.stiffness.clone());
+        }
+        let metric = DMatrix::from_diagonal(&DVector::from_column_slice(metric));
+        let square = e.tr_mul(&(&metric * e));
+        let read = Read::of(model, state)?;
+        let held = DVector::from_iterator(rows.len(), rows.iter().map(|row| self.multipliers[*row]));
+        let left = -(&read.force + read.jacobian.tr_mul(&held));
+        let along = square.cholesky().ok_or(LinearizeError::Inertia)?.solve(&self.force);
+        let tangential = metric * (e * along);
+        let by = -self.tangent.particular(&DMatrix::identity(rows.len(), rows.len())).tr_mul(&(left - tangential));
+        let mut multipliers = self.multipliers;
+        rows.iter().zip(by.iter()).for_each(|(row, by)| multipliers[*row] += by);
+        let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
+        if !model.variations(state, &M::Vector::zeros(), &multipliers, &mut values) {
+            return Err(LinearizeError::NoDerivatives.into());
+        }
+        let by_q = DMatrix::from_row_slice(n, n, &values[..n * n]);
+        if !by_q.iter().all(|x| x.is_finite()) {
+            return Err(LinearizeError::NotFinite.into());
+        }
+        Ok(e.tr_mul(&(by_q * d)))
     }
 
     /// F at another state, in the directions and with the reactions of this one: what small changes make of it.

@@ -62,7 +62,7 @@ impl StateSpace {
     /// A name that is not known; an iteration that does not settle.
     pub fn controllability(&self, inputs: &[&str]) -> Result<Vec<Reach>, VibrationError> {
         let columns = inputs.iter().map(|name| self.input(name)).collect::<Result<Vec<_>, _>>()?;
-        reach(self, &self.a, &self.b.select_columns(&columns))
+        reach((&self.a, &self.states), &self.a, &self.b.select_columns(&columns))
     }
 
     /// Which modes these outputs see.
@@ -71,7 +71,7 @@ impl StateSpace {
     /// A name that is not known; an iteration that does not settle.
     pub fn observability(&self, outputs: &[&str]) -> Result<Vec<Reach>, VibrationError> {
         let rows = outputs.iter().map(|name| self.output(name)).collect::<Result<Vec<_>, _>>()?;
-        reach(self, &self.a.transpose(), &self.c.select_rows(&rows).transpose())
+        reach((&self.a, &self.states), &self.a.transpose(), &self.c.select_rows(&rows).transpose())
     }
 
     /// Opens the design of a regulator; weights follow, [`LqrDesign::solve`] finds it.
@@ -81,8 +81,12 @@ impl StateSpace {
     }
 }
 
-/// Of each mode, whether the columns of `b` reach it; `a` is A, or Aᵀ for what sees it.
-fn reach(space: &StateSpace, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<Vec<Reach>, VibrationError> {
+/// Of each mode of A, whether the columns of `b` reach it; `a` is A, or Aᵀ for what sees it.
+fn reach(
+    (own, states): (&DMatrix<f64>, &[Signal]),
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+) -> Result<Vec<Reach>, VibrationError> {
     let mut balanced = a.clone();
     let scale = balance_parlett_reinsch(&mut balanced);
     // Rows are made of one length later, which would make much of what rounding left of nothing.
@@ -99,12 +103,12 @@ fn reach(space: &StateSpace, a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<Vec<R
     }
     let mut found = Vec::new();
     for (k, eigenvalue) in general(a.clone())?.into_iter().enumerate().filter(|(_, x)| x.im >= 0.0) {
-        let right = eigenvector(&space.a, eigenvalue, k)?;
+        let right = eigenvector(own, eigenvalue, k)?;
         let sizes: Vec<f64> = right.iter().map(|x| x.norm()).collect();
         found.push(Reach {
             eigenvalue,
             distance: distance(&balanced, &b, eigenvalue),
-            states: largest(&sizes, &space.states),
+            states: largest(&sizes, states),
         });
     }
     found.sort_by(|x, y| x.eigenvalue.re.total_cmp(&y.eigenvalue.re).then(x.eigenvalue.im.total_cmp(&y.eigenvalue.im)));
@@ -168,20 +172,27 @@ impl LqrDesign<'_> {
             let c = space.c.row(*row);
             q + c.transpose() * c * *weight
         });
-        check(space, &b, &q)?;
+        let kept = counting(&space.a, &q);
+        let part = |m: &DMatrix<f64>| m.select_rows(&kept).select_columns(&kept);
+        let (a, b, q) = (part(&space.a), b.select_rows(&kept), part(&q));
+        let of: Vec<Signal> = kept.iter().map(|j| space.states[*j].clone()).collect();
+        check((&a, &of), &b, &q)?;
         let scaled = DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| b[(i, j)] / r[j]);
-        let Riccati { x, residual, refinements } = solve(&space.a, &(&b * scaled.transpose()), &q)?;
+        let Riccati { x, residual, refinements } = solve(&a, &(&b * scaled.transpose()), &q)?;
         let gain = scaled.tr_mul(&x);
-        let mut closed_loop = general(&space.a - &b * &gain)?;
+        let mut closed_loop = general(&a - &b * &gain)?;
         closed_loop.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
         let grows = closed_loop.last().is_none_or(|last| last.re >= 0.0);
         if grows || residual.is_nan() || residual > SOLVED {
             let what = "the regulator's Riccati equation";
             return Err(VibrationError::NoConvergence { what, iterations: refinements, residual });
         }
+        let (n, at) = (space.states.len(), |j: usize| kept.iter().position(|k| *k == j));
+        let left_out = (0..n).filter(|j| at(*j).is_none()).map(|j| space.states[j].clone()).collect();
         Ok(Lqr {
-            gain,
-            riccati: x,
+            gain: DMatrix::from_fn(gain.nrows(), n, |i, j| at(j).map_or(0.0, |k| gain[(i, k)])),
+            riccati: DMatrix::from_fn(n, n, |i, j| at(i).zip(at(j)).map_or(0.0, |k| x[k])),
+            left_out,
             closed_loop,
             residual,
             refinements,
@@ -243,15 +254,21 @@ impl LqrDesign<'_> {
     }
 }
 
+/// The states that count. What no state depends on and nothing weighs, as the angle of a wheel whose speed alone is held, goes where it goes; a rate that is no longer
+/// missed then still counts, or a cart would be sent off for ever to hold its pole.
+fn counting(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Vec<usize> {
+    (0..a.nrows()).filter(|j| a.column(*j).amax() > 0.0 || q.column(*j).amax() > 0.0).collect()
+}
+
 /// Refuses what has no stabilising solution.
-fn check(space: &StateSpace, b: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<(), VibrationError> {
-    for Reach { eigenvalue, distance, states } in reach(space, &space.a, b)? {
-        if distance <= NOT_REACHED && eigenvalue.re >= -rounding(&space.a, eigenvalue)? {
+fn check((a, states): (&DMatrix<f64>, &[Signal]), b: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<(), VibrationError> {
+    for Reach { eigenvalue, distance, states } in reach((a, states), a, b)? {
+        if distance <= NOT_REACHED && eigenvalue.re >= -rounding(a, eigenvalue)? {
             return Err(VibrationError::Unstabilisable { eigenvalue, states, distance });
         }
     }
-    for Reach { eigenvalue, distance, states } in reach(space, &space.a.transpose(), q)? {
-        if distance <= NOT_REACHED && eigenvalue.re.abs() <= rounding(&space.a, eigenvalue)? {
+    for Reach { eigenvalue, distance, states } in reach((a, states), &a.transpose(), q)? {
+        if distance <= NOT_REACHED && eigenvalue.re.abs() <= rounding(a, eigenvalue)? {
             return Err(VibrationError::Undetectable { eigenvalue, states, distance });
         }
     }
@@ -278,7 +295,9 @@ pub struct Lqr {
     pub gain: DMatrix<f64>,
     /// X, states × states: xᵀX x is the cost of a deviation x.
     pub riccati: DMatrix<f64>,
-    /// The eigenvalues of A − B K, in 1/s, by growing real part.
+    /// States on which nothing else depends and which nothing weighs, as the angle of a wheel whose speed is held: their gain is 0, and they go where they go.
+    pub left_out: Vec<Signal>,
+    /// The eigenvalues of A − B K of the other states, in 1/s, by growing real part.
     pub closed_loop: Vec<Complex<f64>>,
     /// What is left of the Riccati equation, in parts of its terms.
     pub residual: f64,
@@ -344,6 +363,10 @@ impl fmt::Display for Lqr {
         for Complex { re, im } in self.closed_loop.iter().filter(|x| x.im >= 0.0) {
             if *im == 0.0 { write!(f, " {re:.4}")? } else { write!(f, " {re:.4} ± {im:.4}i")? }
         }
-        write!(f, " 1/s; Riccati equation left {:.1e}", self.residual)
+        write!(f, " 1/s; Riccati equation left {:.1e}", self.residual)?;
+        for (i, state) in self.left_out.iter().enumerate() {
+            write!(f, "{}`{}`", if i == 0 { "; left to itself: " } else { ", " }, state.name)?;
+        }
+        Ok(())
     }
 }

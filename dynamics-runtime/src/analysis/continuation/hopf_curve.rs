@@ -1,0 +1,189 @@
+//! Where flutter begins, as a second parameter changes: the edge of a region in which a system swings ever more.
+//!
+//! Beside balance one number is zero, of the eigenvalues σ of small motions next to those of the point before,
+//!
+//! ```text
+//! with damping:       Re σ = 0                                            a Hopf point
+//! without any:        Re (σ₁ − σ₂)² = 0, which is −(ω₁ − ω₂)² before        where two frequencies meet
+//! ```
+//!
+//! and the second passes zero with a slope, where σ₁ − σ₂ itself begins as a root (A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*,
+//! chapters 2 and 4). A curve of Hopf points ends where its frequency becomes zero, on a curve of folds or branch points (F. Takens, 1974; R. I. Bogdanov, 1975).
+
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::cell::Cell;
+use core::ops::RangeInclusive;
+
+use nalgebra::Complex;
+
+use super::ContinuationError;
+use super::branch::{BranchEnd, Special, SpecialKind};
+use super::curve::{Curve, Plan};
+use super::newton::Singular;
+use super::problem::{Balance, Place};
+use crate::analysis::linearize::{Read, Tangent, assemble, general};
+use crate::model::{Constraints, ModelState, Powers, Quantity};
+
+/// A pair next to another one may be so far from it, as a part of its frequency.
+const NEXT: f64 = 0.5;
+/// A curve that cannot be followed any further, whose frequency is below this part of its largest and falls, ends where the frequency is zero.
+const SLOW: f64 = 0.1;
+
+/// Which eigenvalues are asked for, and what of them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Swings {
+    /// The frequency nearby.
+    frequency: f64,
+    /// Whether two frequencies meet: without damping.
+    meet: bool,
+}
+
+impl Swings {
+    /// What vanishes on the curve, in 1/s or 1/s².
+    pub(super) fn test<M: Constraints>(&self, model: &M, state: &M::State) -> Option<f64> {
+        let near = self.near(model, state)?;
+        match (self.meet, &near[..]) {
+            (false, [first, ..]) => Some(first.re),
+            (true, [first, second, ..]) => Some(((first - second) * (first - second)).re),
+            _ => None,
+        }
+    }
+
+    /// The eigenvalues that swing, nearest to the frequency first.
+    fn near<M: Constraints>(&self, model: &M, state: &M::State) -> Option<Vec<Complex<f64>>> {
+        let read = Read::of(model, state).ok()?;
+        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[]; 2]);
+        let all = general(assemble::<M>(&read, &tangent).state_matrix().ok()?).ok()?;
+        let to = Complex::new(0.0, self.frequency);
+        let mut swing: Vec<_> =
+            all.into_iter().filter(|x| x.im > 0.0 && (x - to).norm() < NEXT * self.frequency).collect();
+        swing.sort_by(|a, b| (a - to).norm().total_cmp(&(b - to).norm()));
+        Some(swing)
+    }
+
+    /// The frequency at a place.
+    fn frequency<M: Constraints>(&self, balance: &Balance<M>) -> Option<f64> {
+        let near = self.near(&balance.model, &balance.place.state)?;
+        match (self.meet, &near[..]) {
+            (false, [first, ..]) => Some(first.im),
+            (true, [first, second, ..]) => Some(0.5 * (first.im + second.im)),
+            _ => None,
+        }
+    }
+}
+
+/// A curve of Hopf points in the plane of two parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HopfCurve<S: ModelState> {
+    /// Both parameters and the equilibrium in the Hopf point, along the curve.
+    pub points: Vec<([f64; 2], S)>,
+    /// The frequency in each, in rad/s.
+    pub frequencies: Vec<f64>,
+    /// Why it ends.
+    pub end: BranchEnd,
+    /// The coordinates.
+    pub coordinates: &'static [Quantity],
+}
+
+/// A curve of Hopf points with its options, before it is followed.
+#[must_use = "a curve of Hopf points does nothing until `.run()`"]
+pub struct HopfCurves<M: Constraints, F> {
+    make: F,
+    plan: Plan<M::State>,
+    kind: SpecialKind,
+}
+
+/// Opens a curve of Hopf points of a family with two parameters, from one of its first parameter at the value `second` of the other; of an undamped system, of
+/// points in which two frequencies meet.
+///
+/// ```text
+/// let hopf = branch.special.iter().find(|one| matches!(one.kind, SpecialKind::Hopf { .. })).unwrap();
+/// hopf_curve(|load, damping| Column { load, damping, ..column.clone() }, hopf, 0.1).until(0.0..=6.0, 0.0..=2.0).run()?
+/// ```
+pub fn hopf_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
+    make: F,
+    hopf: &Special<M::State>,
+    second: f64,
+) -> HopfCurves<M, F> {
+    let place = Place { state: hopf.state, p: [hopf.parameter, second] };
+    HopfCurves { make, plan: Plan::at(place), kind: hopf.kind }
+}
+
+impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
+    /// The ranges of both parameters: the curve ends where it leaves one of them.
+    pub fn until(mut self, first: RangeInclusive<f64>, second: RangeInclusive<f64>) -> Self {
+        self.plan.ranges = [&first, &second].map(|range| [*range.start(), *range.end()]);
+        self
+    }
+
+    /// First toward smaller values of the second parameter.
+    pub fn backward(mut self) -> Self {
+        self.plan.backward = true;
+        self
+    }
+
+    /// The longest step, 0.05 unless given; both parameters by their ranges.
+    pub fn longest_step(mut self, length: f64) -> Self {
+        self.plan.longest = length;
+        self
+    }
+
+    /// Most points, two or more: 1,000 unless given.
+    pub fn points(mut self, count: usize) -> Self {
+        self.plan.points = count;
+        self
+    }
+
+    /// Follows the curve.
+    ///
+    /// # Errors
+    /// Ranges that are empty or without the start; no Hopf point at the start; a curve that cannot be followed any further before its frequency is zero.
+    pub fn run(&self) -> Result<HopfCurve<M::State>, ContinuationError<M::State>> {
+        let (frequency, meet) = match self.kind {
+            SpecialKind::Hopf { frequency } => (frequency, false),
+            SpecialKind::FrequenciesMeet { frequency } => (frequency, true),
+            _ => return Err(ContinuationError::NoHopf),
+        };
+        let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
+        // The frequency of the last place: the next one is near it.
+        let last = Cell::new(frequency);
+        let swings = |balance: &Balance<M>| {
+            let now = Swings { frequency: last.get(), meet }.frequency(balance)?;
+            last.set(now);
+            Some(Singular::swinging(balance, Swings { frequency: now, meet }))
+        };
+        let (curve, lost) = self.plan.run::<M>(&make, &swings, ContinuationError::NoHopf)?;
+        let mut frequencies = Vec::with_capacity(curve.points.len());
+        let mut now = frequency;
+        for (p, state) in &curve.points {
+            let near = Swings { frequency: now, meet }.near(&make(*p), state).unwrap_or_default();
+            now = match (meet, &near[..]) {
+                (false, [first, ..]) => first.im,
+                (true, [first, second, ..]) => 0.5 * (first.im + second.im),
+                _ => f64::NAN,
+            };
+            frequencies.push(now);
+        }
+        let most = frequencies.iter().fold(0.0, |most: f64, x| most.max(*x));
+        let slow = matches!(&frequencies[..], [.., before, last] if last < before && *last < SLOW * most);
+        let of = |curve: Curve<M::State>, end| HopfCurve {
+            points: curve.points,
+            frequencies,
+            end,
+            coordinates: M::COORDINATES,
+        };
+        match lost {
+            None => {
+                let end = curve.end;
+                Ok(of(curve, end))
+            }
+            Some(None) if slow => Ok(of(curve, BranchEnd::ZeroFrequency)),
+            Some(reason) => Err(ContinuationError::HopfCurve {
+                at: curve.points.last().map_or([f64::NAN; 2], |(p, _)| *p),
+                reason,
+                curve: Box::new(of(curve, BranchEnd::Points)),
+            }),
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! Steady rolling: independent velocities that stay, under constraints on velocities.
+//!
+//! ```text
+//! v̇(z, v) = 0        for z, with v as it is given: the lean of a disk that rolls in a circle, with its turning and its spin
+//! ```
+//!
+//! The velocities that depend follow from the constraints, and so do their rates, which need not vanish: the contact of a disk goes round. The equations are EᵀM E v̇ = 0 of small
+//! motions (`linearize.rs`), whose stiffness is their exact derivative by z at held v. They say nothing of where it rolls, and which way: steps are the shortest ones.
+//! J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955; Yu. I. Neimark & N. A. Fufaev, *Dynamics of Nonholonomic Systems*, chapter VI.
+
+use alloc::vec::Vec;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Equilibrium, EquilibriumError, conditioning, vector};
+use crate::analysis::linearize::{Linearization, Read, SmallMotions, Tangent, assemble, scales};
+use crate::constrain::held::active_rows;
+use crate::constrain::{Mechanism, project_positions, with_workspace};
+use crate::error::SolveError;
+use crate::model::{Constraints, ModelState, Vector};
+
+/// Most iterations.
+const MOST: usize = 60;
+/// Corrections from here on, of what coordinates are measured by, are the last ones.
+const NEAR: f64 = 1e-7;
+/// Singular values below this part of the largest are zero.
+const VANISHED: f64 = 1e-11;
+
+/// A motion under constraints, with the coordinates that are to be independent.
+struct Rolling<'m, M: Constraints> {
+    model: &'m M,
+    constants: M::Constants,
+    preferred: Vec<usize>,
+}
+
+/// What is known at a state.
+struct Here {
+    linear: Linearization,
+    tangent: Tangent,
+    /// EᵀM E v̇.
+    force: DVector<f64>,
+}
+
+/// The steady motion near a state that rolls.
+pub(super) fn find<M: Constraints>(model: &M, start: &M::State) -> Result<Equilibrium<M::State>, EquilibriumError> {
+    let constants = model.constants().map_err(SolveError::from)?;
+    let mut rolling = Rolling { model, constants, preferred: Vec::new() };
+    let mut why = None;
+    for preferred in choices::<M>(start) {
+        rolling.preferred = preferred;
+        match rolling.search(start) {
+            Ok(found) => return Ok(found),
+            Err(error) => why = why.or(Some(error)),
+        }
+    }
+    Err(why.unwrap_or(EquilibriumError::NotSteady { name: M::COORDINATES[0].name, left: f64::NAN }))
+}
+
+/// Velocities that may stay: of angles, then those that no force changes now, then whichever.
+fn choices<M: Constraints>(start: &M::State) -> [Vec<usize>; 3] {
+    let angles = (0..M::Vector::LEN).filter(|i| M::COORDINATES[*i].unit == "rad").collect();
+    let moving = (0..M::Vector::LEN).filter(|i| start.u().as_slice()[*i] != 0.0).collect();
+    [angles, moving, Vec::new()]
+}
+
+impl<M: Constraints> Rolling<'_, M> {
+    fn at(&self, state: &M::State) -> Result<Here, EquilibriumError> {
+        let read = Read::of(self.model, state)?;
+        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[], &self.preferred]);
+        let linear = assemble::<M>(&read, &tangent);
+        let force = &linear.mass * &linear.accelerations;
+        Ok(Here { linear, tangent, force })
+    }
+
+    /// The state with its coordinates moved, back on the constraints, with the same independent velocities.
+    fn moved(&self, state: &M::State, here: &Here, by: &DVector<f64>) -> Result<M::State, EquilibriumError> {
+        let mut next = *state;
+        let step = &here.tangent.positions * by;
+        next.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
+        with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, &mut next, memory))?;
+        let read = Read::of(self.model, &next)?;
+        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[], &self.preferred]);
+        let missed = self.model.velocity_residual(&next);
+        let held = active_rows::<M>(next.modes(), false).map(|row| missed.as_slice()[row]);
+        let change = tangent.particular(&DMatrix::from_iterator(tangent.row_count(), 1, held));
+        next.u_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(u, d)| *u += d);
+        Ok(next)
+    }
+
+    /// Newton's method, with steps halved until forces become smaller.
+    fn search(&self, start: &M::State) -> Result<Equilibrium<M::State>, EquilibriumError> {
+        let mut state =
+            self.moved(start, &self.at(start)?, &DVector::zeros(self.at(start)?.tangent.coordinates.len()))?;
+        let mut last = f64::INFINITY;
+        for iterations in 0..MOST {
+            let here = self.at(&state)?;
+            let newton = self.newton(&here);
+            let change = self.relative(&state, &(&here.tangent.positions * &newton));
+            if change <= NEAR && (change <= f64::EPSILON * f64::EPSILON || change > 0.5 * last) {
+                return self.accept(state, &here, iterations, &newton);
+            }
+            last = if change <= NEAR { change } else { f64::INFINITY };
+            let mut part = (0.5 / change).min(1.0);
+            let norm = here.force.norm();
+            state = loop {
+                let next = self.moved(&state, &here, &(&newton * part));
+                if let Ok(next) = next
+                    && self.at(&next).is_ok_and(|there| change <= NEAR || there.force.norm() < norm)
+                {
+                    break next;
+                }
+                part *= 0.5;
+                if part < 1e-6 {
+                    return Err(self.none(&here));
+                }
+            };
+        }
+        Err(self.none(&self.at(&state)?))
+    }
+
+    /// The shortest δz that takes what accelerates.
+    fn newton(&self, here: &Here) -> DVector<f64> {
+        self.solve(here, &here.force)
+    }
+
+    fn solve(&self, here: &Here, force: &DVector<f64>) -> DVector<f64> {
+        let svd = here.linear.stiffness.clone().svd(true, true);
+        let least = VANISHED * svd.singular_values.amax();
+        svd.solve(force, least.max(f64::MIN_POSITIVE))
+            .unwrap_or_else(|_| DVector::zeros(here.tangent.coordinates.len()))
+    }
+
+    fn relative(&self, state: &M::State, change: &DVector<f64>) -> f64 {
+        let scales = scales(M::COORDINATES, state.q().as_slice());
+        change.iter().zip(scales).fold(0.0, |most, (d, scale)| most.max(d.abs() / scale))
+    }
+
+    /// What goes on for ever is a steady motion: its coefficients do not change either.
+    fn accept(
+        &self,
+        state: M::State,
+        here: &Here,
+        iterations: usize,
+        last: &DVector<f64>,
+    ) -> Result<Equilibrium<M::State>, EquilibriumError> {
+        if let Some(reason) = self.model.linearize(&state)?.unsteady {
+            let left = here.force.amax();
+            return Err(if left > 1e-9 { self.none(here) } else { reason.into() });
+        }
+        let mut noise = here.force.abs();
+        for sample in 0..4_u32 {
+            let mut beside = state;
+            for (j, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+                let sign = if (sample >> (j % 2)).is_multiple_of(2) { 1.0 } else { -1.0 };
+                *q += sign * f64::from(1 + (sample + j as u32) % 4) * f64::EPSILON * *q;
+            }
+            let change = (self.at(&beside)?.force - &here.force).abs();
+            noise.zip_apply(&change, |most, change| *most = most.max(change));
+        }
+        let reach = self.solve(here, &noise).abs() + 3.0 * last.abs();
+        let reach = here.tangent.positions.abs() * reach;
+        let uncertainty: Vec<f64> = reach.iter().copied().collect();
+        Ok(Equilibrium {
+            reactions: self.model.reactions(&state)?,
+            force_left: here.force.amax(),
+            iterations,
+            conditioning: conditioning::<M>(&state, &uncertainty),
+            uncertainty: vector(&uncertainty),
+            contains_time: M::EXPLICIT_TIME,
+            coordinates: M::COORDINATES,
+            state,
+        })
+    }
+
+    fn none(&self, here: &Here) -> EquilibriumError {
+        let i = here.force.iamax();
+        EquilibriumError::NotSteady { name: M::COORDINATES[here.tangent.rates[i]].name, left: here.force[i] }
+    }
+}
