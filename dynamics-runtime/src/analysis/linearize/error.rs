@@ -13,6 +13,11 @@ pub enum LinearizeError {
     State(StateError),
     /// There are no accelerations or reactions at the state.
     Solve(SolveError),
+    /// The equations depend on an input that has no value.
+    InputNotSet {
+        /// The input.
+        input: &'static str,
+    },
     /// A derivative is not finite at the state.
     NotFinite,
     /// A choice of the model (`if`, min, max, abs, signum) changes at this very state: each side has derivatives of its own.
@@ -69,6 +74,9 @@ impl fmt::Display for LinearizeError {
         match self {
             Self::State(error) => error.fmt(f),
             Self::Solve(error) => error.fmt(f),
+            Self::InputNotSet { input } => {
+                write!(f, "the equations depend on inputs, and `{input}` has no value; set it in the state")
+            }
             Self::NotFinite => f.write_str(
                 "a derivative of the equations of motion is not finite at this state; move it off the place where a function has a corner or a pole",
             ),
