@@ -170,3 +170,50 @@ mod switch {
         assert!((by / expected - 1.0).abs() < 1e-6, "{by} {expected}");
     }
 }
+
+/// More blocks that rub than branches are followed: each turns round, and nobody sees it.
+mod many {
+    use super::*;
+
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x: [m; 3])]
+    #[units(mass: kg, rub: N, stiffness: N / m, apart: m)]
+    struct Brushes {
+        mass: f64,
+        rub: f64,
+        stiffness: f64,
+        apart: f64,
+    }
+    #[dynamics]
+    impl Brushes {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.mass * (q.x[0].dt().powi(2) + q.x[1].dt().powi(2) + q.x[2].dt().powi(2))
+        }
+        #[potential]
+        fn springs(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.stiffness * (q.x[0].powi(2) + q.x[1].powi(2) + q.x[2].powi(2))
+        }
+        #[force]
+        fn bristles(&self, q: &Coordinates<Self>) -> Force {
+            let mut sum = Expr::ZERO;
+            for i in 0..70 {
+                sum += self.rub * (q.x[0] - i as f64 * self.apart).signum();
+            }
+            Force::along(q.x[0], -sum)
+        }
+    }
+
+    #[test]
+    fn branches_that_are_not_followed_are_said() {
+        let model = Brushes { mass: 1.0, rub: 0.01, stiffness: 4.0, apart: 0.1 };
+        let start = model.state().x([-1.0, 0.0, 0.0]).build().unwrap();
+        let wanted = SensitivityError::Linearize(LinearizeError::BranchesNotFollowed);
+        let found = model.sensitivities(start).by(["apart"]).until(1.5).run();
+        assert_eq!(found.err().expect("jumps that nobody saw"), wanted);
+        let found = model.objective(start).end("x[0]", 1.0).until(1.5).run();
+        assert_eq!(found.err().expect("jumps that nobody saw"), wanted);
+        let found = model.lyapunov(start).during(10.0).run();
+        assert_eq!(found.err(), Some(PeriodicError::Derivatives(LinearizeError::BranchesNotFollowed)));
+    }
+}

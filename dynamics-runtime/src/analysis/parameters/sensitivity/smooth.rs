@@ -6,6 +6,7 @@
 use alloc::string::ToString;
 
 use super::SensitivityError;
+use crate::analysis::LinearizeError;
 use crate::model::{ModelState, Vector};
 use crate::motion::{Motion, Simulate};
 
@@ -19,6 +20,9 @@ pub(in super::super) fn refuse_jumps<M: Simulate>(
     motion: &Motion<'_, M>,
     knots: &[M::State],
 ) -> Result<(), SensitivityError> {
+    if !M::KINKS_ARE_ALL {
+        return Err(LinearizeError::BranchesNotFollowed.into());
+    }
     refuse_resets(motion)?;
     for (k, pair) in knots.windows(2).enumerate() {
         let (from, to) = (pair[0].t(), pair[1].t());
