@@ -46,6 +46,7 @@ fn data_without_noise_give_back_what_made_them() {
         let found = fit.get(name).unwrap();
         assert!((found.value / value - 1.0).abs() < 1e-8, "{fit}");
     }
+    assert!(!fit.to_string().contains("lacks something"), "{fit}");
     assert!(fit.rank == 3 && fit.iterations < 20 && fit.residuals[0].explained > 1.0 - 1e-12, "{fit}");
     assert_eq!(fit.get("damping").unwrap().unit, "N*s/m");
     assert_eq!(fit.get("x").unwrap().unit, "m");

@@ -138,7 +138,9 @@ fn refined(
     let own = f64::EPSILON * by_elements / along.norm();
     let is_real = eigenvalue.im == 0.0;
     let found = if is_real { Complex::new(found.re, 0.0) } else { found };
-    if (found - eigenvalue).norm() <= within && own <= within { found } else { eigenvalue }
+    // One that swings goes on doing so.
+    let alike = is_real || found.im > 0.0;
+    if alike && (found - eigenvalue).norm() <= within && own <= within { found } else { eigenvalue }
 }
 
 /// By inverse iteration from a start of its own for every eigenvalue, so that equal ones find different vectors where there are.

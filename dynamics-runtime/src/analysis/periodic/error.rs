@@ -219,7 +219,7 @@ impl fmt::Display for PeriodicError {
             ),
             Self::NotAlike { turned, by, coordinate, change } => write!(
                 f,
-                "the equations of motion are others where `{turned}` is further by {by} a period later: the acceleration of `{coordinate}` differs by {change:.1e} of the largest; let it advance by whole turns, or by what the model repeats after"
+                "the equations of motion are others where `{turned}` is further by {by}: the acceleration of `{coordinate}` differs by {change:.1e} of the largest; give whole turns, or what the model repeats after"
             ),
             Self::NotClosed { coordinate, miss } => write!(
                 f,

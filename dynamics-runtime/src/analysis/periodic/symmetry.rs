@@ -24,9 +24,9 @@ use crate::model::{Constraints, ModelState, Powers, Vector};
 const LATER: [f64; 3] = [0.137_035_9, 0.529_177_2, 0.866_025_4];
 
 /// Accelerations that differ by less, in parts of the largest of their coordinate, are the same.
-const SAME: f64 = 1e-9;
+pub(super) const SAME: f64 = 1e-9;
 /// Accelerations that are smaller, in parts of the largest of all, may be what rounding leaves of these: below 1e-15 of them nothing is compared.
-const ROUNDING: f64 = 1e-6;
+pub(super) const ROUNDING: f64 = 1e-6;
 
 /// Whether time leaves the equations alone; otherwise that they repeat after the period. Where coordinates are further by then, that the equations are the same there: else what closes
 /// so does not go on so.
