@@ -162,6 +162,8 @@ pub trait Dynamics: Model {
 
     /// How many kinks [`Dynamics::kinks`] writes, at most [`MOST_KINKS`].
     const KINKS: usize = 0;
+    /// Whether these are all that there are: `false` of models with more than [`MOST_KINKS`], and where choices depend on accelerations.
+    const KINKS_ARE_ALL: bool = true;
     /// Where the accelerations are not smooth, as far as the model's own expressions decide it (`if`, min, max, abs, signum, pieces of functions).
     fn kinks(&self, _state: &Self::State, _kinks: &mut [Kink]) {}
 

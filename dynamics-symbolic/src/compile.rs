@@ -60,6 +60,8 @@ pub struct Programs {
 /// Values at whose change of sign, or of piece, the accelerations are not smooth: steps are made to end there.
 #[derive(Clone, Debug)]
 pub struct Kinks {
+    /// Whether they are all of them, as [`Hazards::are_followed`] has it.
+    pub are_all: bool,
     /// The values.
     pub program: Program,
     /// For each the function whose argument it is; `None` for what matters where it changes its sign.
@@ -212,7 +214,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     programs.variations = fitting_variations(&mut model);
     programs.output_variations = fitting_output_variations(&mut model);
     // Of all nodes that are printed: series bring choices of their own.
-    programs.kinks = followed(&model.graph, &kinks, &of_reactions);
+    programs.kinks = followed(&model.graph, hazards.are_followed(&model.graph), &kinks, &of_reactions);
     Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
 }
 
@@ -310,7 +312,7 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         constraints: e.constraints.as_ref().map(|c| constraints(model, e, c)),
         // Made last: they add nodes of their own.
         series: Err(Unexpandable::TooLarge(0)),
-        kinks: followed(g, &[], &[]),
+        kinks: followed(g, true, &[], &[]),
         momentum_rates: None,
         variations: None,
         output_variations: None,
@@ -348,11 +350,12 @@ fn fourth_derivatives(g: &Graph, roots: &[NodeId]) -> impl Iterator<Item = u32> 
     })
 }
 
-fn followed(g: &Graph, kinks: &[Kink], of_reactions: &[Kink]) -> Kinks {
+fn followed(g: &Graph, are_all: bool, kinks: &[Kink], of_reactions: &[Kink]) -> Kinks {
     let values = |kinks: &[Kink]| kinks.iter().map(|kink| kink.value).collect::<Vec<_>>();
     let functions = |kinks: &[Kink]| kinks.iter().map(|kink| kink.function).collect();
     let choices = if kinks.iter().all(|kink| kink.switch.is_none()) { 0 } else { g.len() };
     Kinks {
+        are_all,
         program: schedule(g, "kinks", &values(kinks), Staging::Inline),
         functions: functions(kinks),
         branches: g.ids().take(choices).filter_map(|id| Some((id, Branch::of(g, id, kinks)?))).collect(),

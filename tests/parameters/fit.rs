@@ -46,6 +46,7 @@ fn data_without_noise_give_back_what_made_them() {
         let found = fit.get(name).unwrap();
         assert!((found.value / value - 1.0).abs() < 1e-8, "{fit}");
     }
+    assert!(!fit.to_string().contains("lacks something"), "{fit}");
     assert!(fit.rank == 3 && fit.iterations < 20 && fit.residuals[0].explained > 1.0 - 1e-12, "{fit}");
     assert_eq!(fit.get("damping").unwrap().unit, "N*s/m");
     assert_eq!(fit.get("x").unwrap().unit, "m");
@@ -184,4 +185,69 @@ fn intervals_ask_for_a_part_between_none_and_all() {
     let sampled = guess.fit(start).find(FOUND).data("x", measured(SIGMA, 5)).resample(3, 1).unwrap().1;
     assert!([-0.5, 1.5, f64::NAN].iter().all(|part| sampled.interval("x", *part).is_none()));
     assert!(sampled.interval("x", 0.0).is_some_and(|[low, high]| low == high));
+}
+
+/// x of the closed form from another start, with noise.
+fn measured_from(p: [f64; 5], sigma: f64, seed: u64) -> Vec<(f64, f64)> {
+    let mut noise = Noise(seed);
+    let times = (1..=60).map(|k| 0.05 * f64::from(k));
+    times.map(|t| (t, Oscillator::closed(p, t)[0] + sigma * noise.normal())).collect()
+}
+
+/// Two runs from two starts, the second with a mass that is known to be another: what neither tells alone, mass and stiffness, both tell together.
+#[test]
+fn experiments_share_parameters_and_have_starts_of_their_own() {
+    let guess = Oscillator { mass: 1.0, damping: 0.5, stiffness: 42.0 };
+    let start = |x: f64| guess.state().x(x).build().unwrap();
+    let heavy = [5.0, 1.2, 50.0, -0.5, 0.0];
+    let two = |sigma: f64, seed: u64| {
+        let asked = guess.fit(start(0.25)).find(["mass", "damping", "stiffness", "x"]);
+        let asked = asked.data_with("x", SIGMA, measured_from(TRUE, sigma, seed));
+        let asked = asked.experiment(start(-0.4)).known("mass", 5.0).find(["x"]);
+        asked.data_with("x", SIGMA, measured_from(heavy, sigma, seed + 1000)).tolerance(1e-10)
+    };
+    let alone =
+        guess.fit(start(0.25)).find(["mass", "damping", "stiffness", "x"]).data("x", measured_from(TRUE, 0.0, 0));
+    assert!(matches!(alone.run(), Err(dynamics::analysis::FitError::Indistinguishable { .. })));
+    let fit = two(0.0, 0).run().unwrap();
+    let truth = [("mass", 2.0), ("damping", 1.2), ("stiffness", 50.0), ("x", 0.3), ("x (experiment 2)", -0.5)];
+    for (name, value) in truth {
+        assert!((fit.get(name).unwrap().value / value - 1.0).abs() < 1e-8, "{fit}");
+    }
+    assert_eq!(fit.residuals.iter().map(|r| r.name.as_str()).collect::<Vec<_>>(), ["x", "x (experiment 2)"]);
+    assert_eq!(fit.freedom, 115);
+    // The scatter of forty is that of the covariance.
+    let fits: Vec<Fit> = (1..=40).map(|seed| two(SIGMA, seed).run().unwrap()).collect();
+    for (name, value) in truth {
+        let off = |fit: &Fit| (fit.get(name).unwrap().value - value) / fit.get(name).unwrap().standard_error.unwrap();
+        let mean_square = fits.iter().map(|fit| off(fit).powi(2)).sum::<f64>() / 40.0;
+        assert!((0.5..1.7).contains(&mean_square), "{name}: {mean_square}");
+    }
+    let (_, sampled) = two(SIGMA, 7).resample(60, 1).unwrap();
+    let interval = sampled.interval("x (experiment 2)", 0.95).unwrap();
+    let error = fits[6].get("x (experiment 2)").unwrap().standard_error.unwrap();
+    assert!((0.6..1.5).contains(&((interval[1] - interval[0]) / (4.0 * error))), "{interval:?} {error:e}");
+}
+
+/// Each experiment has a law of inputs, and an error of its own where it makes no sense.
+#[test]
+fn experiments_that_make_no_sense_are_refused() {
+    use dynamics::analysis::{FitError, VariableError};
+    let (guess, start) = first();
+    let asked = || guess.fit(start).find(["damping"]).data("x", measured(0.0, 0)).experiment(start);
+    assert_eq!(asked().run().unwrap_err(), FitError::NoSeries);
+    assert_eq!(
+        asked().known("x", 1.0).data("x", measured(0.0, 0)).run().unwrap_err(),
+        FitError::NotAParameter { name: "x".into() }
+    );
+    assert_eq!(
+        asked().find(["damping"]).data("x", measured(0.0, 0)).run().unwrap_err(),
+        FitError::Variable(VariableError::Twice { name: "damping".into() })
+    );
+    let error = asked().data_with("x", 0.1, measured(0.0, 0)).run().unwrap_err();
+    assert!(matches!(error, FitError::NoiseOfSome { .. }), "{error}");
+    // Known everywhere, it says nothing.
+    let known = guess.fit(start).known("damping", 1.2).find(["damping", "stiffness"]).data("x", measured(0.0, 0));
+    let error = known.run().unwrap_err();
+    assert!(matches!(&error, FitError::Indistinguishable { groups, .. } if groups == &[["damping"]]), "{error}");
 }

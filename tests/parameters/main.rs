@@ -4,6 +4,8 @@
 mod double_pendulum;
 mod fit;
 mod fit_refused;
+mod gradients;
+mod gradients_refused;
 mod models;
 #[path = "../models/rolling_disk.rs"]
 mod rolling_disk;

@@ -290,3 +290,13 @@ fn a_slow_coordinate_that_does_not_repeat_is_seen_beside_a_fast_one() {
     let said = model.floquet(&model.state().build().unwrap(), 1.0).unwrap_err();
     assert!(matches!(said, PeriodicError::NotPeriodic { coordinate: "y", .. }), "{said}");
 }
+
+/// In a long period disturbances leave the range of numbers: they have died away.
+#[test]
+fn what_has_died_away_beyond_numbers_is_zero() {
+    let model = Duffing { alpha: 1.0, beta: 0.0, delta: 2.2, gamma: 0.0, omega: 1.0 };
+    let found = model.floquet(&model.state().build().unwrap(), 3000.0).unwrap();
+    assert_eq!(found.verdict, FloquetVerdict::AsymptoticallyStable, "{found}");
+    assert!(found.multipliers.iter().all(|one| one.value.norm() < 1e-190), "{found}");
+    assert!((found.divergence / (-2.2 * 3000.0) - 1.0).abs() < 1e-9, "{found}");
+}

@@ -85,6 +85,31 @@ fn a_pendulum_takes_the_elliptic_integral_and_its_family_is_told() {
     let k = (4.0 * 9.81 / 1.3_f64).sqrt() / 9.0;
     let wanted = 2.0 / 9.0 * PI * slower(k);
     assert!((turning.period / wanted - 1.0).abs() < 1e-10, "{turning}");
+    // As it is, without a search: known to turn, it closes; not known, it does not.
+    let judged = model.periodic(turning.start, turning.period).advance("theta", TAU).judge().unwrap();
+    assert_eq!(judged.verdict, turning.floquet.verdict, "{judged}");
+    assert!((judged.monodromy - &turning.floquet.monodromy).amax() < 1e-9);
+    let said = model.floquet(&turning.start, turning.period).unwrap_err();
+    assert!(matches!(said, PeriodicError::NotClosed { .. }) && said.to_string().contains(".advance("), "{said}");
+}
+
+/// A motion that is as fast again 3 rad further does not go on so: gravity is another there.
+#[test]
+fn what_is_further_by_no_whole_turn_does_not_repeat() {
+    let model = Pendulum { m: 0.7, l: 1.3, g: 9.81 };
+    let start = model.state().theta(-1.5).theta_rate(9.0).build().unwrap();
+    let search = || model.periodic(start, 0.3).hold("theta", -1.5).advance("theta", 3.0);
+    for said in [search().run().unwrap_err(), search().judge().unwrap_err()] {
+        let closed = matches!(said, PeriodicError::NotClosed { .. });
+        let alike = matches!(said, PeriodicError::NotAlike { turned: "theta", by: 3.0, .. });
+        assert!(closed || alike, "{said}");
+    }
+    assert!(matches!(search().run().unwrap_err(), PeriodicError::NotAlike { .. }));
+    // Nothing depends on where a free body is: there it does.
+    let free = Pendulum { m: 0.7, l: 1.3, g: 0.0 };
+    let start = free.state().theta_rate(2.0).build().unwrap();
+    let orbit = free.periodic(start, 1.5).advance("theta", 3.0).judge().unwrap();
+    assert!(orbit.multipliers.iter().all(|one| one.value.re == 1.0), "{orbit}");
 }
 
 #[test]

@@ -58,6 +58,23 @@ fn angles_are_folded_and_turns_counted() {
     assert!((orbit.period - back.period).abs() < 1e-7);
 }
 
+/// Folding by what is no period of the model would lay points on each other that are not alike; and a motion that an event ends has fewer points than were asked for.
+#[test]
+fn folds_that_are_none_and_motions_that_end_are_said() {
+    let model = Pendulum { m: 1.0, l: 1.0, g: 9.81 };
+    let start = model.state().theta_rate(9.0).build().unwrap();
+    for by in [3.0, TAU / 2.0] {
+        let section = model.poincare(start).section(|s| (0.5 * s.theta()).sin(), Direction::Any).fold("theta", by);
+        let said = section.points(5).until(20.0).run().unwrap_err();
+        assert!(matches!(said, PeriodicError::NotAlike { turned: "theta", .. }), "{said}");
+    }
+    let section = model.poincare(start).every(0.1).points(50);
+    let ended = section.simulated(|run| run.event("over", |s| s.theta() - 12.0).stop_at("over", Direction::Rising));
+    let said = ended.run().unwrap_err();
+    let PeriodicError::BrokenOff { points, found, .. } = &said else { panic!("{said}") };
+    assert!(*points > 3 && *points < 50 && found.len() == *points, "{said}");
+}
+
 #[test]
 fn a_swing_of_little_energy_lies_on_a_curve() {
     // θ₁ = 0 rising: of a regular motion the points lie on a closed curve, and energy is that of the start on all of them.

@@ -1,6 +1,6 @@
 //! What rounding leaves, and the units of a model, decide about nothing: what is reached, free, damped, unique, or whirls.
 
-use dynamics::analysis::{Banded, Campbell, VibrationError, lowest_modes};
+use dynamics::analysis::{Banded, Campbell, StateSpace, VibrationError, lowest_modes};
 use dynamics::prelude::*;
 use nalgebra::DMatrix;
 
@@ -198,4 +198,100 @@ fn whirl_beside_something_stiff() {
     let (soft, stiff) = (whirl(1e3), whirl(1e14));
     assert!(soft.iter().any(|whirl| whirl.abs() > 0.1));
     assert!(soft.iter().zip(&stiff).all(|(a, b)| (a - b).abs() < 1e-6), "{soft:?} {stiff:?}");
+}
+
+/// Onsets are where they are without it: Ω = ω (1 + external/internal), coupled to what is stiff or not. What is coupled by p adds p²/axial to the stiffness.
+#[test]
+fn onsets_beside_something_stiff() {
+    for (axial, pull) in [(1e4, 0.0), (1e12, 0.0), (1e16, 0.0), (1e12, 10.0), (1e15, 1e3)] {
+        let speeds: Vec<f64> = (0..20).map(|k| 2.0 + 3.0 * f64::from(k)).collect();
+        let found = Campbell::new(&speeds, &[1.0], &[("x", "y")], |speed| {
+            let shaft = Pulled { m: 1.0, k: 100.0, axial, pull, external: 0.2, internal: 0.1, speed };
+            shaft.linearize(&shaft.state().build()?)
+        });
+        let found = found.unwrap();
+        assert_eq!(found.onsets.len(), 1, "{axial:e} {pull}: {found}");
+        assert!((found.onsets[0].speed - 30.0).abs() < 2e-9, "{axial:e} {pull}: {found}");
+        assert!((found.critical[0].speed - 10.0).abs() < 1e-2, "{axial:e} {pull}: {found}");
+    }
+}
+
+/// The same with equal stiffnesses, and the axial motion coupled to both of the others.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, z: m)]
+#[units(m: kg, k: N / m, axial: N / m, pull: N / m, external: N * s / m, internal: N * s / m, speed: rad / s)]
+struct Pulled {
+    m: f64,
+    k: f64,
+    axial: f64,
+    pull: f64,
+    external: f64,
+    internal: f64,
+    speed: f64,
+}
+#[dynamics]
+impl Pulled {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * vec3(q.x, q.y, q.z).dt().norm_squared()
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.k * (q.x.powi(2) + q.y.powi(2)) + 0.5 * self.axial * q.z.powi(2) + self.pull * q.z * (q.x + q.y)
+    }
+    #[force]
+    fn damping(&self, q: &Coordinates<Self>) -> Force {
+        let both = self.internal + self.external;
+        Force::along(q.x, -both * q.x.dt() - self.internal * self.speed * q.y)
+            + Force::along(q.y, -both * q.y.dt() + self.internal * self.speed * q.x)
+            + Force::along(q.z, -self.external * q.z.dt())
+    }
+}
+
+/// ẋ = v, v̇ = −c (v + x): x goes as e^{−t} nearly, however large c.
+#[test]
+fn what_is_slow_beside_something_stiff_has_its_response() {
+    for c in [1e2, 1e6, 1e10, 1e14] {
+        let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -c, -c]);
+        let (b, unit) = (DMatrix::from_row_slice(2, 1, &[0.0, 1.0]), DMatrix::identity(1, 2));
+        let space = StateSpace::from_matrices(a, b, unit, DMatrix::zeros(1, 1)).unwrap();
+        let times = [0.0, 0.3, 1.0, 2.5];
+        let found = space.response(&[], &["y[0]"], &[("x[0]", 1.0)], &times).unwrap();
+        let root = (0.25 * c * c - c).sqrt();
+        let (fast, slow) = (-0.5 * c - root, -c / (0.5 * c + root));
+        for (k, t) in times.iter().enumerate() {
+            let wanted = (fast * (slow * t).exp() - slow * (fast * t).exp()) / (fast - slow);
+            assert!((found.values[(k, 0)] - wanted).abs() < 1e-11, "{c:e} {t}: {}", found.values[(k, 0)] - wanted);
+            assert!(found.uncertainty[(k, 0)] < 1e-11);
+        }
+    }
+}
+
+/// Two masses, a stiff spring between them and a soft one to the ground, both in one element of K: what that loses is said.
+#[test]
+fn what_elements_have_lost_is_in_the_uncertainty() {
+    for stiff in [1e6, 1e10, 1e13] {
+        let mut a = DMatrix::zeros(4, 4);
+        (a[(0, 2)], a[(1, 3)]) = (1.0, 1.0);
+        (a[(2, 0)], a[(2, 1)], a[(3, 0)], a[(3, 1)]) = (-stiff - 2.0, stiff, stiff, -stiff);
+        let b = DMatrix::zeros(4, 1);
+        let space = StateSpace::from_matrices(a, b, DMatrix::identity(1, 4), DMatrix::zeros(1, 1)).unwrap();
+        let found = space.response(&[], &["y[0]"], &[("x[0]", 1.0), ("x[1]", 1.0)], &[1.0, 2.0]).unwrap();
+        // Together they have ω = 1, and apart move by 1/stiff.
+        for (k, t) in [1.0_f64, 2.0].iter().enumerate() {
+            let (off, said) = ((found.values[(k, 0)] - t.cos()).abs(), found.uncertainty[(k, 0)]);
+            assert!(
+                off <= said + 10.0 / stiff && said < 100.0 * stiff * f64::EPSILON,
+                "{stiff:e} {t}: {off:e} {said:e}"
+            );
+        }
+    }
+}
+
+/// An input that was not set is named, and no corner of a function looked for.
+#[test]
+fn inputs_without_a_value_are_named() {
+    let rod = Rod { m: 1.0, length: 1.0, k: 1.0, at: 0.3 };
+    let said = rod.state_space(&rod.state().y(0.1).build().unwrap()).unwrap_err();
+    assert_eq!(said, VibrationError::Linearize(LinearizeError::InputNotSet { input: "push" }));
 }

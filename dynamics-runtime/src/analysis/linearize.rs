@@ -214,7 +214,10 @@ impl Read {
         model.terms(state, &mut terms);
         let accelerations = solved.accelerations.as_slice();
         if !values.iter().chain(&mass).chain(&jacobian).chain(accelerations).all(|x| x.is_finite()) {
-            return Err(LinearizeError::NotFinite);
+            let unset = state.inputs().as_slice().iter().position(|input| input.is_nan());
+            return Err(
+                unset.map_or(LinearizeError::NotFinite, |i| LinearizeError::InputNotSet { input: M::INPUTS[i].name })
+            );
         }
         let mut rest = values.as_slice();
         let mut take = |rows: usize, columns: usize| {

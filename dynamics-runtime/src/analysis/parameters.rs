@@ -1,4 +1,4 @@
-//! What motions, equilibria and frequencies make of parameters and starts: by many runs ([`Sweep`]), by exact derivatives ([`Sensitivities`]), and the other way
+//! What motions, equilibria and frequencies make of parameters and starts: by many runs ([`Sweep`]), by exact derivatives ([`Sensitivities`], and [`Gradient`] where they are many), and the other way
 //! round, parameters from measured motion ([`Fit`]).
 //!
 //! Parameters are named as in [`Dynamics::PARAMETERS`](crate::model::Dynamics::PARAMETERS) (`m1`, `stiffness[2]`, `track.x`), starts by the
@@ -6,6 +6,7 @@
 
 mod equations;
 mod fit;
+mod gradient;
 mod parallel;
 mod sensitivity;
 mod statics;
@@ -13,6 +14,7 @@ mod sweep;
 mod variable;
 
 pub use fit::{Fit, FitError, Fitted, Fitting, Resampled, Residuals};
+pub use gradient::{Gradient, Objective};
 pub use sensitivity::{Sensitivities, Sensitivity, SensitivityError};
 pub use statics::{EquilibriumChange, FrequencyChange};
 pub use sweep::{RunFailure, Sweep, SweepAxis, SweepError, Sweeping};
@@ -31,6 +33,11 @@ pub trait Vary: Simulate + Parameters + Clone {
     /// Opens the sensitivities of the motion from a start; options follow, [`Sensitivity::run`] runs it.
     fn sensitivities(&self, start: Self::State) -> Sensitivity<'_, Self> {
         Sensitivity::new(self, start)
+    }
+
+    /// Opens a number that is made of the motion from a start, for its derivatives by all parameters and starts at once; terms follow, [`Objective::run`] runs it.
+    fn objective(&self, start: Self::State) -> Objective<'_, Self> {
+        Objective::new(self, start)
     }
 
     /// Opens a fit of parameters and starts to measured motion, which begins with those of this model and this start.

@@ -49,9 +49,11 @@ impl Emission<'_> {
 
     /// `const KINKS` and `fn kinks`, where there are some, and the functions it calls.
     pub(super) fn kinks(&self) -> (TokenStream, TokenStream) {
-        let Kinks { program, functions, .. } = &self.compiled.programs.kinks;
+        let Kinks { program, functions, are_all, .. } = &self.compiled.programs.kinks;
+        let private = &self.private;
+        let known = if *are_all { TokenStream::new() } else { quote!(const KINKS_ARE_ALL: #private::bool = false;) };
         if functions.is_empty() {
-            return (TokenStream::new(), TokenStream::new());
+            return (TokenStream::new(), known);
         }
         let Printed { functions: parts, statements, results } = self.print(program);
         let (private, at_state, prologue, values) = (&self.private, self.at_state(), self.prologue(), local("kinks"));
@@ -59,6 +61,7 @@ impl Emission<'_> {
         let kinks: Vec<_> = self.each_kink(&results, functions).into_iter().enumerate().map(cut).collect();
         let (count, usize) = (kinks.len(), quote!(#private::usize));
         let method = quote! {
+            #known
             const KINKS: #usize = #count;
             fn kinks(#at_state, #values: &mut [#private::Kink]) {
                 #prologue #statements

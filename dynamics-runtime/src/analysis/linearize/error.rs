@@ -13,10 +13,17 @@ pub enum LinearizeError {
     State(StateError),
     /// There are no accelerations or reactions at the state.
     Solve(SolveError),
+    /// The equations depend on an input that has no value.
+    InputNotSet {
+        /// The input.
+        input: &'static str,
+    },
     /// A derivative is not finite at the state.
     NotFinite,
     /// A choice of the model (`if`, min, max, abs, signum) changes at this very state: each side has derivatives of its own.
     Corner,
+    /// The model changes its branch in more places than are followed, so that jumps on the way of a motion are not seen.
+    BranchesNotFollowed,
     /// The model was written by hand, its derivatives are too large to be generated, or they take a fourth derivative of a function given by its values.
     NoDerivatives,
     /// Applied forces depend on reactions.
@@ -69,8 +76,16 @@ impl fmt::Display for LinearizeError {
         match self {
             Self::State(error) => error.fmt(f),
             Self::Solve(error) => error.fmt(f),
+            Self::InputNotSet { input } => {
+                write!(f, "the equations depend on inputs, and `{input}` has no value; set it in the state")
+            }
             Self::NotFinite => f.write_str(
                 "a derivative of the equations of motion is not finite at this state; move it off the place where a function has a corner or a pole",
+            ),
+            Self::BranchesNotFollowed => write!(
+                f,
+                "choices of the model (`if`, min, max, abs, signum) are more than the {} that are followed, or depend on accelerations, so that jumps on the way are not seen; smooth some of them",
+                crate::model::MOST_KINKS
             ),
             Self::Corner => f.write_str(
                 "a choice of the model (`if`, min, max, abs, signum) changes at this very state, so that each side has small motions of its own; move it to the side that is meant",

@@ -177,10 +177,12 @@ impl Equations {
         parameters: &[Option<usize>],
     ) -> Result<(), SensitivityError> {
         let left = &self.jacobian * correction - right;
+        // A row of which nothing is missed has the rounding of what the others ask for.
+        let rounding = self.jacobian.abs() * correction.abs() * RANK;
         for (i, row) in self.rows.iter().enumerate() {
             for (k, parameter) in parameters.iter().enumerate() {
                 let left = left[(i, k)].abs();
-                if left.is_nan() || left > CONTRADICTS * sizes[(i, k)] {
+                if left.is_nan() || left > CONTRADICTS * sizes[(i, k)] + rounding[(i, k)] {
                     let parameter = parameter.map(|p| M::PARAMETERS[p].name);
                     return Err(SensitivityError::Contradicts { parameter, row: M::ROWS[*row].name });
                 }

@@ -8,6 +8,7 @@
 
 mod data;
 mod error;
+mod experiment;
 mod levenberg;
 mod resample;
 mod result;
@@ -22,13 +23,14 @@ use nalgebra::{DMatrix, DVector};
 
 use data::{Given, Series};
 pub use error::FitError;
+use experiment::{Experiment, Told, named};
 use levenberg::{Levenberg, Outcome};
 pub use resample::Resampled;
 pub use result::{Fit, Fitted, Residuals};
 
-use super::sensitivity::{Asked, Options, SensitivityError};
+use super::sensitivity::SensitivityError;
 use super::variable::{Variable, VariableError};
-use crate::model::{ModelState, Parameters, Vector as _};
+use crate::model::Parameters;
 use crate::motion::{Simulate, Simulation};
 
 /// Columns of J, free of their sizes, whose pivot is below this part of the largest cannot be told apart: the error of derivatives lies near 1e-8.
@@ -45,6 +47,8 @@ const BLUR: f64 = 10.0;
 pub(super) struct Unknown {
     pub(super) name: String,
     pub(super) variable: Variable,
+    /// The experiment whose start it is of; of a parameter, that in which it was named.
+    pub(super) experiment: usize,
     pub(super) bounds: [f64; 2],
     /// Where it begins.
     pub(super) first: f64,
@@ -58,31 +62,26 @@ pub(super) struct Unknown {
 ///     .find(["damping", "x"])                              // a parameter, and a coordinate of the start
 ///     .find_within("stiffness", [1e3, 1e6])
 ///     .data("travel", measured)                            // (t, value) of an output, a coordinate or a velocity
+///     .experiment(other_start).find(["x"])                 // another run of the same model, with a start of its own
+///     .data("travel", measured_there)
 ///     .run()?;
 /// println!("{fit}");                                       // values ± standard errors with units, correlations, residuals
 /// ```
 #[must_use = "a fit does nothing until `.run()`"]
 pub struct Fitting<'m, M: Simulate> {
     model: &'m M,
-    start: M::State,
-    asked: Vec<(String, [f64; 2])>,
-    data: Vec<Given>,
+    /// All but the last, which is the one that is being told.
+    before: Vec<Told<'m, M>>,
+    told: Told<'m, M>,
     tolerance: Option<f64>,
-    options: Option<Options<'m, M>>,
     most: usize,
 }
 
 /// A fit that was checked.
 pub(super) struct Problem<'a, M: Simulate> {
-    pub(super) model: &'a M,
-    pub(super) start: M::State,
+    pub(super) experiments: Vec<Experiment<'a, M>>,
     pub(super) unknowns: Vec<Unknown>,
-    pub(super) series: Vec<Series>,
-    pub(super) end: f64,
     pub(super) tolerance: f64,
-    /// The tolerance of what is near zero, where it is another.
-    pub(super) small: Option<f64>,
-    pub(super) options: Option<&'a Options<'a, M>>,
     pub(super) most: usize,
     /// Whether the noise was given.
     pub(super) absolute: bool,
@@ -90,20 +89,19 @@ pub(super) struct Problem<'a, M: Simulate> {
 
 impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
-        let (asked, data) = (Vec::new(), Vec::new());
-        Self { model, start, asked, data, tolerance: None, options: None, most: 200 }
+        Self { model, before: Vec::new(), told: Told::new(start), tolerance: None, most: 200 }
     }
 
     /// Parameters, coordinates and velocities of the start that are to be found; they begin with the values of the model and the start that the fit was opened with.
     pub fn find<S: AsRef<str>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         let anywhere = [f64::NEG_INFINITY, f64::INFINITY];
-        self.asked.extend(names.into_iter().map(|name| (name.as_ref().to_owned(), anywhere)));
+        self.told.asked.extend(names.into_iter().map(|name| (name.as_ref().to_owned(), anywhere)));
         self
     }
 
     /// One that is to be found within bounds, both included.
     pub fn find_within(mut self, name: &str, bounds: [f64; 2]) -> Self {
-        self.asked.push((name.to_owned(), bounds));
+        self.told.asked.push((name.to_owned(), bounds));
         self
     }
 
@@ -111,13 +109,13 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     ///
     /// All data without a σ of their own count as equally noisy, each in its unit: give σ by [`Fitting::data_with`] where quantities differ.
     pub fn data(mut self, name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        self.data.push(Given { name: name.to_owned(), points: points.into_iter().collect(), sigma: None });
+        self.told.data.push(Given { name: name.to_owned(), points: points.into_iter().collect(), sigma: None });
         self
     }
 
     /// As [`Fitting::data`], with the standard deviation of the noise, in the unit of the quantity.
     pub fn data_with(mut self, name: &str, sigma: f64, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        self.data.push(Given { name: name.to_owned(), points: points.into_iter().collect(), sigma: Some(sigma) });
+        self.told.data.push(Given { name: name.to_owned(), points: points.into_iter().collect(), sigma: Some(sigma) });
         self
     }
 
@@ -128,9 +126,22 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         self
     }
 
-    /// Options of all simulations: a method, the law of inputs of the experiment.
+    /// Opens another experiment, from a start of its own: data, options and what is found of starts from here on are its; its names stand with `(experiment 2)` behind them in the result. Parameters
+    /// that are to be found are the same in all.
+    pub fn experiment(mut self, start: M::State) -> Self {
+        self.before.push(core::mem::replace(&mut self.told, Told::new(start)));
+        self
+    }
+
+    /// A parameter that is known to be another in this experiment than in the model: a load that was put on. Where it is to be found elsewhere, it is not here.
+    pub fn known(mut self, name: &str, value: f64) -> Self {
+        self.told.known.push((name.to_owned(), value));
+        self
+    }
+
+    /// Options of all simulations of the experiment: a method, its law of inputs.
     pub fn with(mut self, options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm) -> Self {
-        self.options = Some(Box::new(options));
+        self.told.options = Some(Box::new(options));
         self
     }
 
@@ -165,89 +176,78 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     }
 
     fn problem(&self) -> Result<Problem<'_, M>, FitError> {
-        let mut unknowns: Vec<Unknown> = Vec::new();
-        for (name, bounds) in &self.asked {
-            let variable = Variable::of::<M>(name)?;
-            if unknowns.iter().any(|other| other.variable == variable) {
-                return Err(VariableError::Twice { name: name.clone() }.into());
-            }
-            let first =
-                variable.value(self.model, &self.start).ok_or_else(|| FitError::NotTold { name: name.clone() })?;
-            if !first.is_finite() {
-                return Err(VariableError::NotFinite { name: name.clone(), value: first }.into());
-            }
-            variable.check(self.model, &self.start, first)?;
-            // Also false where a bound is not a number.
-            if !(bounds[0] < bounds[1] && bounds[0] <= first && first <= bounds[1]) {
-                return Err(FitError::Bounds { name: name.clone(), bounds: *bounds, first });
-            }
-            unknowns.push(Unknown { name: name.clone(), variable, bounds: *bounds, first });
-        }
-        if unknowns.is_empty() {
-            return Err(FitError::NothingToFind);
-        }
-        let (series, end) = data::read::<M>(&self.data, self.start.t())?;
-        let (count, needed) = (series.iter().map(|s| s.points.len()).sum::<usize>(), unknowns.len());
-        let absolute = self.data.iter().all(|given| given.sigma.is_some());
+        let told: Vec<&Told<'m, M>> = self.before.iter().chain([&self.told]).collect();
+        let unknowns = self.unknowns(&told)?;
+        let own_tolerance = self.tolerance.is_some();
+        let experiments = told.iter().enumerate().map(|(k, told)| Experiment::of(self.model, told, k, own_tolerance));
+        let experiments = experiments.collect::<Result<Vec<_>, _>>()?;
+        let absolute = data::all_or_none(told.iter().flat_map(|told| &told.data))?;
+        let (count, needed) = (experiments.iter().map(Experiment::count).sum::<usize>(), unknowns.len());
         // Without the noise one more is needed to tell it.
         if count < needed + usize::from(!absolute) {
             return Err(FitError::TooFewData { data: count, unknowns: needed, noise: !absolute });
         }
-        // No finer than rounding of what else moves lets it be.
-        let largest =
-            self.start.q().as_slice().iter().chain(self.start.u().as_slice()).fold(0.0, |m: f64, x| m.max(x.abs()));
-        let size = data::least_size(&series).map(|size| size.max(SPAN * largest)).filter(|size| *size < 1.0);
-        let small = if self.tolerance.is_none() { size.map(|size| TOLERANCE * size) } else { None };
-        Ok(Problem {
-            model: self.model,
-            start: self.start,
-            unknowns,
-            series,
-            end,
-            tolerance: self.tolerance.unwrap_or(TOLERANCE),
-            small,
-            options: self.options.as_ref(),
-            most: self.most,
-            absolute,
-        })
+        let tolerance = self.tolerance.unwrap_or(TOLERANCE);
+        Ok(Problem { experiments, unknowns, tolerance, most: self.most, absolute })
+    }
+
+    fn unknowns(&self, told: &[&Told<'m, M>]) -> Result<Vec<Unknown>, FitError> {
+        let mut unknowns: Vec<Unknown> = Vec::new();
+        let asked = told.iter().enumerate().flat_map(|(k, told)| told.asked.iter().map(move |asked| (k, told, asked)));
+        for (experiment, told, (name, bounds)) in asked {
+            let variable = Variable::of::<M>(name)?;
+            let shared = matches!(variable, Variable::Parameter(_));
+            let same = |other: &Unknown| other.variable == variable && (shared || other.experiment == experiment);
+            if unknowns.iter().any(same) {
+                return Err(VariableError::Twice { name: name.clone() }.into());
+            }
+            let first =
+                variable.value(self.model, &told.start).ok_or_else(|| FitError::NotTold { name: name.clone() })?;
+            if !first.is_finite() {
+                return Err(VariableError::NotFinite { name: name.clone(), value: first }.into());
+            }
+            variable.check(self.model, &told.start, first)?;
+            // Also false where a bound is not a number.
+            if !(bounds[0] < bounds[1] && bounds[0] <= first && first <= bounds[1]) {
+                return Err(FitError::Bounds { name: name.clone(), bounds: *bounds, first });
+            }
+            let name = if shared { name.clone() } else { named(name, experiment) };
+            unknowns.push(Unknown { name, variable, experiment, bounds: *bounds, first });
+        }
+        if unknowns.is_empty() { Err(FitError::NothingToFind) } else { Ok(unknowns) }
     }
 }
 
 impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
-    /// The model and the start with these values.
-    fn with(&self, values: &DVector<f64>) -> (M, M::State) {
-        let (mut model, mut start) = (self.model.clone(), self.start);
-        for (unknown, value) in self.unknowns.iter().zip(values.iter()) {
-            unknown.variable.set(&mut model, &mut start, *value);
-        }
-        (model, start)
+    /// All that was measured.
+    pub(super) fn series(&self) -> impl Iterator<Item = &Series> {
+        self.experiments.iter().flat_map(|experiment| &experiment.series)
     }
 
-    /// Residuals (f − y)/σ, and their Jacobian where it is asked for.
+    /// Residuals (f − y)/σ, and their Jacobian where it is asked for, experiment by experiment.
     pub(super) fn evaluate(
         &self,
         values: &DVector<f64>,
         jacobian: bool,
     ) -> Result<(DVector<f64>, Option<DMatrix<f64>>), SensitivityError> {
-        let (model, start) = self.with(values);
-        let variables: Vec<Variable> = self.unknowns.iter().map(|unknown| unknown.variable).collect();
-        let mut times: Vec<f64> = self.series.iter().flat_map(|s| &s.points).map(|(t, _)| *t).collect();
-        times.sort_by(f64::total_cmp);
-        times.dedup();
-        let (tolerance, absolute) = (self.tolerance, self.small);
-        let asked = Asked { variables: &variables, end: self.end, tolerance, absolute, times: Some(&times) };
-        let options = self.options.map(|options| options as &dyn Fn(_) -> _);
-        if jacobian {
-            let found = asked.run(&model, start, options)?;
-            let by = data::jacobian(&self.series, &found)?;
-            return Ok((data::residuals(&self.series, &found.motion)?, Some(by)));
+        let count = self.experiments.iter().map(Experiment::count).sum();
+        let mut residuals = DVector::zeros(count);
+        let mut all = DMatrix::zeros(if jacobian { count } else { 0 }, self.unknowns.len());
+        let mut row = 0;
+        for experiment in &self.experiments {
+            let (own, by) = experiment.evaluate((&self.unknowns, values), self.tolerance, jacobian)?;
+            residuals.rows_mut(row, own.len()).copy_from(&own);
+            if jacobian {
+                all.rows_mut(row, own.len()).copy_from(&by);
+            }
+            row += own.len();
         }
-        Ok((data::residuals(&self.series, &asked.motion(&model, start, options)?)?, None))
+        Ok((residuals, jacobian.then_some(all)))
     }
 
     /// Root of the sum of squares of the modelled values, each by its σ.
     pub(super) fn modelled(&self, residuals: &DVector<f64>) -> f64 {
-        let measured = self.series.iter().flat_map(|s| s.points.iter().map(|(_, y)| y / s.sigma));
+        let measured = self.series().flat_map(|s| s.points.iter().map(|(_, y)| y / s.sigma));
         residuals.iter().zip(measured).map(|(r, y)| (r + y).powi(2)).sum::<f64>().sqrt()
     }
 
@@ -258,7 +258,7 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
 
     pub(super) fn solve_from(&self, first: &DVector<f64>) -> Result<Fit, FitError> {
         let bounds: Vec<[f64; 2]> = self.unknowns.iter().map(|unknown| unknown.bounds).collect();
-        let measured: f64 = self.series.iter().flat_map(|s| s.points.iter().map(|(_, y)| (y / s.sigma).powi(2))).sum();
+        let measured: f64 = self.series().flat_map(|s| s.points.iter().map(|(_, y)| (y / s.sigma).powi(2))).sum();
         let search = Levenberg { bounds: &bounds, most: self.most, blur: measured * (BLUR * self.tolerance).powi(2) };
         let Outcome { at, residuals, jacobian, iterations, settled } =
             search.minimize(first, |values, jacobian| self.evaluate(values, jacobian))?;

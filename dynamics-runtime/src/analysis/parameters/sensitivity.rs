@@ -17,9 +17,11 @@
 //! Where velocities or accelerations jump, S jumps, too, by what the instant of the jump moves: such motions (resets, impacts, constraints that engage or let go, forces that jump) are
 //! refused. Forces with corners (|x|, max) are none of them.
 
-mod along;
-mod collocation;
+pub(super) mod along;
+pub(super) mod collocation;
 mod error;
+pub(super) mod linear;
+pub(super) mod smooth;
 
 use alloc::borrow::ToOwned;
 use alloc::boxed::Box;
@@ -41,7 +43,7 @@ use crate::motion::{Motion, Simulate, Simulation, suggest};
 pub(super) type Options<'m, M> = Box<dyn Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm>;
 
 /// Tolerance where none is given, as that of simulations.
-const TOLERANCE: f64 = 1e-9;
+pub(super) const TOLERANCE: f64 = 1e-9;
 
 /// Sensitivities of a motion with their options, before they are computed.
 ///

@@ -88,6 +88,17 @@ pub enum PeriodicError {
         /// By how much, relative to the largest.
         change: f64,
     },
+    /// With coordinates further by what they are to advance by, and a period later, the equations of motion are others.
+    NotAlike {
+        /// A coordinate that is to advance.
+        turned: &'static str,
+        /// By how much.
+        by: f64,
+        /// The coordinate whose acceleration differs most.
+        coordinate: &'static str,
+        /// By how much, relative to the largest.
+        change: f64,
+    },
     /// The motion does not return to its start.
     NotClosed {
         /// The coordinate that misses most, or whose velocity does.
@@ -206,9 +217,13 @@ impl fmt::Display for PeriodicError {
                 f,
                 "the equations of motion do not repeat after the period: the acceleration of `{coordinate}` differs by {change:.1e} of the largest; give a period of what drives the model"
             ),
+            Self::NotAlike { turned, by, coordinate, change } => write!(
+                f,
+                "the equations of motion are others where `{turned}` is further by {by}: the acceleration of `{coordinate}` differs by {change:.1e} of the largest; give whole turns, or what the model repeats after"
+            ),
             Self::NotClosed { coordinate, miss } => write!(
                 f,
-                "the motion does not close: `{coordinate}` or its velocity misses its start by {miss:.2e} of what it moves within; find the closed one by `periodic(..)`"
+                "the motion does not close: `{coordinate}` or its velocity misses its start by {miss:.2e} of what it moves within; find the closed one by `periodic(..)`, where an angle goes on turning with `.advance(..)`"
             ),
             Self::Rests { at } => {
                 write!(f, "the search ended at rest, at {at:.4?}, which has every period; start from a larger motion")

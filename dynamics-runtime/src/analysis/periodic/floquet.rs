@@ -180,7 +180,7 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     let frame = &fine.frame;
     let scales = sizes::<M>(&fine.passed, period);
     let miss = closes::<M>(nodes, &fine.ends, advance, &scales)?;
-    let autonomous = is_autonomous(&mut flow, &fine.passed, period)?;
+    let autonomous = is_autonomous(&mut flow, &fine.passed, period, advance)?;
     let conserved = Conserved::along(model, &fine.passed, autonomous);
     // Two runs may agree by chance: every step may add the tolerance, and M is that of a motion that closes only so well.
     let rounding = frame.len() as f64 * 16.0 * f64::EPSILON + fine.steps as f64 * tolerance + 10.0 * miss;

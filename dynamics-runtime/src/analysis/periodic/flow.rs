@@ -17,6 +17,7 @@ use nalgebra::DMatrix;
 use super::PeriodicError;
 use super::corners::Corners;
 use super::variation::derivatives;
+use crate::analysis::LinearizeError;
 use crate::constrain::{accelerate, project_positions, project_velocities};
 use crate::error::SolveError;
 use crate::integrate::verner9_table as table;
@@ -46,6 +47,9 @@ const ROWS: [&[(usize, f64)]; 16] = [
 const CONTROL: ControllerSettings = ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 };
 /// Beyond this multiple of where it started, and of 1, a motion counts as run away.
 const FAR: f64 = 1e8;
+
+/// Tangent vectors that are shorter have died away: on the way to zero they leave the range of numbers, where nothing is to be measured by them.
+const GONE: f64 = 1e-200;
 
 /// Integrates a model with its variations; modes, and inputs, are those of the start.
 pub(super) struct Flow<'m, M: Constraints> {
@@ -87,7 +91,10 @@ struct Ride<S> {
 impl<'m, M: Constraints> Flow<'m, M> {
     pub(super) fn new(model: &'m M, tolerance: f64, most_steps: usize) -> Result<Self, PeriodicError> {
         if M::FRICTION {
-            return Err(PeriodicError::Derivatives(crate::analysis::LinearizeError::Friction));
+            return Err(PeriodicError::Derivatives(LinearizeError::Friction));
+        }
+        if !M::KINKS_ARE_ALL {
+            return Err(PeriodicError::Derivatives(LinearizeError::BranchesNotFollowed));
         }
         let n = M::Vector::LEN;
         let workspace = crate::constrain::workspace_len(n, M::Rows::LEN);
@@ -165,7 +172,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
         let corners = Corners::at(self.model, start);
         let slope = self.rate(&corners.hold(start), &y)?;
         if !slope.iter().all(|x| x.is_finite()) {
-            return Err(not_finite::<M>(start.t(), &slope));
+            return Err(not_finite::<M>(start, &slope));
         }
         let span = until - start.t();
         Ok(Ride { state: *start, y, slope, corners, control: Controller::new(CONTROL, 8), h: 1e-3 * span, span })
@@ -194,7 +201,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
                 ride.h = 0.25 * step;
                 return Ok(false);
             }
-            Ok(_) => return Err(not_finite::<M>(time, &ride.slope)),
+            Ok(_) => return Err(not_finite::<M>(&ride.state, &ride.slope)),
             Err(error) => return Err(ends(time, error)),
         };
         let mut there = unpack(&ride.state, if last { until } else { time + step }, &end);
@@ -304,7 +311,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
             for (block, size) in blocks.into_iter().zip([q.max(0.01 * h * u), u.max(0.01 * q / h)]) {
                 let off = most(&error[block]);
                 if size > 0.0 || off.is_nan() {
-                    worst = crate::math::max(worst, off / (self.tolerance * size));
+                    worst = crate::math::max(worst, off / (self.tolerance * size.max(GONE)));
                 }
             }
         }
@@ -327,10 +334,13 @@ fn ends(time: f64, error: PeriodicError) -> PeriodicError {
     }
 }
 
-fn not_finite<M: Constraints>(time: f64, slope: &[f64]) -> PeriodicError {
+fn not_finite<M: Constraints>(at: &M::State, slope: &[f64]) -> PeriodicError {
+    if let Some(unset) = at.inputs().as_slice().iter().position(|input| input.is_nan()) {
+        return PeriodicError::Derivatives(LinearizeError::InputNotSet { input: M::INPUTS[unset].name });
+    }
     let n = M::Vector::LEN;
     let i = slope[n..2 * n].iter().position(|x| !x.is_finite()).unwrap_or(0);
-    PeriodicError::NotFinite { time, coordinate: M::COORDINATES[i].name }
+    PeriodicError::NotFinite { time: at.t(), coordinate: M::COORDINATES[i].name }
 }
 
 /// q, q̇, the tangent vectors one after the other, and a place for the divergence.

@@ -402,8 +402,8 @@ impl<'m, M: Simulate> Carried<'m, M> {
     /// How many exponents are 0 for a reason.
     fn known_zeros(&mut self, span: f64) -> Result<usize, PeriodicError> {
         // No period is asked for: the equations are compared with themselves at other times.
-        let passed = self.passed.clone();
-        let autonomous = match is_autonomous(&mut self.flow, &passed, span) {
+        let (passed, n) = (self.passed.clone(), 2 * M::Vector::LEN);
+        let autonomous = match is_autonomous(&mut self.flow, &passed, span, &DVector::zeros(n)) {
             Ok(autonomous) => autonomous,
             Err(PeriodicError::NotPeriodic { .. }) => false,
             Err(error) => return Err(error),
@@ -414,7 +414,6 @@ impl<'m, M: Simulate> Carried<'m, M> {
         // A momentum is conserved because a coordinate does not matter, which makes two.
         let momenta = conserved.iter().filter(|name| name.starts_with("momentum")).count();
         let others = if moves { conserved.len() - momenta } else { 0 };
-        let n = 2 * M::Vector::LEN;
         Ok((usize::from(autonomous && moves) + others + 2 * momenta).min(self.dimension).min(n))
     }
 }

@@ -8,10 +8,14 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 use super::frame::stacked;
+use super::symmetry::{ROUNDING, SAME};
 use super::{PeriodicError, check, index, positive};
 use crate::model::{ModelState, Quantity, Vector};
 use crate::motion::{Direction, Flow, Simulate, Simulation};
 use crate::output::{Axis, Panel};
+
+/// Where equations are compared, in parts of the period of a coordinate: no fraction of any.
+const BESIDE: f64 = 0.137_035_9;
 
 /// The name under which a section function is an event.
 const NAME: &str = "section";
@@ -125,7 +129,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         self
     }
 
-    /// Folds a coordinate on which the model depends with this period, as an angle with 2π, into half of it on either side of 0.
+    /// Folds a coordinate on which the model depends with this period, as an angle with 2π, into half of it on either side of 0. Refused where the equations are others a period further.
     pub fn fold(mut self, coordinate: &str, period: f64) -> Self {
         self.turns.push((coordinate.into(), period));
         self
@@ -161,7 +165,41 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             Kind::Function(function, direction) => self.cross(Some(function), NAME, *direction)?,
             Kind::Event(name, direction) => self.cross(None, name, *direction)?,
         };
+        for (coordinate, period) in &folded {
+            self.check_fold(&points, *coordinate, *period)?;
+        }
         Ok(fold(points, folded, M::COORDINATES))
+    }
+
+    /// That the equations are the same a period of a coordinate further.
+    fn check_fold(&self, points: &[M::State], coordinate: usize, by: f64) -> Result<(), PeriodicError> {
+        let n = M::Vector::LEN;
+        let (mut changes, mut largest) = (alloc::vec![0.0; n], alloc::vec![0.0; n]);
+        for point in points.iter().step_by(points.len().div_ceil(12).max(1)) {
+            // Beside the section, on which what depends on the coordinate may vanish; constraints hold it there.
+            let mut beside = *point;
+            beside.q_mut()[coordinate] += if M::ROWS.is_empty() { BESIDE * by } else { 0.0 };
+            let mut further = beside;
+            further.q_mut()[coordinate] += by;
+            let [Ok(here), Ok(there)] = [&beside, &further].map(|state| self.model.accelerations(state)) else {
+                continue;
+            };
+            for (i, (a, b)) in here.as_slice().iter().zip(there.as_slice()).enumerate() {
+                changes[i] = f64::max(changes[i], (a - b).abs());
+                largest[i] = f64::max(largest[i], a.abs().max(b.abs()));
+            }
+        }
+        let most = largest.iter().fold(0.0, |most: f64, x| most.max(*x));
+        let part = |i: usize| if changes[i] > 0.0 { changes[i] / largest[i].max(ROUNDING * most) } else { 0.0 };
+        match (0..n).max_by(|i, j| part(*i).total_cmp(&part(*j))) {
+            Some(worst) if part(worst) > SAME => Err(PeriodicError::NotAlike {
+                turned: M::COORDINATES[coordinate].name,
+                by,
+                coordinate: M::COORDINATES[worst].name,
+                change: part(worst),
+            }),
+            _ => Ok(()),
+        }
     }
 
     fn simulation(&self, end: f64) -> Simulation<'_, M> {
@@ -194,6 +232,10 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             }
         });
         match result {
+            Ok(_) if seen < total => {
+                let reason = "an event ends it".into();
+                Err(PeriodicError::BrokenOff { points: points.len(), reason, found: kept(&points) })
+            }
             Ok(_) => Ok(points),
             Err(error) => {
                 Err(PeriodicError::BrokenOff { points: points.len(), reason: error.to_string(), found: kept(&points) })

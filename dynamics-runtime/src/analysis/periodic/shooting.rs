@@ -184,11 +184,7 @@ impl<'m, M: Simulate> Shooting<'m, M> {
             return Err(PeriodicError::Option { what: "the number of segments", value: 0.0, needed: "at least 1" });
         }
         self.guesses.iter().try_for_each(|guess| check(self.model, guess))?;
-        let mut advance = DVector::zeros(2 * M::Vector::LEN);
-        for (name, by) in &self.turns {
-            finite("what a coordinate advances by", *by)?;
-            advance[index::<M>(name)?] += *by;
-        }
+        let advance = self.advances()?;
         let mut holds = Vec::new();
         if let Some(energy) = self.energy {
             finite("the energy that is held", energy)?;
@@ -222,5 +218,27 @@ impl<'m, M: Simulate> Shooting<'m, M> {
             nodes: found.nodes,
             coordinates: M::COORDINATES,
         })
+    }
+
+    /// The multipliers of the motion through the guess as it is, without a search: as [`super::PeriodicMotions::floquet`], of a motion that is known and goes on turning, with
+    /// [`Shooting::advance`].
+    ///
+    /// # Errors
+    /// As [`super::PeriodicMotions::floquet`].
+    pub fn judge(self) -> Result<Floquet, PeriodicError> {
+        check_period(self.period)?;
+        positive("the tolerance", self.tolerance)?;
+        check(self.model, &self.guesses[0])?;
+        let limits = (self.tolerance, self.most_steps);
+        floquet::of_motion(self.model, &self.guesses[..1], self.period, &self.advances()?, limits)
+    }
+
+    fn advances(&self) -> Result<DVector<f64>, PeriodicError> {
+        let mut advance = DVector::zeros(2 * M::Vector::LEN);
+        for (name, by) in &self.turns {
+            finite("what a coordinate advances by", *by)?;
+            advance[index::<M>(name)?] += *by;
+        }
+        Ok(advance)
     }
 }

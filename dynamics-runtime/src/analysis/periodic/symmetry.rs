@@ -24,15 +24,17 @@ use crate::model::{Constraints, ModelState, Powers, Vector};
 const LATER: [f64; 3] = [0.137_035_9, 0.529_177_2, 0.866_025_4];
 
 /// Accelerations that differ by less, in parts of the largest of their coordinate, are the same.
-const SAME: f64 = 1e-9;
+pub(super) const SAME: f64 = 1e-9;
 /// Accelerations that are smaller, in parts of the largest of all, may be what rounding leaves of these: below 1e-15 of them nothing is compared.
-const ROUNDING: f64 = 1e-6;
+pub(super) const ROUNDING: f64 = 1e-6;
 
-/// Whether time leaves the equations alone; otherwise that they repeat after the period.
+/// Whether time leaves the equations alone; otherwise that they repeat after the period. Where coordinates are further by then, that the equations are the same there: else what closes
+/// so does not go on so.
 pub(super) fn is_autonomous<M: Constraints>(
     flow: &mut Flow<'_, M>,
     passed: &[M::State],
     period: f64,
+    advance: &DVector<f64>,
 ) -> Result<bool, PeriodicError> {
     let mut autonomous = true;
     // Of every equation by itself: a slow coordinate beside a fast one would not be seen in what is large.
@@ -65,7 +67,9 @@ pub(super) fn is_autonomous<M: Constraints>(
             }
         };
         autonomous &= LATER.iter().all(|part| at(flow, &beside, state.t() + part * period).as_ref() == Some(&now));
-        let Some(then) = at(flow, &beside, state.t() + period) else { continue };
+        let mut further = beside;
+        further.q_mut().as_mut_slice().iter_mut().zip(advance.iter()).for_each(|(q, by)| *q += by);
+        let Some(then) = at(flow, &further, state.t() + period) else { continue };
         changes.resize(now.len(), 0.0);
         largest.resize(now.len(), 0.0);
         for (i, (a, b)) in now.iter().zip(&then).enumerate() {
@@ -81,7 +85,11 @@ pub(super) fn is_autonomous<M: Constraints>(
     match (0..changes.len()).max_by(|a, b| part(*a).total_cmp(&part(*b))) {
         Some(worst) if part(worst) > SAME => {
             let coordinate = M::COORDINATES.get(worst).map_or("a constraint", |q| q.name);
-            Err(PeriodicError::NotPeriodic { coordinate, change: part(worst) })
+            let change = part(worst);
+            match M::COORDINATES.iter().zip(advance.iter()).find(|(_, by)| **by != 0.0) {
+                Some((turned, by)) => Err(PeriodicError::NotAlike { turned: turned.name, by: *by, coordinate, change }),
+                None => Err(PeriodicError::NotPeriodic { coordinate, change }),
+            }
         }
         _ => Ok(autonomous),
     }

@@ -3,8 +3,8 @@
 //! Whirl goes forward where the orbit of a mode in the plane (x, y), x = Re(X e^{iωt}), y = Re(Y e^{iωt}), turns as the rotor does: −2 Im(X̄ Y)/(|X|² + |Y|²) is 1 for a circle forward, −1 for one
 //! backward, 0 where nothing turns (G. Genta, *Dynamics of Rotating Systems*, §2.4, §4.3). Critical speeds Ω of order k, Im σ = k Ω, are where the number of modes above the line k Ω changes, and
 //! onsets of instability where the number of growing modes changes. Both are counted, so that no mode need be followed through crossings, and bisected to the last digit. What crosses a line and comes back between
-//! two neighbouring speeds is not seen, nor are two modes that cross it there in opposite directions. A mode counts as growing where it does so by more than rounding may cause, 1e-14 of
-//! the largest eigenvalue: beside something very stiff an onset is late by as much over the slope of the growth.
+//! two neighbouring speeds is not seen, nor are two modes that cross it there in opposite directions. A mode counts as growing where it does so by more than rounding of what it is made of may cause
+//! ([`Mode::conditioning`]).
 
 use alloc::format;
 use alloc::string::String;
@@ -244,14 +244,13 @@ impl<F: FnMut(f64) -> Result<Linearization, VibrationError>> Study<'_, F> {
     fn modes(&mut self, speed: f64) -> Result<Vec<RotorMode>, VibrationError> {
         let linear = (self.at)(speed)?;
         let modes = linear.modes()?;
-        let size = modes.iter().map(Mode::frequency).fold(0.0, f64::max);
         let mut found = Vec::new();
         for mode in &modes {
             let near = |other: &&Mode| (other.eigenvalue - mode.eigenvalue).norm() <= EQUAL * mode.frequency();
             let alone = modes.iter().filter(near).count() == 1;
             let whirl = whirl(mode, self.planes)?.filter(|_| alone);
             let conditioning = if mode.conditioning.is_finite() { mode.conditioning } else { 1e8 };
-            let rounding = (64.0 * f64::EPSILON * conditioning * mode.frequency()).max(1e-14 * size);
+            let rounding = 64.0 * f64::EPSILON * conditioning * mode.frequency();
             found.push(RotorMode { eigenvalue: mode.eigenvalue, whirl, rounding });
         }
         Ok(found)

@@ -50,18 +50,21 @@ pub(super) fn read<M: Simulate>(data: &[Given], start: f64) -> Result<(Vec<Serie
         let (points, sigma, unit) = (points.clone(), sigma.unwrap_or(1.0), quantity.unit::<M>());
         found.push(Series { name: name.clone(), unit, quantity, points, sigma });
     }
-    // σ are given for all or for none: else the weights of some would have units and those of others none.
-    let given = data.iter().filter(|given| given.sigma.is_some()).count();
-    if given > 0 && given < data.len() {
-        let without = data.iter().find(|given| given.sigma.is_none()).map(|given| given.name.clone());
-        return Err(FitError::NoiseOfSome { without: without.unwrap_or_default() });
-    }
     let times = found.iter().flat_map(|s: &Series| &s.points).map(|(t, _)| *t);
     let end = times.fold(start, f64::max);
     if found.is_empty() {
         return Err(FitError::NoSeries);
     }
     if end == start { Err(FitError::OneInstant { time: start }) } else { Ok((found, end)) }
+}
+
+/// Whether σ are given. They are for all or for none: else the weights of some would have units and those of others none.
+pub(super) fn all_or_none<'a>(data: impl Iterator<Item = &'a Given>) -> Result<bool, FitError> {
+    let (given, not): (Vec<_>, Vec<_>) = data.partition(|given| given.sigma.is_some());
+    match not.first() {
+        Some(without) if !given.is_empty() => Err(FitError::NoiseOfSome { without: without.name.clone() }),
+        without => Ok(without.is_none()),
+    }
 }
 
 /// The least root mean square of measured coordinates and velocities, as simulations see them; `None` where outputs alone were measured.

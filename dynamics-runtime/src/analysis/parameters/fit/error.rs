@@ -22,6 +22,11 @@ pub enum FitError {
         /// The parameter.
         name: String,
     },
+    /// What is known of an experiment is no parameter.
+    NotAParameter {
+        /// The name.
+        name: String,
+    },
     /// Bounds that are none, or between which the first value does not lie.
     Bounds {
         /// The unknown.
@@ -127,6 +132,9 @@ impl fmt::Display for FitError {
             Self::NothingToFind => f.write_str("nothing is to be found; name parameters or starts with `.find(..)`"),
             Self::NotTold { name } => {
                 write!(f, "the model does not tell the value of `{name}`; implement `Dynamics::parameter`")
+            }
+            Self::NotAParameter { name } => {
+                write!(f, "`{name}` is no parameter but of the start; give it to the state of the experiment")
             }
             Self::Bounds { name, bounds: [low, high], first } => write!(
                 f,

@@ -83,23 +83,22 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
     };
     let one = |index: usize| {
         let mut numbers = Numbers(seed ^ (index as u64).wrapping_mul(Numbers::STEP));
-        let mut series = problem.series.clone();
-        for (series, left) in series.iter_mut().zip(&fit.residuals) {
-            let mean = left.points.iter().map(|(_, r)| r).sum::<f64>() / left.points.len() as f64;
-            for (point, (_, residual)) in series.points.iter_mut().zip(&left.points) {
-                let drawn = left.points[numbers.below(left.points.len())].1;
-                point.1 += residual - larger * (drawn - mean);
+        let mut residuals = fit.residuals.iter();
+        let drawn = problem.experiments.iter().map(|experiment| {
+            let mut series = experiment.series.clone();
+            for (series, left) in series.iter_mut().zip(residuals.by_ref()) {
+                let mean = left.points.iter().map(|(_, r)| r).sum::<f64>() / left.points.len() as f64;
+                for (point, (_, residual)) in series.points.iter_mut().zip(&left.points) {
+                    let drawn = left.points[numbers.below(left.points.len())].1;
+                    point.1 += residual - larger * (drawn - mean);
+                }
             }
-        }
+            experiment.with(series)
+        });
         let again = Problem {
-            model: problem.model,
-            start: problem.start,
+            experiments: drawn.collect(),
             unknowns: problem.unknowns.clone(),
-            series,
-            end: problem.end,
             tolerance: problem.tolerance,
-            small: problem.small,
-            options: problem.options,
             most: problem.most,
             absolute: problem.absolute,
         };

@@ -150,7 +150,7 @@ impl Fit {
     }
 }
 
-fn by_quantity<M: Simulate>(problem: &Problem<'_, M>, residuals: &DVector<f64>) -> Vec<Residuals> {
+fn by_quantity<M: Simulate + Parameters + Clone>(problem: &Problem<'_, M>, residuals: &DVector<f64>) -> Vec<Residuals> {
     let mut rest = residuals.as_slice();
     let of_series = |series: &super::Series| {
         let (own, after) = rest.split_at(series.points.len());
@@ -172,7 +172,7 @@ fn by_quantity<M: Simulate>(problem: &Problem<'_, M>, residuals: &DVector<f64>) 
             neighbours: if squares > 0.0 { beside / squares } else { 0.0 },
         }
     };
-    problem.series.iter().map(of_series).collect()
+    problem.series().map(of_series).collect()
 }
 
 struct Factored {

@@ -28,7 +28,8 @@ impl fmt::Display for Fit {
             if left.explained.is_finite() {
                 write!(f, ", {:.4} % of their scatter explained", 100.0 * left.explained)?;
             }
-            if left.neighbours > 2.0 / (count as f64).sqrt() {
+            // Of data without noise the errors of motions are left, which are alike, too: below 1e-8 of the data.
+            if left.neighbours > 2.0 / (count as f64).sqrt() && left.explained != 1.0 {
                 write!(f, "; neighbours are alike ({:.2}), as the model lacks something", left.neighbours)?;
             }
             writeln!(f)?;

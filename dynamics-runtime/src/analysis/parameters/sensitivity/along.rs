@@ -1,26 +1,25 @@
 //! The variational equations, integrated along a motion.
 
-use alloc::string::ToString;
 use alloc::vec::Vec;
 
 use nalgebra::DMatrix;
 
-use super::super::equations::{coefficients, not_solved, settle, size};
+use super::super::equations::{settle, size};
 use super::super::variable::Variable;
 use super::SensitivityError;
-use super::collocation::{AtNode, Gauss};
+use super::collocation::Gauss;
+use super::linear::Linear;
+use super::smooth::refuse_jumps;
 use crate::model::{ModelState, Parameters, Vector};
-use crate::motion::{Motion, Sampler, Simulate};
+use crate::motion::{Motion, Simulate};
 
-/// Steps of differences of a law of inputs, relative: their error, of order 2, and what rounding leaves are both near 1e-10.
-const LAW_STEP: f64 = 1e-5;
 /// Columns below this part of what the motion has for each unit of its variable are measured by that: what has no influence is made of rounding alone.
 const LEAST: f64 = 1e-3;
 /// Columns below this part of that are followed again, by their own size; in at most so many times the steps, and so many more.
 const OWN: f64 = 1e-2;
 const AGAIN: (usize, usize) = (4, 100);
 /// Most steps.
-const MOST_STEPS: usize = 1_000_000;
+pub(in super::super) const MOST_STEPS: usize = 1_000_000;
 
 /// What was found at the times, and how.
 pub(super) struct Found {
@@ -68,8 +67,8 @@ fn follow<M: Simulate + Parameters + Clone>(
     least: &DMatrix<f64>,
     most_steps: usize,
 ) -> Result<(Found, DMatrix<f64>), SensitivityError> {
-    refuse_resets(motion)?;
     let knots: Vec<M::State> = motion.steps().collect();
+    refuse_jumps(motion, &knots)?;
     let parameters = variables.iter().map(|variable| match variable {
         Variable::Parameter(i) => Some(*i),
         _ => None,
@@ -87,12 +86,10 @@ fn follow<M: Simulate + Parameters + Clone>(
     settle(motion.model(), &motion.start(), &parameters, &mut x)?;
     let first = knots.get(1).map_or(0.0, |next| next.t() - knots[0].t());
     let mut way = Way {
-        motion,
-        parameters,
+        linear: Linear::new(motion, parameters),
         fine: Gauss::new(5),
         coarse: Gauss::new(4),
         tolerance,
-        sampler: motion.sampler(),
         least: least.clone(),
         most_steps,
         largest: x.map(f64::abs),
@@ -104,14 +101,8 @@ fn follow<M: Simulate + Parameters + Clone>(
     while times.next_if(|t| *t == knots[0].t()).is_some() {
         way.found.changes.push(x.clone());
     }
-    for (k, pair) in knots.windows(2).enumerate() {
+    for pair in knots.windows(2) {
         let (from, to) = (pair[0].t(), pair[1].t());
-        if pair[0].modes() != pair[1].modes() {
-            return Err(SensitivityError::Jump { time: to, what: "constraints engage or let go".into() });
-        }
-        if k > 0 && M::KINKS > 0 {
-            refuse_jump(motion, from, (from - knots[k - 1].t()).abs().min((to - from).abs()))?;
-        }
         let mut t = from;
         while let Some(at) = times.next_if(|at| sign * (to - at) >= 0.0) {
             x = way.go(x, t, at)?;
@@ -122,34 +113,10 @@ fn follow<M: Simulate + Parameters + Clone>(
             x = way.go(x, t, to)?;
         }
         // Errors of steps drift off the constraints; what is kept at times between is off by one step's at most.
-        settle(motion.model(), &pair[1], &way.parameters, &mut x)?;
+        settle(motion.model(), &pair[1], &way.linear.parameters, &mut x)?;
     }
+    way.found.exact = way.linear.exact;
     Ok((way.found, way.largest))
-}
-
-/// A motion with resets has velocities that jump, or inputs.
-fn refuse_resets<M: Simulate>(motion: &Motion<'_, M>) -> Result<(), SensitivityError> {
-    let jumps =
-        |event: &&crate::motion::EventRecord<M::State>| event.before != event.after || !event.impacts.is_empty();
-    match motion.events().iter().find(jumps) {
-        Some(event) => Err(SensitivityError::Jump { time: event.time(), what: event.name.to_string() }),
-        None => Ok(()),
-    }
-}
-
-/// Whether accelerations jump where a branch changes: what lies between both sides then does not shrink with their distance.
-fn refuse_jump<M: Simulate>(motion: &Motion<'_, M>, t: f64, h: f64) -> Result<(), SensitivityError> {
-    let across = |distance: f64| {
-        let [before, after] = [t - distance, t + distance].map(|t| motion.accelerations_at(t));
-        let size = |v: &M::Vector| v.as_slice().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let between = before.as_slice().iter().zip(after.as_slice()).map(|(a, b)| (a - b).abs());
-        (between.fold(0.0, f64::max), size(&before).max(size(&after)))
-    };
-    let ((far, size), (near, _)) = (across(1e-4 * h), across(1e-6 * h));
-    if near > 1e-9 * size && near > 0.3 * far {
-        return Err(SensitivityError::Jump { time: t, what: "an acceleration".into() });
-    }
-    Ok(())
 }
 
 /// What columns are measured by at least.
@@ -165,12 +132,10 @@ fn least<M: Simulate>(motion: &Motion<'_, M>, variables: &[Variable]) -> DMatrix
 }
 
 struct Way<'a, 'm, M: Simulate> {
-    motion: &'a Motion<'m, M>,
-    parameters: Vec<Option<usize>>,
+    linear: Linear<'a, 'm, M>,
     fine: Gauss,
     coarse: Gauss,
     tolerance: f64,
-    sampler: Sampler<'a, 'm, M>,
     /// What the positions and the velocities of each column are measured by at least, 2×K.
     least: DMatrix<f64>,
     most_steps: usize,
@@ -193,7 +158,9 @@ impl<M: Simulate + Parameters + Clone> Way<'_, '_, M> {
             if t + 0.01 * h == t && !last || self.found.steps >= self.most_steps {
                 return Err(SensitivityError::StepTooSmall { time: t });
             }
-            let (fine, coarse) = (self.at_nodes(t, h, true)?, self.at_nodes(t, h, false)?);
+            let mut at_nodes =
+                |nodes: &[f64]| nodes.iter().map(|c| self.linear.at(t + c * h)).collect::<Result<Vec<_>, _>>();
+            let (fine, coarse) = (at_nodes(&self.fine.nodes)?, at_nodes(&self.coarse.nodes)?);
             let ends = (self.fine.step(&x, h, &fine), self.coarse.step(&x, h, &coarse));
             let (Some(end), Some(lower)) = ends else {
                 self.h = 0.2 * h;
@@ -230,69 +197,5 @@ impl<M: Simulate + Parameters + Clone> Way<'_, '_, M> {
             }
         }
         most
-    }
-
-    /// A and b at the nodes of a step.
-    fn at_nodes(&mut self, t: f64, h: f64, fine: bool) -> Result<Vec<AtNode>, SensitivityError> {
-        let nodes = if fine { self.fine.nodes.clone() } else { self.coarse.nodes.clone() };
-        nodes.into_iter().map(|c| self.at(t + c * h)).collect()
-    }
-
-    fn at(&mut self, t: f64) -> Result<AtNode, SensitivityError> {
-        let (n, state, model) = (M::Vector::LEN, self.sampler.at(t), self.motion.model());
-        let asked: Vec<usize> = self.parameters.iter().flatten().copied().collect();
-        let mut found = coefficients(model, self.motion.constants(), &state, &asked)?;
-        self.found.exact &= found.exact;
-        if self.motion.has_law() {
-            self.add_law(&state, &mut found.by_q, &mut found.by_u)?;
-        }
-        let mut a = DMatrix::zeros(2 * n, 2 * n);
-        a.view_mut((0, n), (n, n)).fill_with_identity();
-        a.view_mut((n, 0), (n, n)).copy_from(&found.by_q);
-        a.view_mut((n, n), (n, n)).copy_from(&found.by_u);
-        let mut b = DMatrix::zeros(2 * n, self.parameters.len());
-        let of_parameters = self.parameters.iter().enumerate().filter(|(_, p)| p.is_some());
-        for (k, (column, _)) in of_parameters.enumerate() {
-            b.view_mut((n, column), (n, 1)).copy_from(&found.by_p.column(k));
-        }
-        Ok((a, b))
-    }
-
-    /// What inputs that follow the state add.
-    fn add_law(
-        &mut self,
-        state: &M::State,
-        by_q: &mut DMatrix<f64>,
-        by_u: &mut DMatrix<f64>,
-    ) -> Result<(), SensitivityError> {
-        let (n, motion) = (M::Vector::LEN, self.motion);
-        let accelerations = |inputs: M::Inputs| {
-            let mut other = *state;
-            *other.inputs_mut() = inputs;
-            let found = motion.model().accelerations_with(motion.constants(), &other);
-            found.map_err(|error| not_solved::<M>(state, error))
-        };
-        for j in 0..2 * n {
-            let value = if j < n { state.q()[j] } else { state.u()[j - n] };
-            let by = LAW_STEP * value.abs().max(1.0);
-            let moved = |by: f64| {
-                let mut moved = *state;
-                if j < n {
-                    moved.q_mut()[j] += by
-                } else {
-                    moved.u_mut()[j - n] += by
-                }
-                *motion.complete(moved).inputs()
-            };
-            let (right, left) = (moved(by), moved(-by));
-            if right == left && right == *state.inputs() {
-                continue;
-            }
-            self.found.exact = false;
-            let (right, left) = (accelerations(right)?, accelerations(left)?);
-            let matrix = if j < n { &mut *by_q } else { &mut *by_u };
-            (0..n).for_each(|i| matrix[(i, j % n)] += (right[i] - left[i]) / (2.0 * by));
-        }
-        Ok(())
     }
 }

@@ -9,13 +9,13 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 /// A and b at a node.
-pub(super) type AtNode = (DMatrix<f64>, DMatrix<f64>);
+pub(in super::super) type AtNode = (DMatrix<f64>, DMatrix<f64>);
 
 /// Nodes cᵢ, aᵢⱼ by rows, weights bⱼ.
-pub(super) struct Gauss {
-    pub(super) nodes: Vec<f64>,
+pub(in super::super) struct Gauss {
+    pub(in super::super) nodes: Vec<f64>,
     inner: DMatrix<f64>,
-    weights: DVector<f64>,
+    pub(in super::super) weights: DVector<f64>,
 }
 
 /// P_k(2 c − 1) for k = 0, …, s.
@@ -31,7 +31,7 @@ fn legendre(s: usize, c: f64) -> Vec<f64> {
 
 impl Gauss {
     /// With s nodes.
-    pub(super) fn new(s: usize) -> Self {
+    pub(in super::super) fn new(s: usize) -> Self {
         let root = |i: usize| {
             let mut c = 0.5 - 0.5 * (core::f64::consts::PI * (i as f64 + 0.75) / (s as f64 + 0.5)).cos();
             for _ in 0..20 {
@@ -61,7 +61,17 @@ impl Gauss {
     }
 
     /// x at the end of a step; A and b at the nodes. `None` where the stages have no solution.
-    pub(super) fn step(&self, x: &DMatrix<f64>, h: f64, at: &[AtNode]) -> Option<DMatrix<f64>> {
+    pub(in super::super) fn step(&self, x: &DMatrix<f64>, h: f64, at: &[AtNode]) -> Option<DMatrix<f64>> {
+        self.with_stages(x, h, at).map(|(end, _)| end)
+    }
+
+    /// Likewise, and x at the nodes.
+    pub(in super::super) fn with_stages(
+        &self,
+        x: &DMatrix<f64>,
+        h: f64,
+        at: &[AtNode],
+    ) -> Option<(DMatrix<f64>, Vec<DMatrix<f64>>)> {
         let (n, s) = (x.nrows(), self.nodes.len());
         let mut system = DMatrix::identity(n * s, n * s);
         let mut right = DMatrix::zeros(n * s, x.ncols());
@@ -78,7 +88,12 @@ impl Gauss {
         for j in 0..s {
             end += stages.rows(n * j, n) * (h * self.weights[j]);
         }
-        end.iter().all(|x| x.is_finite()).then_some(end)
+        let at_node = |i: usize| {
+            let mut there = x.clone();
+            (0..s).for_each(|j| there += stages.rows(n * j, n) * (h * self.inner[(i, j)]));
+            there
+        };
+        end.iter().all(|x| x.is_finite()).then(|| (end, (0..s).map(at_node).collect()))
     }
 }
 

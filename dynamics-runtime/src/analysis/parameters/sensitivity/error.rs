@@ -46,6 +46,33 @@ pub enum SensitivityError {
         /// End of the motion.
         end: f64,
     },
+    /// The objective is made of nothing.
+    NoObjective,
+    /// A weight of the objective is not a finite number.
+    Weight {
+        /// The quantity.
+        name: String,
+        /// The weight.
+        weight: f64,
+    },
+    /// A point of the objective is not a finite number.
+    NotANumber {
+        /// The quantity.
+        name: String,
+        /// Which of its points, from 0.
+        row: usize,
+        /// Its time.
+        time: f64,
+        /// Its value.
+        value: f64,
+    },
+    /// An event ends the motion before its time, and its end moves with the parameters.
+    EndsBefore {
+        /// When it ends.
+        time: f64,
+        /// When it was to end.
+        end: f64,
+    },
     /// Applied forces depend on reactions.
     Friction,
     /// With another value of the parameter, or another start, constraints that repeat each other contradict each other.
@@ -137,6 +164,17 @@ impl fmt::Display for SensitivityError {
             Self::OutOfRange { time, start, end } => {
                 write!(f, "t = {time} lies outside the motion, which goes from {start} to {end}")
             }
+            Self::NoObjective => {
+                f.write_str("the objective is made of nothing; add `.end(..)`, `.integral(..)` or `.squares(..)` with points")
+            }
+            Self::Weight { name, weight } => write!(f, "the weight of `{name}` is {weight}; give a finite number"),
+            Self::NotANumber { name, row, time, value } => {
+                write!(f, "point {row} of `{name}` is ({time}, {value}); give finite numbers")
+            }
+            Self::EndsBefore { time, end } => write!(
+                f,
+                "an event ends the motion at t = {time}, before {end}, and its end moves with the parameters; let it end before that event"
+            ),
             Self::Friction => f.write_str(
                 "forces depend on reactions, and then there are no derivatives; write friction with given normal forces",
             ),

@@ -190,7 +190,7 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
             flow.fly(node, &none, node.t() + period / asked.segments as f64, &mut |state| passed.push(*state))?;
         }
         let sizes = sizes::<M>(&passed, period);
-        let autonomous = is_autonomous(&mut flow, &passed, period)?;
+        let autonomous = is_autonomous(&mut flow, &passed, period, asked.advance)?;
         let free = autonomous && !asked.hold_period;
         // Of a family one is found, so that there is something to choose by; then it is said that there are others.
         let conserved = Conserved::along(model, &passed, autonomous).names;
