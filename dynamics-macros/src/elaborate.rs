@@ -25,6 +25,7 @@ mod rotations;
 mod scalar_methods;
 mod scope;
 mod sequence_methods;
+mod speeds;
 mod statements;
 mod values;
 mod vector_methods;
@@ -77,6 +78,8 @@ struct Elaborator<'a> {
     bodies: bodies::Bodies,
     /// The constraints so far.
     constraints: Vec<Declared>,
+    /// The generalized speeds so far.
+    speeds: Vec<speeds::Defined>,
     /// The role whose function is being elaborated, with all that it calls.
     role: Role,
     /// Functions that some role has called.
@@ -111,6 +114,7 @@ pub(crate) fn elaborate(
         places: bodies::Places::default(),
         bodies: bodies::Bodies::default(),
         constraints: Vec::new(),
+        speeds: Vec::new(),
         role: Role::Helper,
         reached: BTreeSet::new(),
         steps: 0,
@@ -118,7 +122,9 @@ pub(crate) fn elaborate(
         exhausted: false,
     };
     elaborator.declare();
+    elaborator.check_speeds_are_defined();
     elaborator.roles();
+    elaborator.add_speeds();
     elaborator.name_inferred_units();
     elaborator.name_constraint_units();
     elaborator.readers_outside();

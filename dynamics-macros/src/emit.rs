@@ -38,6 +38,8 @@ pub(crate) struct Surface {
     pub(crate) accurate: bool,
     /// Generalized coordinates as declared.
     pub(crate) coordinates: Vec<Slot>,
+    /// Generalized speeds as declared.
+    pub(crate) speeds: Vec<Slot>,
     /// Inputs as declared.
     pub(crate) inputs: Vec<Slot>,
     /// What follows `model` to read each scalar parameter: `.m1`, `.mass[3]`, `.axis.x`.
@@ -93,6 +95,10 @@ impl Surface {
     /// Number of inputs.
     fn input_count(&self) -> usize {
         self.inputs.iter().map(Slot::width).sum()
+    }
+    /// Number of generalized speeds.
+    fn speed_count(&self) -> usize {
+        self.speeds.iter().map(Slot::width).sum()
     }
     fn coordinates_type(&self) -> Ident {
         format_ident!("{}Coordinates", self.name)

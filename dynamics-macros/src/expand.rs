@@ -289,6 +289,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>) -
         krate: declaration.crate_path.clone().unwrap_or_else(|| syn::parse_quote!(::dynamics)),
         accurate: declaration.accurate,
         coordinates: declaration.coordinates.iter().map(slot).collect(),
+        speeds: declaration.speeds.iter().map(slot).collect(),
         inputs: declaration.inputs.iter().map(slot).collect(),
         parameters,
         functions,

@@ -13,7 +13,7 @@ mod syntax;
 use proc_macro::TokenStream;
 
 /// Declares a mechanical model: the struct's fields are its parameters, `#[coordinates(..)]` names its generalized coordinates.
-#[proc_macro_derive(Dynamics, attributes(coordinates, inputs, units, nominal, model))]
+#[proc_macro_derive(Dynamics, attributes(coordinates, speeds, inputs, units, nominal, model))]
 pub fn derive_dynamics(item: TokenStream) -> TokenStream {
     expand::derive(item.into()).into()
 }
@@ -58,6 +58,8 @@ roles! {
     nonholonomic
     /// Beside `#[holonomic]` or `#[nonholonomic]`: it repeats other constraints, and that is meant.
     redundant
+    /// What the generalized speed of the function's name is, linear in the velocities: `Expr`, a vector or an array, as `#[speeds(..)]` declares it.
+    kinematic
     /// A named result, `Expr` or a vector.
     output
     /// A value whose zero crossings are located, `Expr`.

@@ -173,6 +173,16 @@ catalogue! {
     reaction_in_role(method, role) "`{method}` has no place in a function with `#[{role}]`, which constraints are derived with; use it with `#[force]`, `#[output]` or `#[event]`";
     slip_of_unswitched(name) "`{name}` always holds and is never slipping; declare it with the option `switched`";
 
+    // Speeds.
+    kinematic_without_speed(name, hint) "no speed is called `{name}`{hint}; name it on the struct: `#[speeds({name}: rad/s)]`";
+    speed_without_kinematic(name) "the speed `{name}` is not said; give it a function with `#[kinematic]` of this name: `fn {name}(&self, q: &Coordinates<Self>)`";
+    kinematic_shape(name, expected, found) "the speed `{name}` is declared as {expected}, and this is {found}; make them agree";
+    speed_as_coordinate(name) "`{name}` is a speed, which the coordinates do not hold; write `self.{name}(q)`";
+    unit_of_speed(name, found, expected) "`{name}` is in `{found}`, and declared in `{expected}`; check its factors, or the declaration";
+    speed_not_linear(name) "the speed `{name}` is not linear in the velocities, which could not be solved for; write sums of velocities times functions of coordinates and time";
+    speeds_count(speeds, left, needed) "{speeds}, and {left}; declare {needed}";
+    speed_dependent(name, what) "the speed `{name}` {what}, so that the speeds do not determine the velocities; choose another";
+
     // Units.
     unknown_unit(name, hint) "`{name}` is no unit; {hint}";
     scaled_unit(name, equals, coherent) "`{name}` is a scaled unit, 1 {name} = {equals}; give values in `{coherent}`";

@@ -20,6 +20,7 @@ mod mechanism;
 pub(crate) mod memory;
 mod orthogonal;
 mod project;
+mod speeds;
 pub(crate) mod system;
 
 #[cfg(feature = "alloc")]
@@ -32,6 +33,7 @@ pub use impact::{Impact, impact};
 #[cfg(feature = "alloc")]
 pub use mechanism::{Mechanism, Reaction};
 pub use project::{Projection, project_along, project_positions, project_velocities};
+pub use speeds::move_by_speeds;
 
 use held::holds;
 use memory::{Memory, max_abs};
@@ -61,6 +63,7 @@ pub const fn workspace_len(n: usize, r: usize) -> usize {
         friction::memory_in_all(n, r),
         gradients::memory(n, r),
         gradients::check_memory(n, r),
+        speeds::memory(n, r),
     ])
 }
 

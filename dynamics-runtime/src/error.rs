@@ -319,6 +319,27 @@ pub enum StateError {
         /// The coordinates whose velocities are open there, and are not beside it.
         coordinates: Involved,
     },
+    /// A rate is given beside generalized speeds, from which all velocities follow.
+    RateBesideSpeeds {
+        /// The coordinate whose rate it is.
+        coordinate: &'static str,
+    },
+    /// The generalized speeds do not determine the velocities in this position, with the constraints that hold.
+    SpeedsSingular {
+        /// The coordinates whose rates no speed tells apart.
+        coordinates: Involved,
+        /// The smallest pivot of the kinematic equations whose rows and columns have been scaled to 1.
+        pivot: f64,
+    },
+    /// The constraints that hold do not admit the speeds that were given.
+    SpeedNotMet {
+        /// The speed.
+        speed: &'static str,
+        /// Its value as given.
+        given: f64,
+        /// Its value with velocities that fulfil the other equations.
+        found: f64,
+    },
     /// No values of the velocities that were not given fulfil the constraints.
     VelocityNotAssembled {
         /// The row that is missed most.
@@ -419,6 +440,20 @@ impl fmt::Display for StateError {
                 "the position is singular: {} here, branches meet, and the velocities that are given do not decide between them; give the \
                  rates of {coordinates} as well, or start beside it",
                 rows.rank_loss()
+            ),
+            Self::RateBesideSpeeds { coordinate } => write!(
+                f,
+                "the rate of `{coordinate}` is given beside generalized speeds, from which it follows; give the speeds or the rates"
+            ),
+            Self::SpeedsSingular { coordinates, pivot } => write!(
+                f,
+                "the generalized speeds do not tell the rates of {coordinates} apart in this position (pivot {pivot:.1e}); start from rates, from another \
+                 position, or with other speeds or coordinates"
+            ),
+            Self::SpeedNotMet { speed, given, found } => write!(
+                f,
+                "the constraints that hold do not admit `{speed}` = {given:e}, it is {found:e}; give speeds that they admit, or release the \
+                 constraint that determines it"
             ),
             Self::VelocityNotAssembled { row, residual, given } if given.is_empty() => write!(
                 f,

@@ -2,7 +2,7 @@
 
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
-use crate::constrain::{assemble, check_sides, check_start, set_sides, solve_once};
+use crate::constrain::{assemble, check_sides, check_start, move_by_speeds, set_sides, solve_once};
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::expr::Expr;
 use crate::model::{Constraints, Linearize, Model, Modes, Quantity, Solved, StateJacobian, Vector};
@@ -40,6 +40,18 @@ pub trait Complete: Model {
     /// # Errors
     /// Where the constraints cannot be fulfilled.
     fn assembled(&self, state: Self::State, given: [&[bool]; 2], sided: u32) -> Result<Self::State, StateError>;
+    /// The state with velocities of these generalized speeds, its positions solved for before where it is to be `assembled`.
+    ///
+    /// # Errors
+    /// Where rates are given beside the speeds, where these do not determine the velocities, and as for the others.
+    fn moved(
+        &self,
+        state: Self::State,
+        given: [&[bool]; 2],
+        speeds: &[f64],
+        assembled: bool,
+        sided: u32,
+    ) -> Result<Self::State, StateError>;
 }
 
 #[diagnostic::do_not_recommend]
@@ -68,6 +80,24 @@ impl<M: Constraints> Complete for M {
         let mut state = assemble(self, state, q, u)?;
         set_sides(self, &mut state, sided);
         check_sides(self, &state)?;
+        Ok(state)
+    }
+
+    fn moved(
+        &self,
+        state: M::State,
+        [q, u]: [&[bool]; 2],
+        speeds: &[f64],
+        assembled: bool,
+        sided: u32,
+    ) -> Result<M::State, StateError> {
+        if let Some(rate) = M::COORDINATES.iter().zip(u).find(|(_, given)| **given) {
+            return Err(StateError::RateBesideSpeeds { coordinate: rate.0.name });
+        }
+        let mut state = if assembled { assemble(self, state, q, u)? } else { state };
+        move_by_speeds(self, &mut state, speeds)?;
+        set_sides(self, &mut state, sided);
+        check_start(self, &state)?;
         Ok(state)
     }
 }

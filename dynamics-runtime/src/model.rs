@@ -118,6 +118,13 @@ pub trait Dynamics: Model {
     /// Operations of one evaluation of q̈ by the generated code, as the model's report counts them; `None` where there is no straight-line code.
     const OPERATIONS: Option<usize> = None;
 
+    /// The generalized speeds of `#[speeds(..)]` in order, arrays flattened; each is an output as well.
+    const SPEEDS: &'static [Quantity] = &[];
+    /// The generalized speeds u = Y(q,t) q̇ + y(q,t) at a state, written to `values` in the order of [`Dynamics::SPEEDS`].
+    fn speeds(&self, _state: &Self::State, _values: &mut [f64]) {}
+    /// Y, S×N by rows, then y, S, at a state with N coordinates and S speeds, written to `values`.
+    fn speed_equations(&self, _state: &Self::State, _values: &mut [f64]) {}
+
     /// Coordinates that turn something as a set of three angles, one of which may lock the others.
     const ANGLE_SETS: &'static [AngleSet] = &[];
 

@@ -18,5 +18,5 @@ pub(crate) use ldl::Elsewhere;
 pub use ldl::Factors;
 pub use levers::{Definition, Levers, Stationary};
 pub(crate) use minimum_degree::MinimumDegree;
-pub use solver::{Constrained, Solver, Stuck, unroll};
+pub use solver::{Constrained, Solver, Stuck, unroll, unroll_by_speeds};
 pub use unrolled::{Elimination, Guard, Guarded, Unrolled};

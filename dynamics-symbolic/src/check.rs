@@ -10,6 +10,7 @@ pub mod hazards;
 mod inertia;
 mod modular;
 mod quadratic;
+mod speeds;
 pub mod structure;
 mod symmetry;
 pub mod units;
@@ -43,6 +44,16 @@ pub fn one_by_one(model: &Model) -> Vec<Finding> {
     effect::without_effect(model, &mut found);
     // What holds the parts together has rules of its own.
     constraints::declared(model, &mut found);
+    // Speeds stand for the velocities: u = Y q̇ + y.
+    speeds::declared(model, &mut found);
+    found
+}
+
+/// Whether the speeds determine all velocities beside the constraints, of which this is known.
+#[must_use]
+pub fn speeds(model: &Model, analysis: &Analysis) -> Vec<Finding> {
+    let mut found = Vec::new();
+    speeds::together(model, analysis, &mut found);
     found
 }
 

@@ -43,6 +43,8 @@ pub struct Programs {
     /// Derivatives of the outputs by q, q̇, q̈, λ and inputs, one matrix after the other, by rows, reading accelerations and multipliers as symbols; `None`
     /// as for `variations`, and without outputs. Not listed.
     pub output_variations: Option<Program>,
+    /// The generalized speeds u (S), then Y (S×N by rows) and y (S); empty without any.
+    pub speeds: Program,
     /// Outputs, then, where any of them uses accelerations, Dᵢ and Mᵢᵢ for every pivot.
     pub outputs: Program,
     /// Events, likewise.
@@ -178,6 +180,10 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !constraints.findings.is_empty() {
         return Err(constraints.findings);
     }
+    let found = check::speeds(&model, &constraints);
+    if !found.is_empty() {
+        return Err(found);
+    }
     let states: Vec<&dyn Bindings> = constraints.guides.iter().map(|s| s as &dyn Bindings).collect();
     let manifold = Manifold { states: &states, redundant: constraints.redundant };
     let mut equations = derive_on(&mut model, &manifold).map_err(|e| findings(&mut model, &e))?;
@@ -236,6 +242,9 @@ fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
     roots.extend(e.energies.into_iter().flat_map(|(t, v)| [t, v]).chain([e.energy_function]));
     if let Ok(j) = &e.jacobians {
         roots.extend([&j.by_q, &j.by_u, &j.by_inputs, &j.by_parameters].into_iter().flatten().flatten());
+    }
+    if let Some(s) = &e.speeds {
+        roots.extend(s.values.iter().chain(s.jacobian.iter().flatten()).chain(&s.offset));
     }
     if let Some(c) = &e.constraints {
         roots.extend([&c.residual, &c.velocity_residual, &c.velocity_offset, &c.gamma].into_iter().flatten());
@@ -307,6 +316,12 @@ fn programs(model: &Model, e: &Equations) -> Programs {
                 inline("parameter_jacobian", &[flat(&j.by_parameters), checks.clone()].concat()),
             ),
         },
+        speeds: inline(
+            "speeds",
+            &e.speeds
+                .as_ref()
+                .map_or_else(Vec::new, |s| [s.values.clone(), flat(&s.jacobian), s.offset.clone()].concat()),
+        ),
         outputs: inline("outputs", &checked(e.outputs_use_accelerations && !constrained, &e.outputs)),
         events: inline("events", &checked(e.events_use_accelerations && !constrained, &e.events)),
         constraints: e.constraints.as_ref().map(|c| constraints(model, e, c)),
@@ -448,6 +463,7 @@ impl Programs {
             &self.energy_function,
             &self.conserved,
             &self.powers,
+            &self.speeds,
             &self.outputs,
             &self.events,
         ];

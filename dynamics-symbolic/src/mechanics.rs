@@ -11,6 +11,7 @@ mod levers;
 mod model;
 mod released;
 mod solution;
+mod speeds;
 mod twists;
 mod vectors;
 mod velocity_form;
@@ -20,10 +21,10 @@ pub(crate) use constraints::reaction;
 pub use derive::{Underivable, derive, derive_on, momentum_rates, output_variations, variations};
 pub use equations::{
     ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Released,
-    Solution, Variations, Withheld,
+    Solution, SpeedEquations, Variations, Withheld,
 };
 pub use model::{
     AngleSet, Body, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function,
-    Input, Model, Output, Parameter, Step,
+    Input, Model, Output, Parameter, Speed, Step,
 };
 pub use solution::Manifold;

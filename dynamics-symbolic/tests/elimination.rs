@@ -423,7 +423,7 @@ fn states_decide_between_choices_of_the_same_cost() {
             let dependent: Vec<usize> = blocks.iter().flat_map(|(_, columns)| columns.iter().copied()).collect();
             (0..3).filter(|c| !dependent.contains(c)).collect::<Vec<_>>()
         }
-        Elimination::MinimumDegree => Vec::new(),
+        Elimination::MinimumDegree | Elimination::Speeds => Vec::new(),
     };
     let mut system = System::of(four_bar());
     let found = unrolled(&mut system).expect("regular");

@@ -32,7 +32,7 @@ impl Elaborator<'_> {
     /// Declares everything; units first, because they are checked only where some are given.
     pub(super) fn declare(&mut self) {
         let declaration = self.declaration;
-        let quantities = declaration.coordinates.iter().chain(&declaration.inputs);
+        let quantities = declaration.coordinates.iter().chain(&declaration.speeds).chain(&declaration.inputs);
         let units: Vec<&UnitText> = quantities
             .filter_map(|q| q.unit.as_ref())
             .chain(declaration.fields.iter().filter_map(|f| f.unit.as_ref()))
@@ -161,6 +161,11 @@ impl Elaborator<'_> {
                 unknown
             }
         }
+    }
+
+    /// A declared unit by itself.
+    pub(super) fn declared_unit(&mut self, unit: Option<&UnitText>) -> UnitOf {
+        self.declared(unit).unit
     }
 
     fn unit_error(&mut self, text: &UnitText, error: &UnitError) {

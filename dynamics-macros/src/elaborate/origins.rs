@@ -78,6 +78,11 @@ impl Origins {
     }
 }
 
+/// `1 speed`, `2 speeds`.
+fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
 /// A finding in words, and where it belongs.
 fn describe(finding: &Finding) -> (Message, Vec<Origin>) {
     match finding {
@@ -95,6 +100,21 @@ fn describe(finding: &Finding) -> (Message, Vec<Origin>) {
         Finding::NegativeInertia { direction, nominal, origins } => {
             let when = if *nominal { " at the nominal values" } else { "" };
             (messages::negative_inertia(direction, when), origins.clone())
+        }
+        Finding::SpeedNotLinear { name, origin } => (messages::speed_not_linear(name), vec![*origin]),
+        Finding::SpeedsCount { speeds, needed, coordinates, rank, origin } => {
+            let left = match rank {
+                0 => format!("{} move{}", count(*coordinates, "coordinate"), if *coordinates == 1 { "s" } else { "" }),
+                rows => format!("{} of constraints leave {} of {coordinates} velocities", count(*rows, "row"), needed),
+            };
+            (messages::speeds_count(count(*speeds, "speed"), left, needed), vec![*origin])
+        }
+        Finding::SpeedDependent { name, of, origin } if of.is_empty() => {
+            (messages::speed_dependent(name, "is zero whatever moves"), vec![*origin])
+        }
+        Finding::SpeedDependent { name, of, origin } => {
+            let of: Vec<String> = of.iter().map(|name| format!("`{name}`")).collect();
+            (messages::speed_dependent(name, format!("follows from {}", of.join(", "))), vec![*origin])
         }
         Finding::Constraint(fault) => findings::constraint(fault),
         // The engine may learn to find more than this catalogue knows: better said plainly than not at all.

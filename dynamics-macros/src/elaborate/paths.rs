@@ -163,6 +163,8 @@ impl Elaborator<'_> {
         let text = name.to_string();
         let message = if self.parameters.iter().any(|(known, _)| *known == text) {
             messages::parameter_as_coordinate(name)
+        } else if self.declaration.speeds.iter().any(|speed| speed.name == *name) {
+            messages::speed_as_coordinate(name)
         } else if let Some(base) = text.strip_suffix("_rate")
             && self.coordinates.iter().any(|(known, _)| known == base)
         {

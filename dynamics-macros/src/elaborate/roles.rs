@@ -20,7 +20,10 @@ impl<'a> Elaborator<'a> {
         for wanted in [
             |role| role == Role::Holonomic,
             |role| role == Role::Nonholonomic,
-            |role: Role| !role.is_constraint() && !matches!(role, Role::Helper | Role::Drawing),
+            |role| role == Role::Kinematic,
+            |role: Role| {
+                !role.is_constraint() && role != Role::Kinematic && !matches!(role, Role::Helper | Role::Drawing)
+            },
         ] {
             for (index, function) in implementation.functions.iter().enumerate() {
                 if wanted(function.role) {
@@ -73,7 +76,7 @@ impl<'a> Elaborator<'a> {
         };
         let allowed: &[&str] = match function.role {
             Role::Force => &["Force"],
-            Role::Output | Role::Holonomic | Role::Nonholonomic => &["Expr", "Vec2", "Vec3"],
+            Role::Output | Role::Holonomic | Role::Nonholonomic | Role::Kinematic => &["Expr", "Vec2", "Vec3"],
             _ => &["Expr"],
         };
         // A type that is none of the vocabulary's may be the user's alias; arrays have no path. Their value decides.
@@ -136,6 +139,7 @@ impl<'a> Elaborator<'a> {
             Role::Dissipation => self.energy(function, value, (EnergyRole::Dissipation, Dimension::POWER)),
             Role::Force => self.force(function, value, place),
             Role::Holonomic | Role::Nonholonomic => self.constraint(index, function, value),
+            Role::Kinematic => self.kinematic(function, value),
             Role::Output => self.output(function, value, place),
             Role::Event => {
                 let Some(scalar) = self.result_scalar(function, value) else { return };

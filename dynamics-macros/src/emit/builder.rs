@@ -19,7 +19,16 @@ pub(super) fn builder(surface: &Surface) -> TokenStream {
     });
     let inputs =
         offsets(&surface.inputs).map(|(at, slot)| setter(surface, slot, (at, ""), "inputs", None, &docs::input(slot)));
+    let speeds = offsets(&surface.speeds).map(|(at, slot)| speed(surface, slot, at));
     let (constructor, build, quiet) = (constructor(surface), build(surface), quiet());
+    let count = surface.speed_count();
+    let fields = (count > 0).then(|| {
+        quote! {
+            /// Generalized speeds, from which the velocities follow where some is given.
+            speeds: [#private::f64; #count],
+            by_speeds: #private::bool,
+        }
+    });
     let (n, bool, text, f) = (surface.degrees(), quote!(#private::bool), plain(&name), local("f"));
     quote! {
         #[doc = #doc]
@@ -32,6 +41,7 @@ pub(super) fn builder(surface: &Surface) -> TokenStream {
             /// What must not be changed where the rest is assembled.
             given_q: [#bool; #n],
             given_u: [#bool; #n],
+            #fields
             /// Released constraints whose side was given, by bits.
             sided: #private::u32,
             /// The first name that is no switched constraint.
@@ -47,6 +57,7 @@ pub(super) fn builder(surface: &Surface) -> TokenStream {
         impl #name<'_> {
             #(#coordinates)*
             #(#inputs)*
+            #(#speeds)*
             #build
         }
         #quiet
@@ -92,6 +103,25 @@ fn setter(
     }
 }
 
+/// `.w(value)` of a generalized speed.
+fn speed(surface: &Surface, slot: &Slot, at: usize) -> TokenStream {
+    let (vis, private, name, value) = (&surface.vis, surface.private(), &slot.name, local("value"));
+    let (ty, doc) = (slot.ty(&quote!(#private::f64)), docs::speed(slot));
+    let assignments = (0..slot.width()).map(|i| {
+        let (to, element) = (at + i, slot.len.map_or_else(|| quote!(#value), |_| quote!(#value[#i])));
+        quote!(self.speeds[#to] = #element;)
+    });
+    quote! {
+        #[doc = #doc]
+        #[inline]
+        #vis fn #name(mut self, #value: #ty) -> Self {
+            #(#assignments)*
+            self.by_speeds = true;
+            self
+        }
+    }
+}
+
 fn build(surface: &Surface) -> TokenStream {
     let (vis, private) = (&surface.vis, surface.private());
     let (complete, state, t, error) = (complete(surface), surface.state_type(), local("t"), local("error"));
@@ -100,6 +130,15 @@ fn build(surface: &Surface) -> TokenStream {
     let built = at_name(surface, quote!(#complete::built(self.model, self.state, self.sided)));
     let given = quote!([&self.given_q, &self.given_u]);
     let assembled = at_name(surface, quote!(#complete::assembled(self.model, self.state, #given, self.sided)));
+    let by_speeds = |assembled: bool| {
+        let given = quote!([&self.given_q, &self.given_u]);
+        let moved = at_name(
+            surface,
+            quote!(#complete::moved(self.model, self.state, #given, &self.speeds, #assembled, self.sided)),
+        );
+        (!surface.speeds.is_empty()).then(|| quote!(if self.by_speeds { return #moved; }))
+    };
+    let (built_by_speeds, assembled_by_speeds) = (by_speeds(false), by_speeds(true));
     let check_names = quote! {
         if let #private::Option::Some(#error) = self.error {
             return #private::Err(#error);
@@ -120,6 +159,7 @@ fn build(surface: &Surface) -> TokenStream {
         /// fulfilled.
         #vis fn build(self) -> #result {
             #check_names
+            #built_by_speeds
             #built
         }
         /// The state completed: what was set stays, positions that were not set are solved from their guesses (0 where there is none),
@@ -129,6 +169,7 @@ fn build(surface: &Surface) -> TokenStream {
         /// Where a value is not finite, or where the constraints cannot be fulfilled: with the one that is missed, and by how much.
         #vis fn assemble(self) -> #result {
             #check_names
+            #assembled_by_speeds
             #assembled
         }
     }
@@ -172,6 +213,8 @@ fn constructor(surface: &Surface) -> TokenStream {
     let (vis, private) = (&surface.vis, surface.private());
     let (state, builder, m, n) =
         (surface.state_type(), surface.builder_type(), surface.input_count(), surface.degrees());
+    let count = surface.speed_count();
+    let speeds = (count > 0).then(|| quote!(speeds: [0.0; #count], by_speeds: false,));
     let nan = vec![quote!(#private::f64::NAN); m];
     quote! {
         /// Starts a state of this model: at rest at t = 0 with all coordinates 0, and what is then set by name.
@@ -187,6 +230,7 @@ fn constructor(surface: &Surface) -> TokenStream {
                 ),
                 given_q: [false; #n],
                 given_u: [false; #n],
+                #speeds
                 sided: 0,
                 error: #private::Option::None,
             }

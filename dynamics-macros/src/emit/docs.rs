@@ -44,6 +44,16 @@ pub(super) fn rate(slot: &Slot) -> String {
     format!("Generalized velocity of `{}`{}{unit}.", slot.text(), elements(slot))
 }
 
+/// A generalized speed.
+pub(super) fn speed(slot: &Slot) -> String {
+    format!(
+        "Sets the generalized speed `{0}`{1}{2}. With some speed given, those that are not are 0, and all velocities follow from them and from the constraints: rates are then not given.",
+        slot.text(),
+        elements(slot),
+        unit(slot)
+    )
+}
+
 /// Which element of q, u or the inputs holds what.
 pub(super) fn order(slots: &[Slot]) -> String {
     let names: Vec<String> = slots

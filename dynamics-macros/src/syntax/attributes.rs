@@ -1,4 +1,4 @@
-//! The struct's attributes: `#[coordinates(..)]`, `#[inputs(..)]`, `#[units(..)]`, `#[nominal(..)]`, `#[model(..)]`.
+//! The struct's attributes: `#[coordinates(..)]`, `#[speeds(..)]`, `#[inputs(..)]`, `#[units(..)]`, `#[nominal(..)]`, `#[model(..)]`.
 
 use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use quote::ToTokens;
@@ -11,7 +11,7 @@ use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 use crate::suggest;
 
-/// A generalized coordinate or an input, or an array of them.
+/// A generalized coordinate, a speed or an input, or an array of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Quantity {
     pub(crate) name: Ident,
@@ -75,13 +75,14 @@ pub(super) struct Attributes {
     /// `sin_cos = accurate`.
     pub(super) accurate: bool,
     pub(super) coordinates: Vec<Quantity>,
+    pub(super) speeds: Vec<Quantity>,
     pub(super) inputs: Vec<Quantity>,
     pub(super) units: Vec<(Ident, UnitText)>,
     pub(super) nominal: Vec<(Ident, Expr)>,
 }
 
 /// Our attributes, for did-you-mean.
-pub(crate) const ATTRIBUTES: &[&str] = &["coordinates", "inputs", "units", "nominal", "model"];
+pub(crate) const ATTRIBUTES: &[&str] = &["coordinates", "speeds", "inputs", "units", "nominal", "model"];
 
 /// Reads all attributes of the struct, leaving other people's alone.
 pub(super) fn read(attributes: &[Attribute], d: &mut Diagnostics) -> Attributes {
@@ -104,6 +105,7 @@ pub(super) fn read(attributes: &[Attribute], d: &mut Diagnostics) -> Attributes 
         let tokens = list.tokens.clone();
         match name.as_str() {
             "coordinates" => all.coordinates = quantities(tokens, "coordinate", d),
+            "speeds" => all.speeds = quantities(tokens, "speed", d),
             "inputs" => all.inputs = quantities(tokens, "input", d),
             "units" => all.units = units(tokens, d),
             "nominal" => all.nominal = assignments(tokens, d),
@@ -117,6 +119,7 @@ pub(super) fn read(attributes: &[Attribute], d: &mut Diagnostics) -> Attributes 
 fn example(attribute: &str) -> &'static str {
     match attribute {
         "coordinates" => "#[coordinates(theta: rad, x: m)]",
+        "speeds" => "#[speeds(omega: [rad/s; 3])]",
         "inputs" => "#[inputs(torque: N*m)]",
         "units" => "#[units(mass: kg, g: m/s^2)]",
         "nominal" => "#[nominal(mass = 1.0)]",
@@ -157,7 +160,7 @@ fn place(part: &[TokenTree]) -> Place {
     Place::of(part.iter().cloned().collect::<TokenStream>())
 }
 
-/// Entries of `#[coordinates(..)]` and `#[inputs(..)]`.
+/// Entries of `#[coordinates(..)]`, `#[speeds(..)]` and `#[inputs(..)]`.
 fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quantity> {
     let mut all = Vec::new();
     let mut scalars = 0;
@@ -429,5 +432,6 @@ pub(super) fn check_names(declaration: &mut Declaration, d: &mut Diagnostics) {
         false
     };
     declaration.coordinates.retain(|c| fits(c, "a coordinate"));
+    declaration.speeds.retain(|s| fits(s, "a speed"));
     declaration.inputs.retain(|i| fits(i, "an input"));
 }

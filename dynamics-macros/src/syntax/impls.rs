@@ -17,6 +17,8 @@ pub(crate) enum Role {
     Force,
     Holonomic,
     Nonholonomic,
+    /// What a speed of its name is.
+    Kinematic,
     Output,
     Event,
     /// Any Rust; runs when the motion is drawn, is not elaborated.
@@ -34,6 +36,7 @@ pub(crate) const ROLES: &[(&str, Role)] = &[
     ("force", Role::Force),
     ("holonomic", Role::Holonomic),
     ("nonholonomic", Role::Nonholonomic),
+    ("kinematic", Role::Kinematic),
     ("output", Role::Output),
     ("event", Role::Event),
     ("drawing", Role::Drawing),

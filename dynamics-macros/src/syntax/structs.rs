@@ -23,6 +23,8 @@ pub(crate) struct Declaration {
     pub(crate) accurate: bool,
     /// Generalized coordinates in the order of q.
     pub(crate) coordinates: Vec<Quantity>,
+    /// Generalized speeds in order.
+    pub(crate) speeds: Vec<Quantity>,
     /// Inputs in order.
     pub(crate) inputs: Vec<Quantity>,
     /// Parameters and smooth functions, in the order of the fields.
@@ -145,6 +147,7 @@ pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration 
         crate_path: attributes.crate_path,
         accurate: attributes.accurate,
         coordinates: attributes.coordinates,
+        speeds: attributes.speeds,
         inputs: attributes.inputs,
         fields,
         item,

@@ -10,7 +10,7 @@ use crate::graph::{Graph, NodeId};
 use super::block::BlockFactors;
 use super::ldl::Factors;
 use super::sparse::{Sparse, Values};
-use super::structure::Block;
+use super::structure::{Block, blocks};
 use super::unrolled::{Guard, Guarded};
 
 /// Below this share of the diagonal a pivot of the reduced inertia is rounding.
@@ -31,6 +31,8 @@ pub(super) struct Partition {
 #[derive(Clone, Debug)]
 pub(super) struct NullSpace {
     partition: Partition,
+    /// Rows at the head of the Jacobian that are no constraints: speeds, which lead in the place of independent coordinates.
+    speeds: usize,
     mass: Sparse,
     jacobian: Sparse,
     blocks: Vec<BlockFactors>,
@@ -56,6 +58,42 @@ impl NullSpace {
             substitute(g, jacobian, &partition.blocks, &blocks, &mut motion, None);
             motions.push(motion);
         }
+        let leaders = partition.independent.clone();
+        Self::led_by(g, mass, jacobian, (partition.clone(), blocks), motions, (0, &leaders))
+    }
+
+    /// Reduces the system of M (N×N) to speeds: `kinematics` are their gradients by the velocities, then Φ_q, N rows in all, which determine all
+    /// velocities. Column r of R is what moves where speed r is 1, the others and the constraints' rows being 0.
+    pub(super) fn by_speeds(g: &mut Graph, mass: &Sparse, kinematics: &Sparse, speeds: usize) -> Option<Self> {
+        let n = mass.rows.len();
+        let all: Vec<usize> = (0..n).collect();
+        let partition = Partition { independent: Vec::new(), blocks: blocks(&kinematics.pattern(), &all)? };
+        let mut factors = Vec::new();
+        for (rows, columns) in &partition.blocks {
+            factors.push(BlockFactors::new(g, kinematics, rows, columns)?);
+        }
+        let mut motions = Vec::new();
+        for r in 0..speeds {
+            let unit: Vec<NodeId> = (0..n).map(|k| if k == r { g.one() } else { g.zero() }).collect();
+            let mut motion = Values::default();
+            substitute(g, kinematics, &partition.blocks, &factors, &mut motion, Some(&unit));
+            motions.push(motion);
+        }
+        // What an inertia that vanishes is told by: the first coordinate that the speed is made of.
+        let leader = |r: usize| kinematics.rows[r].keys().next().copied().unwrap_or(0);
+        let leaders: Vec<usize> = (0..speeds).map(leader).collect();
+        Self::led_by(g, mass, kinematics, (partition, factors), motions, (speeds, &leaders))
+    }
+
+    /// Reduces M by the columns `motions` of R, each told by a coordinate of `leaders`.
+    fn led_by(
+        g: &mut Graph,
+        mass: &Sparse,
+        jacobian: &Sparse,
+        (partition, blocks): (Partition, Vec<BlockFactors>),
+        motions: Vec<Values>,
+        (speeds, leaders): (usize, &[usize]),
+    ) -> Option<Self> {
         let momenta: Vec<Values> = motions.iter().map(|motion| times(g, mass, motion)).collect();
         let mut matrix = Vec::new();
         for (i, motion) in motions.iter().enumerate() {
@@ -68,17 +106,42 @@ impl NullSpace {
             let follows = |motion: &&Values| columns.iter().any(|c| !g.is_zero(motion.get(g, *c)));
             let coupled = motions.iter().filter(follows).count() > 1;
             let least = if coupled { COUPLED * COUPLED } else { 0.0 };
-            guards.extend(block.guards.iter().map(|guard| Guard { tolerance: guard.tolerance.max(least), ..*guard }));
+            guards.extend(block.guards.iter().map(|guard| {
+                let of = match guard.of {
+                    // Speeds are told by what they move.
+                    Guarded::Row(row) if row < speeds => Guarded::Coordinate(columns[0]),
+                    Guarded::Row(row) => Guarded::Row(row - speeds),
+                    of => of,
+                };
+                Guard { of, tolerance: guard.tolerance.max(least), ..*guard }
+            }));
         }
         let pivots = reduced.pivots().filter(|(_, pivot)| g.as_number(*pivot).is_none());
         guards.extend(pivots.map(|(i, pivot)| Guard {
-            of: Guarded::Coordinate(partition.independent[i]),
+            of: Guarded::Coordinate(leaders[i]),
             pivot,
             scale: matrix[i][i],
             tolerance: INERTIA,
         }));
-        let (partition, mass, jacobian) = (partition.clone(), mass.clone(), jacobian.clone());
-        Some(Self { partition, mass, jacobian, blocks, motions, momenta, reduced, guards })
+        let (mass, jacobian) = (mass.clone(), jacobian.clone());
+        Some(Self { partition, speeds, mass, jacobian, blocks, motions, momenta, reduced, guards })
+    }
+
+    /// Number of speeds that lead; 0 where coordinates do.
+    pub(super) fn speeds(&self) -> usize {
+        self.speeds
+    }
+
+    /// N.
+    pub(super) fn coordinates(&self) -> usize {
+        self.mass.rows.len()
+    }
+
+    /// The right-hand sides of all rows: those of the constraints, after zeros for the speeds.
+    fn padded(&self, g: &Graph, right: &[NodeId]) -> Vec<NodeId> {
+        let mut all = vec![g.zero(); self.jacobian.rows.len() - right.len()];
+        all.extend(right);
+        all
     }
 
     /// The blocks: rows and dependent coordinates.
@@ -86,9 +149,10 @@ impl NullSpace {
         &self.partition.blocks
     }
 
-    /// q̈ and λ.
+    /// q̈ and λ. Where speeds lead, γ may begin with what of their rates does not come from q̈: every choice of it gives the same solution, some shorter ones.
     pub(super) fn solve(&self, g: &mut Graph, force: &[NodeId], gamma: &[NodeId]) -> (Vec<NodeId>, Vec<NodeId>) {
         let n = force.len();
+        let gamma = &self.padded(g, gamma)[..];
         // s, and Q − M s.
         let mut drift = Values::default();
         substitute(g, &self.jacobian, &self.partition.blocks, &self.blocks, &mut drift, Some(gamma));
@@ -101,19 +165,50 @@ impl NullSpace {
         let right: Vec<NodeId> = self.motions.iter().map(|motion| product(g, motion, &driving)).collect();
         let leading = self.reduced.solve(g, &right);
         let mut accelerations: Vec<NodeId> = (0..n).map(|k| drift.get(g, k)).collect();
+        if self.speeds > 0 {
+            accelerations = self.moved(g, &leading, gamma);
+        }
         // M q̈ − Q.
         let mut unbalanced: Vec<NodeId> = (0..n).map(|k| driving.get(g, k)).collect();
         unbalanced.iter_mut().for_each(|x| *x = g.neg(*x));
         for (a, (motion, momentum)) in leading.iter().zip(self.motions.iter().zip(&self.momenta)) {
-            for (sums, column) in [(&mut accelerations, motion), (&mut unbalanced, momentum)] {
-                add_multiple(g, sums, column, *a);
+            if self.speeds == 0 {
+                add_multiple(g, &mut accelerations, motion, *a);
             }
+            add_multiple(g, &mut unbalanced, momentum, *a);
         }
         (accelerations, self.multipliers(g, &unbalanced))
     }
 
+    /// q̈ of speeds that change by `leading` beside what `gamma` says, by one substitution instead of one for each column of R.
+    fn moved(&self, g: &mut Graph, leading: &[NodeId], gamma: &[NodeId]) -> Vec<NodeId> {
+        let mut right = gamma.to_vec();
+        for (right, own) in right.iter_mut().zip(leading) {
+            *right = g.add(*own, *right);
+        }
+        let mut moved = Values::default();
+        substitute(g, &self.jacobian, &self.partition.blocks, &self.blocks, &mut moved, Some(&right));
+        (0..gamma.len()).map(|k| moved.get(g, k)).collect()
+    }
+
+    /// RᵀM R.
+    pub(super) fn inertia(&self, g: &mut Graph) -> Vec<Vec<NodeId>> {
+        let row = |g: &mut Graph, motion: &Values| self.momenta.iter().map(|m| product(g, motion, m)).collect();
+        self.motions.iter().map(|motion| row(g, motion)).collect()
+    }
+
+    /// What moves where this row of the Jacobian is 1 and the others are 0: a column of its inverse, where speeds lead.
+    pub(super) fn moved_by(&self, g: &mut Graph, row: usize) -> Vec<NodeId> {
+        let n = self.jacobian.rows.len();
+        let unit: Vec<NodeId> = (0..n).map(|k| if k == row { g.one() } else { g.zero() }).collect();
+        let mut motion = Values::default();
+        substitute(g, &self.jacobian, &self.partition.blocks, &self.blocks, &mut motion, Some(&unit));
+        (0..n).map(|k| motion.get(g, k)).collect()
+    }
+
     /// δ = R δ_i + s with (Rᵀ M R) δ_i = −(M R)ᵀ s: M itself is not read any more.
     pub(super) fn correct(&self, g: &mut Graph, right: &[NodeId]) -> Vec<NodeId> {
+        let right = &self.padded(g, right)[..];
         let mut whole = Values::default();
         substitute(g, &self.jacobian, &self.partition.blocks, &self.blocks, &mut whole, Some(right));
         let against = |g: &mut Graph, momentum: &Values| {
@@ -146,7 +241,7 @@ impl NullSpace {
             found.into_iter().for_each(|(row, value)| multipliers[row] = Some(value));
         }
         let zero = g.zero();
-        multipliers.into_iter().map(|x| x.unwrap_or(zero)).collect()
+        multipliers.into_iter().skip(self.speeds).map(|x| x.unwrap_or(zero)).collect()
     }
 }
 

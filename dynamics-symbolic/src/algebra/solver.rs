@@ -70,7 +70,29 @@ impl Solver {
         NullSpace::new(g, &mass, &jacobian, &partition).map(|reduced| Self(Way::Blocks(Box::new(reduced))))
     }
 
-    /// q̈ (N) and λ (R) with M q̈ − Φ_qᵀλ = `force`, Φ_q q̈ = `gamma`.
+    /// Led by the first `speeds` rows of `kinematics`: the gradients of speeds by the velocities, then Φ_q, N rows in all. `None` where they do not determine
+    /// all velocities in any state, or where the speeds have no inertia.
+    #[must_use]
+    pub fn by_speeds(g: &mut Graph, mass: &[Vec<NodeId>], kinematics: &[Vec<NodeId>], speeds: usize) -> Option<Self> {
+        let (mass, kinematics) = (Sparse::new(g, mass, mass.len()), Sparse::new(g, kinematics, mass.len()));
+        NullSpace::by_speeds(g, &mass, &kinematics, speeds).map(|reduced| Self(Way::Blocks(Box::new(reduced))))
+    }
+
+    /// The inertia of what leads, and the columns of the inverse of `kinematics`: what moves where one row is 1 and the others are 0. Empty where
+    /// no speeds lead.
+    #[must_use]
+    pub fn led(&self, g: &mut Graph) -> (Vec<Vec<NodeId>>, Vec<Vec<NodeId>>) {
+        match &self.0 {
+            Way::Blocks(reduced) if reduced.speeds() > 0 => {
+                let inertia = reduced.inertia(g);
+                (inertia, (0..reduced.coordinates()).map(|row| reduced.moved_by(g, row)).collect())
+            }
+            _ => (Vec::new(), Vec::new()),
+        }
+    }
+
+    /// q̈ (N) and λ (R) with M q̈ − Φ_qᵀλ = `force`, Φ_q q̈ = `gamma`. Where speeds lead, `gamma` may begin with −Ẏq̇ − ẏ of each: that changes the form of the
+    /// solution, not the solution.
     #[must_use]
     pub fn solve(&self, g: &mut Graph, force: &[NodeId], gamma: &[NodeId]) -> (Vec<NodeId>, Vec<NodeId>) {
         match &self.0 {
@@ -93,6 +115,7 @@ impl Solver {
     pub fn elimination(&self) -> Elimination {
         match &self.0 {
             Way::MinimumDegree(_) => Elimination::MinimumDegree,
+            Way::Blocks(reduced) if reduced.speeds() > 0 => Elimination::Speeds,
             Way::Blocks(reduced) => Elimination::Blocks(reduced.blocks().to_vec()),
         }
     }
@@ -100,6 +123,9 @@ impl Solver {
     /// Whether what a row's pivots are compared with stays where the row vanishes: a constant.
     fn sees_length(&self, g: &Graph, row: usize) -> bool {
         let Way::Blocks(reduced) = &self.0 else { return false };
+        if reduced.speeds() > 0 {
+            return false;
+        }
         let Some((rows, _)) = reduced.blocks().iter().find(|(rows, _)| rows.contains(&row)) else { return false };
         let within = |guard: &&Guard| matches!(guard.of, Guarded::Row(row) if rows.contains(&row));
         reduced.guards.iter().filter(within).all(|guard| g.is_constant(guard.scale))
@@ -139,33 +165,65 @@ pub fn unroll(
     states: &[&dyn Bindings],
     limit: usize,
 ) -> Result<(Unrolled, Solver), Stuck> {
-    let (n, r) = (system.mass.len(), system.jacobian.len());
     let short = Short::new(g, system);
     let solver = short.solver(g, states)?;
-    let (accelerations, multipliers) = solver.solve(g, &short.force, &short.gamma);
-    let mut guards = solver.guards().to_vec();
-    guards.extend(short.cancelled(g));
-    let unseen: Vec<bool> = (0..r).map(|row| !solver.sees_length(g, row)).collect();
-    guards.extend(lengths::guards(g, &short.jacobian, |row| unseen[row]));
-    let checked: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
-    let shared = share(g, &[&accelerations[..], &multipliers, &checked].concat());
-    let operations = g.operations(&shared);
-    if operations > limit {
-        return Err(Stuck::TooLarge(operations));
-    }
-    let given: Vec<NodeId> = system.numbers.iter().map(|row| g.symbol(Symbol::Multiplier(*row as u32))).collect();
-    let delta = solver.correct(g, &given);
-    // A program of its own: what it shares with the other is no gain to it.
-    let corrected = share(g, &[&delta[..], &checked].concat());
-    let unrolled = Unrolled {
-        elimination: solver.elimination(),
-        accelerations: shared[..n].to_vec(),
-        multipliers: shared[n..n + r].to_vec(),
-        guards: renewed(&guards, &shared[n + r..]),
-        correction: corrected[..n].to_vec(),
-        correction_guards: renewed(&guards, &corrected[n..]),
-    };
+    let solution = solver.solve(g, &short.force, &short.gamma);
+    let unrolled = short.finished(g, &solver, solution, system.numbers, limit)?;
     Ok((unrolled, solver))
+}
+
+/// The same, led by the first rows of `kinematics`, whose `drift` −Ẏq̇ − ẏ has as many elements as there are speeds; or none.
+///
+/// # Errors
+/// As for [`unroll`].
+pub fn unroll_by_speeds(
+    g: &mut Graph,
+    system: &Constrained,
+    (kinematics, speeds): (&[Vec<NodeId>], usize),
+    drift: &[NodeId],
+    limit: usize,
+) -> Result<(Unrolled, Solver), Stuck> {
+    let short = Short::new(g, system);
+    let solver = Solver::by_speeds(g, system.mass, kinematics, speeds).ok_or(Stuck::NoPivots)?;
+    let solution = solver.solve(g, system.force, &[drift, system.gamma].concat());
+    let unrolled = short.finished(g, &solver, solution, system.numbers, limit)?;
+    Ok((unrolled, solver))
+}
+
+impl Short {
+    /// The solution with its guards, in shared forms.
+    fn finished(
+        &self,
+        g: &mut Graph,
+        solver: &Solver,
+        (accelerations, multipliers): (Vec<NodeId>, Vec<NodeId>),
+        numbers: &[usize],
+        limit: usize,
+    ) -> Result<Unrolled, Stuck> {
+        let (n, r) = (accelerations.len(), multipliers.len());
+        let mut guards = solver.guards().to_vec();
+        guards.extend(self.cancelled(g));
+        let unseen: Vec<bool> = (0..r).map(|row| !solver.sees_length(g, row)).collect();
+        guards.extend(lengths::guards(g, &self.jacobian, |row| unseen[row]));
+        let checked: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
+        let shared = share(g, &[&accelerations[..], &multipliers, &checked].concat());
+        let operations = g.operations(&shared);
+        if operations > limit {
+            return Err(Stuck::TooLarge(operations));
+        }
+        let given: Vec<NodeId> = numbers.iter().map(|row| g.symbol(Symbol::Multiplier(*row as u32))).collect();
+        let delta = solver.correct(g, &given);
+        // A program of its own: what it shares with the other is no gain to it.
+        let corrected = share(g, &[&delta[..], &checked].concat());
+        Ok(Unrolled {
+            elimination: solver.elimination(),
+            accelerations: shared[..n].to_vec(),
+            multipliers: shared[n..n + r].to_vec(),
+            guards: renewed(&guards, &shared[n + r..]),
+            correction: corrected[..n].to_vec(),
+            correction_guards: renewed(&guards, &corrected[n..]),
+        })
+    }
 }
 
 /// Guards with other nodes of the same values.

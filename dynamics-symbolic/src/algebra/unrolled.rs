@@ -9,6 +9,8 @@ pub enum Elimination {
     MinimumDegree,
     /// Dependent coordinates in blocks of rows first (null space): (rows, dependent coordinates) of each block in order.
     Blocks(Vec<(Vec<usize>, Vec<usize>)>),
+    /// The declared speeds lead, and all coordinates follow from them and the constraints.
+    Speeds,
 }
 
 /// What a guard belongs to.

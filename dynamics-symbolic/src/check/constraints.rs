@@ -4,14 +4,14 @@
 //! solver would at best say so in terms of matrices. Here it is said in terms of the declarations, before anything runs.
 
 mod analysis;
-mod contents;
+pub(super) mod contents;
 mod effect;
 pub(super) mod exact;
 mod finding;
 mod generic;
 mod inertia;
 mod integrable;
-mod linear;
+pub(super) mod linear;
 mod loops;
 mod manifold;
 mod newton;

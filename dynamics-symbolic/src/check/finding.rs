@@ -82,6 +82,35 @@ pub enum Finding {
         /// Declarations of the coordinates involved.
         origins: Vec<Origin>,
     },
+    /// A speed that is not linear in the velocities.
+    SpeedNotLinear {
+        /// Its name, array elements as `w[0]`.
+        name: String,
+        /// Its declaration.
+        origin: Origin,
+    },
+    /// More or fewer speeds than the constraints leave velocities free.
+    SpeedsCount {
+        /// How many are declared.
+        speeds: usize,
+        /// How many there have to be.
+        needed: usize,
+        /// Number of coordinates.
+        coordinates: usize,
+        /// Independent rows of constraints that always hold.
+        rank: usize,
+        /// Declaration of the first.
+        origin: Origin,
+    },
+    /// A speed that follows from others and the constraints, so that some velocities follow from none.
+    SpeedDependent {
+        /// Its name.
+        name: String,
+        /// The speeds and constraint rows that it follows from.
+        of: Vec<String>,
+        /// Its declaration.
+        origin: Origin,
+    },
     /// A mistake in the constraints.
     Constraint(ConstraintFinding),
 }

@@ -105,6 +105,7 @@ fn roots(model: &Model) -> Vec<NodeId> {
     }
     roots.extend(model.constraints.iter().flat_map(|c| &c.components).map(|(_, node)| *node));
     roots.extend(model.outputs.iter().flat_map(|o| &o.components).map(|(_, node)| *node));
+    roots.extend(model.speeds.iter().map(|s| s.node));
     roots.extend(model.events.iter().map(|e| e.node));
     roots
 }

@@ -69,7 +69,7 @@ fn named_rows(c: &Constraint) -> impl Iterator<Item = Named> {
 }
 
 /// Φ_t joined by b. Φ_t is a partial derivative; b is what is left of a row at rest.
-fn offsets(g: &mut Graph, places: &[NodeId], velocities: &[NodeId]) -> Vec<NodeId> {
+pub(super) fn offsets(g: &mut Graph, places: &[NodeId], velocities: &[NodeId]) -> Vec<NodeId> {
     let mut offsets = directional(g, places, &mut |g, s| (s == Symbol::Time).then(|| g.one()));
     for row in velocities {
         let zero = g.zero();
@@ -94,7 +94,7 @@ fn less_linear_part(g: &mut Graph, row: NodeId) -> NodeId {
 }
 
 /// Φ_q joined by A: a reverse sweep per row, which visits only what the row is made of.
-fn jacobian(g: &mut Graph, places: &[NodeId], velocities: &[NodeId], n: usize) -> Vec<Vec<NodeId>> {
+pub(super) fn jacobian(g: &mut Graph, places: &[NodeId], velocities: &[NodeId], n: usize) -> Vec<Vec<NodeId>> {
     let one = g.one();
     let (q, u) = (symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate));
     let mut rows: Vec<Vec<NodeId>> = places.iter().map(|row| gradient(g, &[(*row, one)], &q)).collect();

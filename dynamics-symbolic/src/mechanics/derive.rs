@@ -13,6 +13,7 @@ use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
 use super::levers::levers;
 use super::model::{Energy, EnergyRole, Force, Model, Output};
 use super::solution::{Manifold, Solved, with_constraints};
+use super::speeds::{Beside, Speeds};
 use super::velocity_form::VelocityForm;
 
 /// Why equations could not be derived.
@@ -45,6 +46,7 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
 pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Underivable> {
     let n = model.coordinates.len();
     let rows = Rows::of(model);
+    let speeds = Speeds::of(model);
     let mut energies = Energies::sum(&mut model.graph, &model.energies);
     let tree = Tree::of(model, energies.kinetic, energies.potential);
     let g = &mut model.graph;
@@ -61,10 +63,21 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     let (inertia, free_force) = parts.balance(g, &applied, n);
     let mut powers = powers(g, &applied, energies.lagrangian);
     powers.extend(rows.iter().flat_map(|rows| constraints::powers(g, &model.constraints, &rows.velocity_offset)));
+    let unsolved = speeds.is_some().then(|| g.clone());
     let solved = match &rows {
         Some(rows) => Solved::constrained(g, &inertia, rows, manifold),
         None => Solved::free(g, &inertia, &|g| parts.levers(g, &applied, n))?,
     };
+    let (solved, leads) = match (&speeds, unsolved) {
+        (Some(speeds), Some(unsolved)) if !model.constraints.iter().any(|c| c.switched || c.redundant) => {
+            let mut before = unsolved;
+            let given = energies.given(&mut before, &applied, n);
+            let beside = Beside { inertia: &inertia, rows: rows.as_ref(), given: given.as_deref() };
+            speeds.lead(g, solved, &before, &beside)
+        }
+        _ => (solved, false),
+    };
+    let speeds = speeds.map(|speeds| speeds.into_equations(g, &solved, leads));
     let energy_function = energy_function(g, &inertia.momenta, energies.lagrangian);
     let swept: Residual = &|g| {
         let inverse = parts.inverse(g, n);
@@ -101,6 +114,7 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         events,
         outputs_use_accelerations,
         events_use_accelerations,
+        speeds,
         constraints,
     })
 }
@@ -221,6 +235,17 @@ impl Energies {
         g.add(kinetic, potential);
         let natural = g.sub(kinetic, potential);
         Self { kinetic, potential, direct, lagrangian: g.add(natural, direct) }
+    }
+
+    /// Forces that are no inertia: −∂V/∂q and what is applied; `None` where L is given directly, which tells no V.
+    fn given(&self, g: &mut Graph, applied: &[(String, Vec<NodeId>)], n: usize) -> Option<Vec<NodeId>> {
+        if !g.is_zero(self.direct) {
+            return None;
+        }
+        let minus = g.integer(-1);
+        let coordinates: Vec<Symbol> = (0..n as u32).map(Symbol::Coordinate).collect();
+        let own = gradient(g, &[(self.potential, minus)], &coordinates);
+        Some(applied.iter().fold(own, |total, (_, part)| each(g, &total, part, Graph::add)))
     }
 
     /// T and V, where the model gives nothing else.

@@ -129,6 +129,8 @@ pub struct Equations {
     pub outputs_use_accelerations: bool,
     /// Likewise for events.
     pub events_use_accelerations: bool,
+    /// The generalized speeds; `None` without any.
+    pub speeds: Option<SpeedEquations>,
     /// What follows from the constraints; `None` without any. Where there are some, outputs, events and powers keep the symbols of
     /// accelerations and multipliers: the solution is put in at run time.
     pub constraints: Option<ConstraintEquations>,
@@ -154,6 +156,19 @@ impl Equations {
         let free = self.mass_matrix.iter().flatten().chain(&self.generalized_force);
         free.chain(of_rows).any(|id| g.dependence(*id).on(Dependence::TIME))
     }
+}
+
+/// Generalized speeds u = Y q̇ + y; N coordinates, S speeds.
+#[derive(Clone, Debug)]
+pub struct SpeedEquations {
+    /// u, S.
+    pub values: Vec<NodeId>,
+    /// Y = ∂u/∂q̇, S×N.
+    pub jacobian: Vec<Vec<NodeId>>,
+    /// y = u at rest, S.
+    pub offset: Vec<NodeId>,
+    /// BᵀM B, S×S, where the equations are solved for u̇ because that takes fewer operations; else `None`.
+    pub inertia: Option<Vec<Vec<NodeId>>>,
 }
 
 /// What follows from the constraints; N coordinates, R rows, the first H of them holonomic. λ of a row is `Symbol::Multiplier`.

@@ -14,6 +14,8 @@ pub struct Model {
     pub graph: Graph,
     /// Generalized coordinates, arrays flattened, in the order of q.
     pub coordinates: Vec<Coordinate>,
+    /// Generalized speeds, arrays flattened; together with the constraints that always hold they determine all velocities.
+    pub speeds: Vec<Speed>,
     /// Inputs, arrays flattened.
     pub inputs: Vec<Input>,
     /// Scalar parameters; arrays, vectors, matrices flattened.
@@ -63,6 +65,19 @@ named! {
     Parameter,
     /// A smooth function among the parameters.
     Function
+}
+
+/// A generalized speed u = Y(q,t) q̇ + y(q,t), which need not be the derivative of anything.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Speed {
+    /// The user's name, array elements as `w[0]`.
+    pub name: String,
+    /// Unit as text for reports, empty where unknown or 1.
+    pub unit: String,
+    /// Its value, linear in the velocities.
+    pub node: NodeId,
+    /// Where it was declared.
+    pub origin: Origin,
 }
 
 /// Three coordinates by which something turns, each about the axes that the turns before it left: a 3-1-3 set.

@@ -24,7 +24,7 @@ pub struct Manifold<'a> {
 }
 
 /// Operations of an unrolled solution above which the general solver, which works on arrays, takes over: what can be emitted.
-const LIMIT: usize = 20_000;
+pub(super) const LIMIT: usize = 20_000;
 
 /// Through levers one joint waits for the next, whereas the columns of M are independent of each other: that often cheaper they have to be. A
 /// cart with ten links took 1.2 times as long through levers, with half of the operations.
@@ -35,7 +35,12 @@ const RODS: f64 = 1.5;
 /// The solved equations.
 pub(super) enum Solved {
     /// M⁻¹Q, without constraints.
-    Free { accelerations: Vec<NodeId>, pivots: Vec<(usize, NodeId, NodeId)> },
+    Free {
+        accelerations: Vec<NodeId>,
+        pivots: Vec<(usize, NodeId, NodeId)>,
+        /// What solves for other right-hand sides, where speeds lead.
+        solver: Option<Box<Solver>>,
+    },
     /// With constraints, on the graph.
     Unrolled(Box<Unrolled>, Box<Solver>),
     /// With constraints, at run time.
@@ -83,7 +88,7 @@ impl Solved {
         };
         let solved = solved.map_or_else(|| through_mass(g), Ok);
         let Stationary { unknowns, pivots } = solved.map_err(Underivable::Singular)?;
-        Ok(Self::Free { accelerations: unknowns, pivots })
+        Ok(Self::Free { accelerations: unknowns, pivots, solver: None })
     }
 
     /// Solves equations with constraints. Inertia is then a matter of the directions that they leave.
@@ -112,9 +117,35 @@ impl Solved {
 
     /// q̈ and pivots of a model without constraints.
     pub(super) fn free_results(&self) -> Vec<NodeId> {
-        let Self::Free { accelerations, pivots } = self else { return Vec::new() };
+        let Self::Free { accelerations, pivots, .. } = self else { return Vec::new() };
         let pivots = pivots.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]);
         accelerations.iter().copied().chain(pivots).collect()
+    }
+
+    /// q̈, then λ; `None` where the general solver finds them.
+    pub(super) fn unknowns(&self) -> Option<Vec<NodeId>> {
+        match self {
+            Self::Free { accelerations, .. } => Some(accelerations.clone()),
+            Self::Unrolled(unrolled, _) => Some([unrolled.accelerations.as_slice(), &unrolled.multipliers].concat()),
+            Self::General(_) => None,
+        }
+    }
+
+    /// All that a program of the solution returns; `None` where the general solver finds it.
+    pub(super) fn results(&self) -> Option<Vec<NodeId>> {
+        let Self::Unrolled(unrolled, _) = self else {
+            return self.free_accelerations().map(|_| self.free_results());
+        };
+        let guards = unrolled.guards.iter().flat_map(|guard| [guard.pivot, guard.scale]);
+        Some(self.unknowns()?.into_iter().chain(guards).collect())
+    }
+
+    /// The inertia of the speeds, where they lead.
+    pub(super) fn led(&self, g: &mut Graph) -> Option<Vec<Vec<NodeId>>> {
+        match self {
+            Self::Free { solver: Some(solver), .. } | Self::Unrolled(_, solver) => Some(solver.led(g).0),
+            _ => None,
+        }
     }
 
     /// q̈ of a model without constraints.
@@ -171,7 +202,13 @@ impl Solved {
         size: (usize, usize),
     ) -> Result<Result<Jacobians, Withheld>, Underivable> {
         match (self, rows) {
-            (Self::Free { accelerations, .. }, _) => {
+            (Self::Free { accelerations, solver: Some(solver), .. }, _) => {
+                let entered: Residual = &|g| residual_by_entries(g, &inertia.mass, &inertia.force);
+                let solve = |g: &mut Graph, right: &[NodeId]| solver.solve(g, right, &[]).0;
+                let solved = SolvedFor { accelerations, multipliers: &[], solve: &solve };
+                withheld(jacobians(g, &[swept, entered], sweep, &solved, size))
+            }
+            (Self::Free { accelerations, solver: None, .. }, _) => {
                 // Pivots stand in the graph already, whichever way they were found.
                 let factors = Factors::new(g, &inertia.mass).map_err(Underivable::Singular)?;
                 let entered: Residual = &|g| residual_by_entries(g, &inertia.mass, &inertia.force);

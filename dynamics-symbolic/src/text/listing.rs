@@ -17,6 +17,7 @@ const PRINTED_AT_ALL: usize = 4000;
 pub fn listing(model: &Model, equations: &Equations, programs: &[&Program]) -> String {
     let mut out = format!("listing of {}\n", model.name);
     header(&mut out, "coordinates", model.coordinates.iter().map(|c| (&c.name, &c.unit)));
+    header(&mut out, "speeds", model.speeds.iter().map(|c| (&c.name, &c.unit)));
     header(&mut out, "inputs", model.inputs.iter().map(|c| (&c.name, &c.unit)));
     header(&mut out, "parameters", model.parameters.iter().map(|c| (&c.name, &c.unit)));
     header(&mut out, "functions", model.functions.iter().map(|c| (&c.name, &c.unit)));
@@ -104,7 +105,12 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
     let of_inertia = |p: &Pivot| {
         let (name, i) = (q[p.coordinate], p.coordinate);
         let [held, own] = [p.diagonal, equations.mass_matrix[i][i]].map(|node| model.graph.fingerprint(node));
-        let compared = if held == own { format!("M[{name}, {name}]") } else { format!("rod[{name}]") };
+        let led = equations.speeds.as_ref().is_some_and(|s| s.inertia.is_some());
+        let compared = match held == own {
+            true => format!("M[{name}, {name}]"),
+            false if led => format!("scale[{name}]"),
+            false => format!("rod[{name}]"),
+        };
         [format!("pivot[{name}]"), compared]
     };
     let (program, solution) = solution_of(model, equations, program);
@@ -129,6 +135,11 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
         "potential_energy" => vec!["V".to_owned()],
         "conserved" => own(&mut equations.conserved.iter().map(|c| c.name.clone())),
         "powers" => own(&mut equations.powers.iter().map(|p| format!("power of {}", p.name))),
+        "speeds" => {
+            let name = |by: &dyn Fn(&str) -> String| model.speeds.iter().map(|s| by(&s.name)).collect::<Vec<_>>();
+            let slopes = model.speeds.iter().flat_map(|s| q.iter().map(move |n| format!("d {} / d {n}'", s.name)));
+            [name(&|s| s.to_owned()), slopes.collect(), name(&|s| format!("offset[{s}]"))].concat()
+        }
         "outputs" => [own(&mut equations.outputs.iter().map(|o| o.name.clone())), pivots].concat(),
         "events" => [own(&mut equations.events.iter().map(|e| e.name.clone())), pivots].concat(),
         "state_jacobian" => {

@@ -4,7 +4,7 @@ use crate::check::Analysis;
 use crate::check::hazards::Hazards;
 use crate::check::structure::{Linearity, Pattern, Structure};
 use crate::graph::{Dependence, Graph, Node, NodeId};
-use crate::mechanics::{Derivation, Equations, Model, Named, Withheld};
+use crate::mechanics::{Derivation, Equations, Model, Named, SpeedEquations, Withheld};
 use crate::schedule::Program;
 
 use super::formula::Formulas;
@@ -74,6 +74,9 @@ fn declared(out: &mut String, model: &Model) {
     entry(out, heading, &list(coordinates));
     let parameters = model.parameters.iter().map(|c| (c.name.as_str(), c.unit.as_str()));
     entry(out, "parameters", &list(parameters));
+    if !model.speeds.is_empty() {
+        entry(out, "speeds", &list(model.speeds.iter().map(|c| (c.name.as_str(), c.unit.as_str()))));
+    }
     if !model.functions.is_empty() {
         entry(out, "functions", &list(model.functions.iter().map(|c| (c.name.as_str(), c.unit.as_str()))));
     }
@@ -118,6 +121,9 @@ fn derived(out: &mut String, model: &Model, equations: &Equations, structure: &S
     };
     entry(out, "derivation", derivation);
     entry(out, "mass matrix", &mass_matrix(model, equations, structure));
+    if let Some(speeds) = &equations.speeds {
+        entry(out, "solved in", &solved_in(model, speeds));
+    }
     entry(out, "equations", &kind(structure));
     let name = |i: &usize| (model.coordinates[*i].name.as_str(), "");
     if structure.subsystems.len() > 1 {
@@ -174,6 +180,20 @@ fn mass_matrix(model: &Model, equations: &Equations, structure: &Structure) -> S
         String::new()
     };
     format!("{n} x {n}, {pattern}, {depends}{some}")
+}
+
+/// Whether the equations are those of the speeds, and with which inertia.
+fn solved_in(model: &Model, speeds: &SpeedEquations) -> String {
+    let Some(inertia) = &speeds.inertia else {
+        return "coordinates, which takes no more operations than the speeds".to_owned();
+    };
+    let g = &model.graph;
+    let (size, all) = (inertia.len(), inertia.iter().flatten());
+    let depends = all.clone().fold(Dependence::NONE, |d, id| d.with(g.dependence(*id)));
+    let apart = inertia.iter().enumerate().all(|(i, row)| row.iter().enumerate().all(|(j, x)| i == j || g.is_zero(*x)));
+    let shape = if apart && size > 1 { ", diagonal" } else { "" };
+    let depends = what(depends).map_or_else(|| "constant".to_owned(), |on| format!("depends on {on}"));
+    format!("the speeds, with inertia {size} x {size}{shape}, {depends}")
 }
 
 /// `coordinates and time`; `None` for nothing but parameters.

@@ -201,6 +201,7 @@ impl Emission<'_> {
             Elimination::MinimumDegree => {
                 "accelerations and multipliers together, those with the fewest neighbours first".to_owned()
             }
+            Elimination::Speeds => "the declared speeds lead".to_owned(),
             Elimination::Blocks(blocks) => {
                 let dependent = |i: &usize| blocks.iter().any(|(_, dependent)| dependent.contains(i));
                 let all = self.compiled.model.coordinates.iter().enumerate();

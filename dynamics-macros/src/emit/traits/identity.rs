@@ -10,6 +10,7 @@ use super::super::{Surface, local, plain, quiet};
 #[derive(Default)]
 pub(in super::super) struct Names {
     coordinates: Vec<(String, String)>,
+    speeds: Vec<(String, String)>,
     inputs: Vec<(String, String)>,
     parameters: Vec<(String, String)>,
 }
@@ -19,6 +20,7 @@ impl Names {
     pub(in super::super) fn of(model: &dynamics_symbolic::mechanics::Model) -> Self {
         Self {
             coordinates: model.coordinates.iter().map(|c| (c.name.clone(), c.unit.clone())).collect(),
+            speeds: model.speeds.iter().map(|c| (c.name.clone(), c.unit.clone())).collect(),
             inputs: model.inputs.iter().map(|c| (c.name.clone(), c.unit.clone())).collect(),
             parameters: model.parameters.iter().map(|c| (c.name.clone(), c.unit.clone())).collect(),
         }
@@ -37,7 +39,11 @@ pub(in super::super) fn named(surface: &Surface, names: &Names) -> TokenStream {
     let list = |named: &[(String, String)]| quantities(&private, named.iter().map(|(n, u)| (n.as_str(), u.as_str())));
     let (coordinates, inputs, parameters) = (list(&names.coordinates), list(&names.inputs), list(&names.parameters));
     let quantity_list = quote!(&'static [#private::Quantity]);
+    // Most models have none, and the trait says so.
+    let speeds = (!names.speeds.is_empty()).then(|| list(&names.speeds));
+    let speeds = speeds.map(|speeds| quote!(const SPEEDS: #quantity_list = #speeds;));
     quote! {
+        #speeds
         const COORDINATES: #quantity_list = #coordinates;
         const INPUTS: #quantity_list = #inputs;
         const PARAMETERS: #quantity_list = #parameters;

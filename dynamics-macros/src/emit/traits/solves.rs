@@ -70,11 +70,12 @@ impl Emission<'_> {
         let (parameter, derivatives, series) = (self.parameter(), self.derivatives(), self.series(&staged));
         let (operations, angle_sets) = (self.operations(), self.angle_sets());
         let (f9, kinks) = self.kinks();
+        let (f10, speeds) = self.speeds();
         let velocities = self.compiled.equations.has_velocity_forces(self.access.graph);
         let time = self.compiled.equations.has_explicit_time(self.access.graph);
         quote! {
             use #private::{Model, Result, Result::{Ok, Err}};
-            #f1 #f2 #f3 #f4 #f5 #f6 #f7 #f8 #f9
+            #f1 #f2 #f3 #f4 #f5 #f6 #f7 #f8 #f9 #f10
             impl #private::Dynamics for #model {
                 type Constants = [#f64; #count];
                 #quantities
@@ -83,7 +84,7 @@ impl Emission<'_> {
                 #angle_sets
                 const VELOCITY_FORCES: #private::bool = #velocities;
                 const EXPLICIT_TIME: #private::bool = #time;
-                #parameter #constants #accelerations #derivatives #mass #force #momenta #rates #energy #conserved #kinks #series
+                #parameter #constants #accelerations #derivatives #mass #force #momenta #rates #energy #conserved #speeds #kinks #series
             }
         }
     }
@@ -96,6 +97,28 @@ impl Emission<'_> {
         }
         let count = program.cost.total();
         quote!(const OPERATIONS: #private::Option<#private::usize> = #private::Option::Some(#count);)
+    }
+
+    /// `fn speeds` and `fn speed_equations`, where there are some.
+    fn speeds(&self) -> (TokenStream, TokenStream) {
+        let (program, count) = (&self.compiled.programs.speeds, self.compiled.model.speeds.len());
+        if count == 0 {
+            return (TokenStream::new(), TokenStream::new());
+        }
+        let (at_state, prologue, values, f64) = (self.at_state(), self.prologue(), local("values"), self.float());
+        let part = |name: &str, range| {
+            let program = Program { name: name.to_owned(), ..program.clone() };
+            let Printed { functions, statements, results } = self.body(&[]).part(&program, range);
+            let (name, write) = (local(name), self.write(&quote!(#values), &results));
+            let method = quote! {
+                #[inline]
+                fn #name(#at_state, #values: &mut [#f64]) { #prologue #statements #write }
+            };
+            (functions, method)
+        };
+        let (f1, own) = part("speeds", 0..count);
+        let (f2, equations) = part("speed_equations", count..program.results.len());
+        (quote!(#f1 #f2), quote!(#own #equations))
     }
 
     /// `const ANGLE_SETS`, where coordinates turn something.

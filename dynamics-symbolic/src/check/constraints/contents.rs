@@ -9,7 +9,7 @@ use crate::mechanics::Model;
 use super::finding::ConstraintFinding;
 
 /// What no row may contain, with the reason.
-const FOREIGN: [(Dependence, &str, &str); 4] = [
+pub(in crate::check) const FOREIGN: [(Dependence, &str, &str); 4] = [
     (Dependence::ACCELERATIONS, "accelerations", "they are what the constraints decide"),
     (Dependence::MULTIPLIERS, "reactions", "they are what holds the constraints"),
     (Dependence::INPUTS, "inputs", "its time derivatives would contain their rates, which are not known"),

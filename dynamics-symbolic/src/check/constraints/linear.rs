@@ -21,13 +21,13 @@ pub(super) fn linear(model: &Model, found: &mut Vec<ConstraintFinding>) {
     }
 }
 
-fn is_rate(s: Symbol) -> bool {
+pub(in crate::check) fn is_rate(s: Symbol) -> bool {
     matches!(s, Symbol::Rate(_))
 }
 
 /// Whether the gradient by the velocities does not depend on them. Differences say nothing of choices, which are opaque to samples; the gradient
 /// of a choice is a choice between gradients, the same for all velocities where its branches are linear and its condition is free of them.
-fn steady_slope(model: &Model, node: NodeId) -> bool {
+pub(in crate::check) fn steady_slope(model: &Model, node: NodeId) -> bool {
     let mut g = model.graph.clone();
     let one = g.one();
     let rates: Vec<Symbol> = (0..model.coordinates.len() as u32).map(Symbol::Rate).collect();

@@ -193,7 +193,7 @@ fn found_loops(out: &mut String, model: &Model, derived: &ConstraintEquations, a
                 let own = blocks.iter().filter(|(rows, _)| holonomic(rows));
                 own.map(|(rows, coordinates)| Loop { rows: rows.clone(), coordinates: coordinates.clone() }).collect()
             }
-            Elimination::MinimumDegree => structural(model, derived, analysis),
+            Elimination::MinimumDegree | Elimination::Speeds => structural(model, derived, analysis),
         },
         Solution::General(_) => structural(model, derived, analysis),
     };
@@ -349,8 +349,12 @@ fn while_released(model: &Model, derived: &ConstraintEquations) -> String {
 
 /// How generated code eliminates.
 fn order(model: &Model, elimination: &Elimination) -> String {
-    let Elimination::Blocks(blocks) = elimination else {
-        return "for accelerations and multipliers together, those with the fewest neighbours first".to_owned();
+    let blocks = match elimination {
+        Elimination::Blocks(blocks) => blocks,
+        Elimination::MinimumDegree => {
+            return "for accelerations and multipliers together, those with the fewest neighbours first".to_owned();
+        }
+        Elimination::Speeds => return "the equations of motion for the speeds alone".to_owned(),
     };
     let dependent: Vec<usize> = blocks.iter().flat_map(|(_, c)| c.iter().copied()).collect();
     let free = model.coordinates.iter().enumerate().filter(|(j, _)| !dependent.contains(j));

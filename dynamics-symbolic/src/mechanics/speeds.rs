@@ -1,0 +1,249 @@
+//! Generalized speeds that need not be derivatives of coordinates, u = Y(q,t) q̇ + y(q,t): components of an angular velocity in the body, the speed of a skate.
+//!
+//! With the constraints' rows below them, K = (Y; Φ_q; A), they determine all velocities: K q̇ + k = (u; 0). The columns of K⁻¹ are what the velocities are made of,
+//! B those of the speeds (Kane's partial velocities), and since Φ_q B = 0 the reactions drop out of
+//!
+//!   (BᵀM B) u̇ = Bᵀ(Q − M s),    K s = (−Ẏq̇ − ẏ; γ),    K q̈ = (u̇; 0) + (−Ẏq̇ − ẏ; γ).
+//!
+//! The same right-hand side as Boltzmann and Hamel have it, π = (u; 0) for short, f = M̄π with M̄ = K⁻ᵀM K⁻¹ and Q_V what is not of inertia:
+//!
+//!   BᵀQ_V − (H B)ᵀf − (Ṁ̄ π)_B + ½ Bᵀ∂(πᵀM̄π)/∂q,    H = K̇ − ∂(K q̇ + k)/∂q at fixed q̇.
+//!
+//! For a body's own components of its angular velocity M̄ is its inertia, H B = ω×, and these are Euler's equations. Both are built, the second first: where they are equal, by fingerprints,
+//! they are one node, in the form that was built first. What is taken is what is shortest, the solution in coordinates among it.
+//! Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972, chapter III; T. R. Kane, D. A. Levinson, *Dynamics: Theory and Applications*,
+//! McGraw-Hill 1985, chapter 6.
+
+use crate::algebra::{Constrained, Guard, Guarded, Solver, unroll_by_speeds};
+use crate::calculus::{directional, gradient, timeless};
+use crate::graph::{Dependence, Graph, Node, NodeId, Symbol, Unary};
+
+use super::constraints::{Rows, jacobian, offsets};
+use super::equations::SpeedEquations;
+use super::lagrange::{Inertia, symbols};
+use super::model::Model;
+use super::solution::{LIMIT, Solved};
+use super::velocity_form::transport;
+
+/// Most coordinates for which the form of Boltzmann and Hamel is tried: its terms grow with the cube.
+const SMALL: usize = 12;
+
+/// The speeds' own equations; N coordinates, S speeds.
+pub(super) struct Speeds {
+    /// u, S.
+    values: Vec<NodeId>,
+    /// Y, S×N.
+    jacobian: Vec<Vec<NodeId>>,
+    /// y, S.
+    offset: Vec<NodeId>,
+    /// −Ẏq̇ − ẏ, S.
+    drift: Vec<NodeId>,
+}
+
+/// What the solution is led by, beside the speeds.
+pub(super) struct Beside<'a> {
+    /// The equations in coordinates.
+    pub(super) inertia: &'a Inertia,
+    /// The constraints' rows, if there are some; none of them switched.
+    pub(super) rows: Option<&'a Rows>,
+    /// What of Q is no inertia; `None` where that cannot be told.
+    pub(super) given: Option<&'a [NodeId]>,
+}
+
+/// In which form the equations are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    /// s from γ alone: Q as it is in coordinates.
+    Projected,
+    /// s with the speeds' own drift.
+    Drifting,
+    /// The latter, after the form of Boltzmann and Hamel.
+    Hamel,
+}
+
+impl Speeds {
+    /// Of a model; `None` without any.
+    pub(super) fn of(model: &mut Model) -> Option<Self> {
+        let (n, values): (_, Vec<NodeId>) = (model.coordinates.len(), model.speeds.iter().map(|s| s.node).collect());
+        if values.is_empty() {
+            return None;
+        }
+        let g = &mut model.graph;
+        let rates = directional(g, &values, &mut transport);
+        let drift: Vec<NodeId> = rates.into_iter().map(|rate| g.neg(rate)).collect();
+        let (offset, jacobian) = (offsets(g, &[], &values), jacobian(g, &[], &values, n));
+        Some(Self {
+            values: timeless(g, &values),
+            jacobian: jacobian.iter().map(|row| timeless(g, row)).collect(),
+            offset: timeless(g, &offset),
+            drift: timeless(g, &drift),
+        })
+    }
+
+    /// The solution led by the speeds, in its shortest form, where that is shorter than `solved`; else this.
+    pub(super) fn lead(&self, g: &mut Graph, solved: Solved, unsolved: &Graph, beside: &Beside) -> (Solved, bool) {
+        let mut best = (solved.results().map_or(usize::MAX, |results| g.weight(&results)), None);
+        for form in [Form::Projected, Form::Drifting, Form::Hamel] {
+            // On a copy from before the solution in coordinates, whose forms would win where values are equal.
+            let mut trial = unsolved.clone();
+            let Some(found) = self.solve(&mut trial, beside, form) else { continue };
+            let weight = found.results().map_or(usize::MAX, |results| trial.weight(&results));
+            if weight < best.0 && same(g, &solved, &trial, &found) {
+                best = (weight, Some((found, trial)));
+            }
+        }
+        match best.1 {
+            Some((found, trial)) => {
+                *g = trial;
+                (found, true)
+            }
+            None => (solved, false),
+        }
+    }
+
+    /// K.
+    fn kinematics(&self, rows: Option<&Rows>) -> Vec<Vec<NodeId>> {
+        let of_rows = rows.map_or(&[][..], |rows| &rows.jacobian);
+        self.jacobian.iter().chain(of_rows).cloned().collect()
+    }
+
+    fn solve(&self, g: &mut Graph, beside: &Beside, form: Form) -> Option<Solved> {
+        let (inertia, kinematics) = (beside.inertia, self.kinematics(beside.rows));
+        let (n, speeds) = (inertia.force.len(), self.values.len());
+        if kinematics.len() != n {
+            return None;
+        }
+        if form == Form::Hamel {
+            self.hamel(g, beside, &kinematics)?;
+        }
+        let drift: &[NodeId] = if form == Form::Projected { &[] } else { &self.drift };
+        if let Some(rows) = beside.rows {
+            let numbers: Vec<usize> = (0..rows.named.len()).collect();
+            let system = Constrained {
+                mass: &inertia.mass,
+                force: &inertia.force,
+                jacobian: &rows.jacobian,
+                gamma: &rows.gamma,
+                numbers: &numbers,
+            };
+            let (unrolled, solver) = unroll_by_speeds(g, &system, (&kinematics, speeds), drift, LIMIT).ok()?;
+            return Some(Solved::Unrolled(Box::new(unrolled), Box::new(solver)));
+        }
+        let solver = Solver::by_speeds(g, &inertia.mass, &kinematics, speeds)?;
+        let (led, _) = solver.led(g);
+        // No general solver stands behind: it must not fail where M has an inverse. det M = (det K)² det M̄, so that where M̄ and K are finite everywhere
+        // K is singular only where M is.
+        let entries: Vec<NodeId> = led.iter().chain(&kinematics).flatten().copied().collect();
+        if !is_finite(g, &entries) {
+            return None;
+        }
+        let (accelerations, _) = solver.solve(g, &inertia.force, drift);
+        let coordinate = |of| match of {
+            Guarded::Coordinate(i) | Guarded::Row(i) => i,
+        };
+        let pivots = solver.guards().iter().map(|Guard { of, pivot, scale, .. }| (coordinate(*of), *pivot, *scale));
+        let pivots = pivots.collect();
+        Some(Solved::Free { accelerations, pivots, solver: Some(Box::new(solver)) })
+    }
+
+    /// Builds the right-hand side of Boltzmann and Hamel; `None` where there is none, as where T has terms of first degree in the speeds.
+    fn hamel(&self, g: &mut Graph, beside: &Beside, kinematics: &[Vec<NodeId>]) -> Option<()> {
+        let (given, inertia, n) = (beside.given?, beside.inertia, kinematics.len());
+        if n > SMALL {
+            return None;
+        }
+        let (_, columns) = Solver::by_speeds(g, &inertia.mass, kinematics, self.values.len())?.led(g);
+        let carried: Vec<Vec<NodeId>> =
+            columns.iter().map(|column| inertia.mass.iter().map(|row| dot(g, row, column)).collect()).collect();
+        let whole: Vec<Vec<NodeId>> =
+            (0..n).map(|i| (0..n).map(|k| dot(g, &columns[i.max(k)], &carried[i.min(k)])).collect()).collect();
+        let mut motions = self.values.clone();
+        motions.extend(beside.rows.iter().flat_map(|rows| &rows.velocity_residual));
+        let momenta: Vec<NodeId> = whole.iter().map(|row| dot(g, row, &motions)).collect();
+        for (momentum, column) in momenta.iter().zip(&columns) {
+            let own = dot(g, column, &inertia.momenta);
+            if g.fingerprint(own) != g.fingerprint(*momentum) {
+                return None;
+            }
+        }
+        // (H K⁻¹)ᵀ f, row by row of H.
+        let mut twisted = vec![g.zero(); self.values.len()];
+        for ((row, motion), momentum) in kinematics.iter().zip(&motions).zip(&momenta) {
+            let moved = directional(g, row, &mut transport);
+            let one = g.one();
+            let bent = gradient(g, &[(*motion, one)], &symbols(n, Symbol::Coordinate));
+            let apart: Vec<NodeId> = moved.into_iter().zip(bent).map(|(a, b)| g.sub(a, b)).collect();
+            for (sum, column) in twisted.iter_mut().zip(&columns) {
+                let share = dot(g, &apart, column);
+                let term = g.mul(share, *momentum);
+                *sum = g.add(*sum, term);
+            }
+        }
+        let entries = whole.concat();
+        let carried_on = directional(g, &entries, &mut transport);
+        for (r, (column, twisted)) in columns.iter().zip(twisted).enumerate() {
+            let driving = dot(g, column, given);
+            let driving = g.sub(driving, twisted);
+            let carried_on = dot(g, &carried_on[r * n..][..n], &motions);
+            let driving = g.sub(driving, carried_on);
+            let slope = half_square(g, &entries, column, &motions);
+            g.add(driving, slope);
+        }
+        Some(())
+    }
+
+    /// What is emitted and told; `leads`: whether the equations are solved by the speeds.
+    pub(super) fn into_equations(self, g: &mut Graph, solved: &Solved, leads: bool) -> SpeedEquations {
+        let Self { values, jacobian, offset, .. } = self;
+        let inertia = if leads { solved.led(g) } else { None };
+        SpeedEquations { values, jacobian, offset, inertia }
+    }
+}
+
+/// ½ Σ πᵢ πₖ ∂M̄ᵢₖ along `column`.
+fn half_square(g: &mut Graph, entries: &[NodeId], column: &[NodeId], motions: &[NodeId]) -> NodeId {
+    let along = |_: &mut Graph, s| match s {
+        Symbol::Coordinate(j) => Some(column[j as usize]),
+        _ => None,
+    };
+    let slopes = directional(g, entries, &mut { along });
+    let rows: Vec<NodeId> = slopes.chunks(motions.len()).map(|row| dot(g, row, motions)).collect();
+    let twice = dot(g, &rows, motions);
+    let half = g.number(crate::graph::Number::ratio(1, 2));
+    g.mul(half, twice)
+}
+
+/// Σ aᵢ bᵢ.
+fn dot(g: &mut Graph, a: &[NodeId], b: &[NodeId]) -> NodeId {
+    let mut sum = g.zero();
+    for (a, b) in a.iter().zip(b) {
+        let product = g.mul(*a, *b);
+        sum = g.add(sum, product);
+    }
+    sum
+}
+
+/// Whether two solutions have the same values: a wrong derivation would cost operations, never a wrong motion.
+fn same(g: &Graph, a: &Solved, trial: &Graph, b: &Solved) -> bool {
+    let (Some(a), Some(b)) = (a.unknowns(), b.unknowns()) else { return false };
+    a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| g.fingerprint(*a) == trial.fingerprint(*b))
+}
+
+/// Whether values are finite wherever coordinates and parameters are: sums and products of sines and cosines, divided by parameters at most.
+fn is_finite(g: &Graph, nodes: &[NodeId]) -> bool {
+    g.cone(nodes).into_iter().all(|id| {
+        g.is_constant(id)
+            || match g.node(id) {
+                Node::Div(_, b) => g.is_constant(b),
+                Node::Unary(f, _) => matches!(f, Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Atan | Unary::Abs),
+                Node::Binary(..) | Node::Select { .. } => false,
+                Node::Number(_)
+                | Node::Symbol(_)
+                | Node::Add(..)
+                | Node::Sub(..)
+                | Node::Mul(..)
+                | Node::Neg(_)
+                | Node::Smooth { .. } => !g.dependence(id).on(Dependence::INPUTS),
+            }
+    })
+}
