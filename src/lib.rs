@@ -60,7 +60,8 @@ pub use dynamics_runtime::*;
 pub mod prelude {
     pub use dynamics_macros::{Dynamics, dynamics};
     pub use dynamics_macros::{
-        dissipation, drawing, event, force, holonomic, kinematic, kinetic, lagrangian, nonholonomic, output, potential, redundant,
+        dissipation, drawing, event, force, holonomic, kinematic, kinetic, lagrangian, nonholonomic, output, potential,
+        redundant,
     };
     pub use dynamics_runtime::TimeDerivative as _;
     #[cfg(feature = "std")]

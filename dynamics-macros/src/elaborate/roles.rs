@@ -20,10 +20,9 @@ impl<'a> Elaborator<'a> {
         for wanted in [
             |role| role == Role::Holonomic,
             |role| role == Role::Nonholonomic,
+            |role: Role| !role.is_constraint() && !matches!(role, Role::Helper | Role::Drawing | Role::Kinematic),
+            // Last: what they share with the energies is to have the energies' form.
             |role| role == Role::Kinematic,
-            |role: Role| {
-                !role.is_constraint() && role != Role::Kinematic && !matches!(role, Role::Helper | Role::Drawing)
-            },
         ] {
             for (index, function) in implementation.functions.iter().enumerate() {
                 if wanted(function.role) {

@@ -52,6 +52,9 @@ impl BlockFactors {
                 (*r, inside.map(|(c, x)| (*c, *x)).collect())
             })
             .collect();
+        if let Some(inverse) = Self::orthogonal(g, jacobian, rows, columns) {
+            return Some(inverse);
+        }
         let mut steps = Vec::new();
         let mut guards = Vec::new();
         while let Some((row, column)) = next_pivot(g, &left) {
@@ -74,6 +77,44 @@ impl BlockFactors {
             guards.push(guard(g, determinant, &core, (&core_rows, &core_columns), whole));
         }
         Some(Self { steps, rows: core_rows, columns: core_columns, adjugate, reciprocal, guards })
+    }
+
+    /// Rows at right angles to each other, more than cofactors serve: A⁻¹ = Aᵀ(A Aᵀ)⁻¹ with a diagonal A Aᵀ, as for angular velocities by Euler parameters beside the rate
+    /// of their norm.
+    fn orthogonal(g: &mut Graph, jacobian: &Sparse, rows: &[usize], columns: &[usize]) -> Option<Self> {
+        let n = rows.len();
+        if n <= CORE {
+            return None;
+        }
+        let zero = g.zero();
+        let dense: Vec<Vec<NodeId>> = rows
+            .iter()
+            .map(|r| columns.iter().map(|c| jacobian.rows[*r].get(c).copied().unwrap_or(zero)).collect())
+            .collect();
+        // On a copy, so that products that are not wanted leave no trace.
+        let mut trial = g.clone();
+        let apart = |(i, j): (usize, usize)| {
+            let product = dot(&mut trial, &dense[i], &dense[j]);
+            trial.is_zero(product)
+        };
+        if !(0..n).flat_map(|i| (0..i).map(move |j| (i, j))).all(apart) {
+            return None;
+        }
+        let (mut guards, mut adjugate) = (Vec::new(), vec![vec![zero; n]; n]);
+        for (i, row) in dense.iter().enumerate() {
+            let square = dot(g, row, row);
+            if g.as_number(square).is_none() {
+                // Below nothing but zero itself: rows at right angles are as independent as they are long.
+                guards.push(Guard { of: Guarded::Row(rows[i]), pivot: square, scale: square, tolerance: DEPENDENT });
+            }
+            let one = g.one();
+            let reciprocal = g.div(one, square)?;
+            for (column, entry) in adjugate.iter_mut().zip(row) {
+                column[i] = g.mul(reciprocal, *entry);
+            }
+        }
+        let (rows, columns, reciprocal) = (rows.to_vec(), columns.to_vec(), g.one());
+        Some(Self { steps: Vec::new(), rows, columns, adjugate, reciprocal, guards })
     }
 
     /// x by column with A x = `right`, that by row; what is not of this block is left alone.
