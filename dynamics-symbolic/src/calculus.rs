@@ -4,6 +4,7 @@
 mod collect;
 mod forward;
 mod local;
+mod placeless;
 mod reverse;
 mod share;
 mod substitute;
@@ -12,6 +13,7 @@ mod total;
 
 pub use collect::{Collected, collect};
 pub use forward::directional;
+pub use placeless::placeless;
 pub use reverse::gradient;
 pub use share::share;
 pub(crate) use substitute::rebuild;

@@ -5,6 +5,7 @@
 //! The dependent columns of Φ_q are brought to block triangular form, so that R and s follow by substitution, block by block: a loop of a
 //! mechanism after the other. λ follows from the transposed blocks in the opposite order.
 
+use crate::calculus::placeless;
 use crate::graph::{Graph, NodeId};
 
 use super::block::BlockFactors;
@@ -98,7 +99,8 @@ impl NullSpace {
         let mut matrix = Vec::new();
         for (i, motion) in motions.iter().enumerate() {
             let row: Vec<NodeId> = momenta[..=i].iter().map(|momentum| product(g, motion, momentum)).collect();
-            matrix.push(row);
+            // In a body's own axes its inertia is constant.
+            matrix.push(if speeds > 0 { placeless(g, &row) } else { row });
         }
         let reduced = Factors::new(g, &matrix).ok()?;
         let mut guards = Vec::new();
@@ -167,15 +169,16 @@ impl NullSpace {
         let mut accelerations: Vec<NodeId> = (0..n).map(|k| drift.get(g, k)).collect();
         if self.speeds > 0 {
             accelerations = self.moved(g, &leading, gamma);
+            let multipliers = self.multipliers_by_motions(g, &accelerations, force);
+            return (accelerations, multipliers);
         }
         // M q̈ − Q.
         let mut unbalanced: Vec<NodeId> = (0..n).map(|k| driving.get(g, k)).collect();
         unbalanced.iter_mut().for_each(|x| *x = g.neg(*x));
         for (a, (motion, momentum)) in leading.iter().zip(self.motions.iter().zip(&self.momenta)) {
-            if self.speeds == 0 {
-                add_multiple(g, &mut accelerations, motion, *a);
+            for (sums, column) in [(&mut accelerations, motion), (&mut unbalanced, momentum)] {
+                add_multiple(g, sums, column, *a);
             }
-            add_multiple(g, &mut unbalanced, momentum, *a);
         }
         (accelerations, self.multipliers(g, &unbalanced))
     }
@@ -193,7 +196,10 @@ impl NullSpace {
 
     /// RᵀM R.
     pub(super) fn inertia(&self, g: &mut Graph) -> Vec<Vec<NodeId>> {
-        let row = |g: &mut Graph, motion: &Values| self.momenta.iter().map(|m| product(g, motion, m)).collect();
+        let row = |g: &mut Graph, motion: &Values| {
+            let row: Vec<NodeId> = self.momenta.iter().map(|momentum| product(g, motion, momentum)).collect();
+            placeless(g, &row)
+        };
         self.motions.iter().map(|motion| row(g, motion)).collect()
     }
 
@@ -224,6 +230,25 @@ impl NullSpace {
         delta
     }
 
+    /// λ of each row as the power of M q̈ − Q along what moves where the row is 1 and all others, the speeds among them, are 0: often M leaves little of it.
+    fn multipliers_by_motions(&self, g: &mut Graph, accelerations: &[NodeId], force: &[NodeId]) -> Vec<NodeId> {
+        let mut values = Values::default();
+        accelerations.iter().enumerate().for_each(|(k, a)| values.set(k, *a));
+        let mut multiplier = |row: usize| {
+            let mut motion = Values::default();
+            self.moved_by(g, row).into_iter().enumerate().for_each(|(k, b)| motion.set(k, b));
+            let momentum = times(g, &self.mass, &motion);
+            let inert = product(g, &momentum, &values);
+            let given = (0..force.len()).fold(g.zero(), |sum, k| {
+                let term = motion.get(g, k);
+                let term = g.mul(term, force[k]);
+                g.add(sum, term)
+            });
+            g.sub(inert, given)
+        };
+        (self.speeds..self.jacobian.rows.len()).map(&mut multiplier).collect()
+    }
+
     /// λ with Φ_qᵀλ = `unbalanced` in the dependent coordinates: the blocks transposed, from the last to the first.
     fn multipliers(&self, g: &mut Graph, unbalanced: &[NodeId]) -> Vec<NodeId> {
         let mut multipliers = vec![None; self.jacobian.rows.len()];
@@ -241,7 +266,7 @@ impl NullSpace {
             found.into_iter().for_each(|(row, value)| multipliers[row] = Some(value));
         }
         let zero = g.zero();
-        multipliers.into_iter().skip(self.speeds).map(|x| x.unwrap_or(zero)).collect()
+        multipliers.into_iter().map(|x| x.unwrap_or(zero)).collect()
     }
 }
 

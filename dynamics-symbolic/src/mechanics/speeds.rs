@@ -15,7 +15,7 @@
 //! McGraw-Hill 1985, chapter 6.
 
 use crate::algebra::{Constrained, Guard, Guarded, Solver, unroll_by_speeds};
-use crate::calculus::{directional, gradient, timeless};
+use crate::calculus::{directional, gradient, placeless, timeless};
 use crate::graph::{Dependence, Graph, Node, NodeId, Symbol, Unary};
 
 use super::constraints::{Rows, jacobian, offsets};
@@ -157,6 +157,7 @@ impl Speeds {
             columns.iter().map(|column| inertia.mass.iter().map(|row| dot(g, row, column)).collect()).collect();
         let whole: Vec<Vec<NodeId>> =
             (0..n).map(|i| (0..n).map(|k| dot(g, &columns[i.max(k)], &carried[i.min(k)])).collect()).collect();
+        let whole: Vec<Vec<NodeId>> = whole.iter().map(|row| placeless(g, row)).collect();
         let mut motions = self.values.clone();
         motions.extend(beside.rows.iter().flat_map(|rows| &rows.velocity_residual));
         let momenta: Vec<NodeId> = whole.iter().map(|row| dot(g, row, &motions)).collect();

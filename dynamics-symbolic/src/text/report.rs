@@ -185,7 +185,7 @@ fn mass_matrix(model: &Model, equations: &Equations, structure: &Structure) -> S
 /// Whether the equations are those of the speeds, and with which inertia.
 fn solved_in(model: &Model, speeds: &SpeedEquations) -> String {
     let Some(inertia) = &speeds.inertia else {
-        return "coordinates, which takes no more operations than the speeds".to_owned();
+        return "coordinates, which takes no more work than the speeds".to_owned();
     };
     let g = &model.graph;
     let (size, all) = (inertia.len(), inertia.iter().flatten());
