@@ -328,7 +328,7 @@ pub enum StateError {
     SpeedsSingular {
         /// The coordinates whose rates no speed tells apart.
         coordinates: Involved,
-        /// The smallest pivot of the kinematic equations whose rows and columns have been scaled to 1.
+        /// What is left to divide by, of equations whose rows and columns have been scaled to 1; or the speeds against the velocities that they would take.
         pivot: f64,
     },
     /// The constraints that hold do not admit the speeds that were given.

@@ -3,3 +3,5 @@
 mod against_coordinates;
 mod closed_forms;
 mod models;
+mod motions;
+mod starts;

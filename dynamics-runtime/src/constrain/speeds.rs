@@ -17,7 +17,7 @@ const MET: f64 = 1e-9;
 /// Memory for n coordinates and r constraint rows; there are at most as many speeds as coordinates.
 pub(super) const fn memory(n: usize, r: usize) -> usize {
     let read = n * n + n + n * r + r + n * (n + 1);
-    read + (n + r) * (n + 1) + 4 * n
+    read + (n + r) * (n + 1) + 5 * n
 }
 
 /// Sets the velocities of a state so that its generalized speeds are `speeds`, in the order of [`Dynamics::SPEEDS`](crate::Dynamics::SPEEDS), and the constraints that hold are fulfilled.
@@ -48,11 +48,22 @@ pub fn move_by_speeds<M: Constraints>(model: &M, state: &mut M::State, speeds: &
         let values = memory.zeros(speeds.len());
         model.speeds(state, values);
         let size = speeds.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let met = |i: &usize| (values[*i] - speeds[*i]).abs() <= MET * size;
-        match (0..speeds.len()).find(|i| !met(i)) {
-            Some(i) => Err(StateError::SpeedNotMet { speed: M::SPEEDS[i].name, given: speeds[i], found: values[i] }),
-            None => Ok(()),
+        let missed = |i: &usize| !((values[*i] - speeds[*i]).abs() <= MET * size);
+        let Some(i) = (0..speeds.len()).find(missed) else { return Ok(()) };
+        // A row that is nothing but rounding has a pivot as good as any once it is scaled: the velocities tell, which are then so large that speeds drown in them.
+        let (shares, u) = (memory.zeros(M::Vector::LEN), state.u());
+        for row in system.gradients.chunks_exact(shares.len()) {
+            let terms = row.iter().enumerate().map(|(j, y)| (y * u[j]).abs());
+            shares.iter_mut().zip(terms).for_each(|(share, term)| *share = share.max(term));
         }
+        let drowned = f64::EPSILON * max_abs(shares) > MET * size;
+        Err(if drowned || !max_abs(shares).is_finite() {
+            let (shares, pivot): (&[f64], _) = (shares, size / max_abs(shares));
+            let coordinates = Involved::ranked(M::COORDINATES, shares.iter().copied().enumerate());
+            StateError::SpeedsSingular { coordinates, pivot }
+        } else {
+            StateError::SpeedNotMet { speed: M::SPEEDS[i].name, given: speeds[i], found: values[i] }
+        })
     })
 }
 
@@ -60,6 +71,8 @@ pub fn move_by_speeds<M: Constraints>(model: &M, state: &mut M::State, speeds: &
 struct System<'w> {
     /// N.
     unknowns: usize,
+    /// Y by rows.
+    gradients: &'w [f64],
     entries: &'w mut [f64],
     /// What each column was divided by.
     scales: &'w mut [f64],
@@ -78,6 +91,7 @@ impl<'w> System<'w> {
         model.terms(state, &mut Terms { mass, force, jacobian, gamma });
         let own = memory.zeros(s * n + s);
         model.speed_equations(state, own);
+        let own: &'w [f64] = own;
         let held = active_rows::<M>(state.modes(), false);
         let entries = memory.zeros((s + held.clone().count()) * (n + 1));
         let residual = model.velocity_residual(state);
@@ -88,7 +102,8 @@ impl<'w> System<'w> {
             to[n] = right;
         }
         let (scales, order) = (memory.zeros(n), memory.indices(n));
-        let mut system = Self { unknowns: n, entries, scales, order, rank: 0 };
+        let gradients = &own[..s * n];
+        let mut system = Self { unknowns: n, gradients, entries, scales, order, rank: 0 };
         system.scale();
         system
     }
