@@ -99,10 +99,11 @@ fn main() -> common::Outcome {
     let panel = Panel::new(Axis::new("time in s"), Axis::new("spin about the intermediate axis in rad/s"));
     let panel = lines.into_iter().fold(panel, |panel, (name, line)| panel.line(name, line));
     Chart::new("A gyrostat").panel(panel).write_svg(files.path("spin.svg"))?;
-    let rest = satellite.simulate(spun(0.0)?).until(40.0).tolerance(1e-9).run()?;
-    let held = satellite.simulate(spun(2.0 * threshold)?).until(40.0).tolerance(1e-9).run()?;
-    let film = Animation::new().add(&rest, "wheel at rest").add(&held, "wheel fast enough").title("A gyrostat");
-    film.speed(2.0).write_html(files.path("gyrostat.html"))?;
+    for (name, momentum) in [("turns_over.html", 0.0), ("held.html", 2.0 * threshold)] {
+        let motion = satellite.simulate(spun(momentum)?).until(40.0).tolerance(1e-9).run()?;
+        let film = Animation::new().add(&motion, "satellite").title("A gyrostat").plot(["omega[1]", "spin"]);
+        film.speed(2.0).write_html(files.path(name))?;
+    }
     files.list();
     Ok(())
 }
