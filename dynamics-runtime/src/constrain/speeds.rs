@@ -48,8 +48,8 @@ pub fn move_by_speeds<M: Constraints>(model: &M, state: &mut M::State, speeds: &
         let values = memory.zeros(speeds.len());
         model.speeds(state, values);
         let size = speeds.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let missed = |i: &usize| !((values[*i] - speeds[*i]).abs() <= MET * size);
-        let Some(i) = (0..speeds.len()).find(missed) else { return Ok(()) };
+        let met = |i: &usize| (values[*i] - speeds[*i]).abs() <= MET * size;
+        let Some(i) = (0..speeds.len()).find(|i| !met(i)) else { return Ok(()) };
         // A row that is nothing but rounding has a pivot as good as any once it is scaled: the velocities tell, which are then so large that speeds drown in them.
         let (shares, u) = (memory.zeros(M::Vector::LEN), state.u());
         for row in system.gradients.chunks_exact(shares.len()) {
