@@ -20,7 +20,7 @@ pub(super) const fn memory(n: usize, r: usize) -> usize {
     read + (n + r) * (n + 1) + 5 * n
 }
 
-/// Sets the velocities of a state so that its generalized speeds are `speeds`, in the order of [`Dynamics::SPEEDS`](crate::Dynamics::SPEEDS), and the constraints that hold are fulfilled.
+/// Sets the velocities of a state so that its generalized speeds are `speeds`, in the order of [`Dynamics::SPEEDS`](crate::model::Dynamics::SPEEDS), and the constraints that hold are fulfilled.
 ///
 /// # Errors
 /// [`StateError::SpeedsSingular`] where the speeds do not determine the velocities in this position, [`StateError::SpeedNotMet`] where the constraints that hold
