@@ -249,3 +249,28 @@ fn many_parameters_take_the_steps_of_one() {
         assert!((found / expected - 1.0).abs() < 1e-9, "{name}: {found} {expected}");
     }
 }
+
+/// A fixed step among the options: sensitivities, gradients and fits are those of such motions, within their errors.
+#[test]
+fn motions_of_a_fixed_step_have_them_too() {
+    let model = Oscillator::PLAIN;
+    let start = model.state().x(0.3).build().unwrap();
+    let closed = |t: f64| difference(0.05, |h| Oscillator::closed([2.0, 1.2, 50.0 + h, 0.3, 0.0], t)[0]);
+    let forward = model.sensitivities(start).by(["stiffness"]).until(2.05).output_times([2.05]);
+    let forward = forward.with(|s| s.method(methods::Rk4).fixed_step(0.01)).run().unwrap();
+    let back = model.objective(start).end("x", 1.0).until(2.05);
+    let back = back.with(|s| s.method(methods::Rk4).fixed_step(0.01)).run().unwrap();
+    let (one, other) = (forward.series("x", "stiffness").unwrap()[0].1, back.get("stiffness").unwrap());
+    assert!((one / closed(2.05) - 1.0).abs() < 1e-5, "{one} {}", closed(2.05));
+    assert!((one / other - 1.0).abs() < 1e-8, "{one} {other}");
+    let data: Vec<(f64, f64)> = (1..=40)
+        .map(|k| 0.05 * f64::from(k))
+        .map(|t| (t, Oscillator::closed([2.0, 1.2, 50.0, 0.3, 0.0], t)[0] * 10.0))
+        .collect();
+    let far = model.state().x(3.0).build().unwrap();
+    let guess = Oscillator { stiffness: 45.0, ..Oscillator::PLAIN };
+    let fit =
+        guess.fit(far).find(["stiffness"]).data("x", data).with(|s| s.method(methods::Rk4).fixed_step(0.01)).run();
+    let found = fit.unwrap().get("stiffness").unwrap().value;
+    assert!((found - 50.0).abs() < 1e-4, "{found}");
+}

@@ -143,6 +143,8 @@ impl Asked<'_> {
         let simulation = model.simulate(start).until(self.end);
         let simulation = match self.absolute {
             Some(absolute) => simulation.tolerances(absolute, self.tolerance),
+            // The simulation's own: said, it would contradict a fixed step among the options.
+            None if self.tolerance == TOLERANCE => simulation,
             None => simulation.tolerance(self.tolerance),
         };
         let simulation = match options {
