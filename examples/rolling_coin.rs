@@ -72,6 +72,12 @@ fn main() -> common::Outcome {
     let yaw = -ratio * spin;
     let speed = coin.radius * (spin + yaw * lean.sin());
     let steady = coin.state().lean(lean).x_rate(speed).yaw_rate(yaw).spin_rate(spin).build()?;
+    // From a guess: turning and spin stay, the lean is looked for.
+    let guess = 0.9 * lean;
+    let near = coin.state().lean(guess).x_rate(coin.radius * (spin + yaw * guess.sin())).yaw_rate(yaw).spin_rate(spin);
+    let found = coin.steady(&near.build()?)?;
+    println!("with this spin it rolls steadily at {:.10}° of lean", found.state.lean().to_degrees());
+    assert!((found.state.lean() - lean).abs() < 1e-12);
     let period = std::f64::consts::TAU / yaw.abs();
     let motion = coin.simulate(steady).until(4.0 * period).tolerance(1e-12).run()?;
     println!("{}", motion.summary());
