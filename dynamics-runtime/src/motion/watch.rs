@@ -68,7 +68,7 @@ pub(crate) struct Rule<'m, M: Simulate> {
 }
 
 /// Events closer than this in a step happen at the same instant.
-const SIMULTANEOUS: f64 = 1e-12;
+pub(super) const SIMULTANEOUS: f64 = 1e-12;
 /// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q| and of what [`early_noise`] adds.
 const NOISE: f64 = 4.0 * f64::EPSILON;
 /// A guard whose function stays below this is at zero throughout a step, held there by others.
@@ -404,6 +404,21 @@ impl<'m, M: Simulate> Watch<'m, M> {
     /// Position in `found` of the first crossing that calls for an action.
     pub(crate) fn first_acting(&self) -> Option<usize> {
         self.found.iter().position(|c| acts(&self.rules, c))
+    }
+
+    /// Puts crossings to the end of the step, which was made to end at them: what its interpolant says of them is less. Of those that act it says nothing else, for others
+    /// rising and falling go on by turns.
+    pub(crate) fn end_with(&mut self, known: &[Crossing]) {
+        for crossing in known {
+            if acts(&self.rules, crossing) {
+                self.found.retain(|c| c.index != crossing.index);
+            } else if let Some(last) = self.found.iter().rposition(|c| c.index == crossing.index)
+                && self.found[last].direction == crossing.direction
+            {
+                self.found.remove(last);
+            }
+            self.found.push(*crossing);
+        }
     }
 
     /// Forgets the crossings after the first acting one and what happens with it at the same instant.
