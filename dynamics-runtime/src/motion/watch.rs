@@ -353,6 +353,10 @@ impl<'m, M: Simulate> Watch<'m, M> {
             }
             Standing::ZeroAtStart if self.resets_on(index, direction) => {
                 self.found.push(Crossing { index, theta: 0.0, direction });
+                // With a slope it passes on there, too.
+                if matches!(left, Leave::Slope { .. }) {
+                    self.standing[index] = Standing::Zero;
+                }
             }
             _ => {}
         }
@@ -494,7 +498,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
                     self.zeno[index].note(before.t(), h, 0.0, name)?;
                     Standing::JustFired(c.direction)
                 }
-                // A reset that leaves the ball where it starts, on the floor and at rest, does nothing against what pulls it down.
+                // A reset that leaves the ball where it starts, on the floor and at rest, does nothing against what pulls it down. One that leaves what
+                // passes zero with a slope only looks at it.
                 Some(c) if c.theta == 0.0 && before == after && self.standing[index] == Standing::ZeroAtStart => {
                     return Err(self.repeats(index));
                 }
