@@ -74,7 +74,7 @@ const NOISE: f64 = 4.0 * f64::EPSILON;
 /// A guard whose function stays below this is at zero throughout a step, held there by others.
 const RESTLESS: f64 = 1e-11;
 
-/// What an open contact may close further, in parts of 1 + |q|, where it has just opened and opens for good: what has drifted while it was closed.
+/// What an open contact may close further, in parts of the size of what it involves, where it has just opened and opens for good: what has drifted while it was closed.
 const LIFT: f64 = 1e-9;
 
 /// What is known of a function where a step starts.
@@ -328,7 +328,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
         let noise = early_noise(knot, is_position);
         let left = leave(value, noise, |theta| functions.value(index, &state(theta), values))?;
         if is_position && matches!(self.standing[index], Standing::JustFired(_)) && !left.is_seen_to_rise() {
-            let drift = (2.0 * value.abs()).max(LIFT * (1.0 + max_abs(knot.y.q.as_slice())));
+            let drift = (2.0 * value.abs()).max(LIFT * functions.size(index, &state(0.0)));
             let until = match lifts(drift, |theta| functions.value(index, &state(theta), values))? {
                 Lift::Opens(start) => return Ok((Some(start), 1.0)),
                 Lift::Falls(theta) => theta,
