@@ -4,6 +4,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use super::error::{Jumping, Over, SimulationErrorKind as Kind};
+use super::jumps;
 use super::locking;
 use super::run::{Halt, Plan};
 use super::simulate::Simulate;
@@ -92,6 +93,11 @@ pub(super) fn explain<M: Constraints>(
     let kind = locking::explain(model, state, kind);
     if matches!(kind, Kind::GimbalLock { .. }) {
         return kind;
+    }
+    if matches!(kind, Kind::StepSizeTooSmall { .. } | Kind::StepNotSolved { .. } | Kind::StepsVanish { .. })
+        && let Some(cause) = jumps::explain(model, state, &kind)
+    {
+        return cause;
     }
     // A mass matrix that was found singular has named its coordinate.
     let says_so = matches!(kind, Kind::SingularMassMatrix(_));
