@@ -94,7 +94,10 @@ pub(super) fn explain<M: Constraints>(
     if matches!(kind, Kind::GimbalLock { .. }) {
         return kind;
     }
-    if matches!(kind, Kind::StepSizeTooSmall { .. } | Kind::StepNotSolved { .. } | Kind::StepsVanish { .. })
+    let unexplained = matches!(kind, Kind::TooManySteps { stiff_at: None, slides_at: None, .. });
+    let collapsed =
+        matches!(kind, Kind::StepSizeTooSmall { .. } | Kind::StepNotSolved { .. } | Kind::StepsVanish { .. });
+    if (unexplained || collapsed)
         && let Some(cause) = jumps::explain(model, state, &kind)
     {
         return cause;
