@@ -109,7 +109,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let plant = RefCell::new(plant);
         let step = &*step;
         let state = |theta: f64| plant.borrow_mut().within(&*dense, step, &options.tolerances, theta);
-        if let Err(kind) = watch.scan(step, self.stepper.scan(), &state) {
+        if let Err(kind) = watch.scan(step, self.stepper.scan(), state) {
             return Err(self.take_back(step, at(kind)));
         }
         watch.end_with(known);
