@@ -597,7 +597,7 @@ impl Table {
         let along = vec2(-self.mu * q.x.dt().signum(), 0.0);
         let mut force = Force::at(self.foot(q, 0), (1.0 + self.more) * q.reaction(Self::floor)[0] * along);
         for i in 1..8 {
-            force = force + Force::at(self.foot(q, i), q.reaction(Self::floor)[i] * along);
+            force += Force::at(self.foot(q, i), q.reaction(Self::floor)[i] * along);
         }
         force
     }
