@@ -632,6 +632,39 @@ mod friction {
             assert!((found - expected).abs() < 1e-8 * 19.62, "{found} instead of {expected} at {state:?}");
         }
     }
+
+    /// What stops a rod is said, by every method: friction that brings it to rest, or a floor whose push grows without bounds.
+    #[test]
+    fn a_rod_that_stops_says_what_stops_it() {
+        let methods: [methods::Any<Chalk>; 4] =
+            [methods::Dop853.into(), methods::Tsit5.into(), methods::Radau5.into(), methods::Esdirk4.into()];
+        // It slides into the paradox at full speed, and comes to rest before it.
+        for (mu, theta, rate, slide, rests) in
+            [(3.0, 0.35, 3.0, -30.0, false), (0.7, 1.9, 0.5, -2.5, true), (1.2, 1.0, -1.0, 2.0, true)]
+        {
+            let model = Chalk { mass: 2.0, half: 0.7, g: 9.81, mu };
+            let start = sliding(&model, theta, rate, slide);
+            for method in &methods {
+                let run = model.simulate(start).until(1.0).tolerance(1e-8).method(method).max_steps(3000);
+                let error = run.run().unwrap_err();
+                let state = &error.state;
+                let slips = state.x_rate() + model.half * state.theta().sin() * state.theta_rate();
+                let case = format!("{mu} {method}: {error}");
+                match &error.kind {
+                    SimulationErrorKind::RestsOnJump { .. }
+                    | SimulationErrorKind::TooManySteps { slides_at: Some(_), .. } => {
+                        assert!(rests && slips.abs() < 1e-5, "{case}");
+                    }
+                    SimulationErrorKind::FrictionGrows { row: "floor", ahead, .. } => {
+                        assert!(!rests && slips.abs() > 10.0 && *ahead < 1e-3, "{case}");
+                        assert!(answer(&model, state.theta(), slips) < 1e-3 && case.contains("Painlevé"), "{case}");
+                    }
+                    SimulationErrorKind::Solve(SolveError::Friction { row: "floor", .. }) => assert!(!rests, "{case}"),
+                    _ => panic!("{case}"),
+                }
+            }
+        }
+    }
 }
 
 /// A driven slider-crank whose slider an input loads; the guide repeats the second row of the closure, so that the general solver is asked.

@@ -550,3 +550,69 @@ fn friction_by_a_sum_of_reactions_is_decided() {
     let end = tilted.simulate(start).until(0.3).run().unwrap().end();
     assert!((end.x_rate() - 2.1).abs() < 1e-8, "{end:?}");
 }
+
+/// A table on eight feet in a row: what each of them bears is not decided, and what they rub together is.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, phi: rad)]
+#[units(mass: kg, inertia: kg * m^2, g: m / s^2, pitch: m)]
+#[nominal(pitch = 0.2)]
+struct Table {
+    mass: f64,
+    inertia: f64,
+    g: f64,
+    pitch: f64,
+    mu: f64,
+    more: f64,
+}
+
+#[dynamics]
+impl Table {
+    fn foot(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        vec2(q.x, q.y) + self.pitch * (i as f64 - 3.5) * vec2(q.phi.cos(), q.phi.sin())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared() + 0.5 * self.inertia * q.phi.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * q.y
+    }
+    #[holonomic]
+    #[redundant]
+    fn floor(&self, q: &Coordinates<Self>) -> [Expr; 8] {
+        [
+            self.foot(q, 0).y,
+            self.foot(q, 1).y,
+            self.foot(q, 2).y,
+            self.foot(q, 3).y,
+            self.foot(q, 4).y,
+            self.foot(q, 5).y,
+            self.foot(q, 6).y,
+            self.foot(q, 7).y,
+        ]
+    }
+    #[force]
+    fn rub(&self, q: &Coordinates<Self>) -> Force {
+        let along = vec2(-self.mu * q.x.dt().signum(), 0.0);
+        let mut force = Force::at(self.foot(q, 0), (1.0 + self.more) * q.reaction(Self::floor)[0] * along);
+        for i in 1..8 {
+            force += Force::at(self.foot(q, i), q.reaction(Self::floor)[i] * along);
+        }
+        force
+    }
+}
+
+/// Eight reactions have 256 patterns of signs, which are not all tried: with one coefficient the motion is decided all the same, with one foot that is rougher it is not.
+#[test]
+fn many_feet_rub_alike() {
+    let table = Table { mass: 3.0, inertia: 0.5, g: G, pitch: 0.2, mu: 0.3, more: 0.0 };
+    let start = table.state().x_rate(2.0).build().unwrap();
+    let accelerations = table.accelerations(&start).unwrap();
+    assert!((accelerations[0] + 0.3 * G).abs() < 1e-12 && accelerations[1].abs() < 1e-12, "{accelerations:?}");
+    let end = table.simulate(start).until(0.5).tolerance(1e-10).run().unwrap().end();
+    assert!((end.x() - (1.0 - 0.125 * 0.3 * G)).abs() < 1e-9, "{}", end.x());
+    let rougher = Table { more: 0.2, ..table };
+    let error = rougher.accelerations(&start).unwrap_err();
+    assert!(matches!(error, dynamics::error::SolveError::ReactionNotUnique { .. }), "{error}");
+}

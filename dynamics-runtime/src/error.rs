@@ -66,6 +66,16 @@ pub enum SolveError {
         /// Number of solutions found: 0; more than 1; or 1 that no motion with a contact of any compliance keeps to.
         solutions: usize,
     },
+    /// Forces depend on so many reactions that not all patterns of their signs are tried, and none of those that were has a solution that a contact of any
+    /// compliance keeps to: whether there is one is not known.
+    FrictionUnsolved {
+        /// The reaction that decides, `floor[3]`.
+        row: &'static str,
+        /// Number of reactions on which forces depend.
+        reactions: usize,
+        /// Number of patterns that were tried, of 2 to the power of that.
+        tried: u64,
+    },
     /// No impulses that push let all contacts that hit at once come apart.
     ImpactUndecided {
         /// The row of the first of them.
@@ -155,6 +165,11 @@ impl fmt::Display for SolveError {
                 }
                 write!(f, "together with the others, whose Jacobian has rank {rank} here")
             }
+            Self::FrictionUnsolved { row, reactions, tried } => write!(
+                f,
+                "no acceleration and reactions that satisfy the equations with friction were found here, of which `{row}` decides: forces depend on {reactions} reactions, and of \
+                 the 2^{reactions} patterns of their signs {tried} were tried, which says nothing of the others; let fewer contacts rub, or make them compliant"
+            ),
             Self::Friction { row, solutions } => painleve(f, row, *solutions),
             Self::InputNotSet { input } => {
                 write!(f, "the reactions depend on inputs, and `{input}` has no value; set it in the state")

@@ -20,6 +20,7 @@ mod formulation;
 mod functions;
 mod guard;
 mod halves;
+mod jumps;
 mod kept;
 mod kinks;
 mod leave;

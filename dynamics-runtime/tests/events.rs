@@ -130,6 +130,21 @@ fn a_ball_that_starts_on_the_floor_moving_down_bounces_at_once() {
     assert!(up.events().is_empty(), "leaving the floor is no impact: {:?}", up.events());
 }
 
+/// An action that only looks at the motion is called at the very start, too, and changes nothing there.
+#[test]
+fn an_action_that_changes_nothing_at_the_very_start_is_none_that_repeats() {
+    let ball = Ball { g: G };
+    let mut seen = Vec::new();
+    let run = ball.simulate(at_rest_or_not([0.0], [-2.0])).until(0.1);
+    let end = run.on_event("impact", Direction::Falling, |s| seen.push((s.t, s.u[0]))).run().unwrap().end();
+    assert!((end.q[0] + 0.2 + 0.5 * G * 0.01).abs() < 1e-12 && seen == [(0.0, -2.0)], "{end:?} {seen:?}");
+    // A rate that is zero at the start of a fall falls with a slope.
+    let mut calls = 0;
+    let run = ball.simulate(at_rest_or_not([1.0], [0.0])).until(0.1).event("rate", |s| s.u[0]);
+    let end = run.on_event("rate", Direction::Falling, |_| calls += 1).run().unwrap().end();
+    assert!(calls == 1 && (end.q[0] - 1.0 + 0.5 * G * 0.01).abs() < 1e-12, "{calls} {end:?}");
+}
+
 #[test]
 fn a_function_that_is_zero_at_the_start_has_not_crossed() {
     let oscillator = Oscillator { omega: 1.0 };

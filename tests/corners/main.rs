@@ -10,6 +10,7 @@ mod grounds;
 mod late;
 #[path = "../models/parcel.rs"]
 mod parcel;
+mod together;
 
 const NEVER: f64 = 1e300;
 

@@ -31,7 +31,8 @@ pub(crate) use room::weigh;
 /// seven digits. Projection removes it before a simulation begins.
 ///
 /// A start is judged by the largest value among coordinates of the same unit, an angle by 1 rad at least, so that a mechanism of micrometres may miss by millionths of that; its
-/// velocities by the larger of the largest velocity and the largest value, per unit of time, as what turns round has no speed. All else is judged against 1 + |q|∞.
+/// velocities by the larger of the largest velocity and the largest value, per unit of time, as what turns round has no speed. Where contacts are met and left, what counts is that and
+/// the largest parameter of the same unit, up to 1, together; all else is judged against 1 + |q|∞.
 pub const CONSISTENT: f64 = 1e-6;
 
 /// The same for what [`assemble`] returns: rounding, with a margin for residuals of long expressions.
@@ -233,21 +234,47 @@ const OF_ZERO: f64 = 1e-10;
 
 /// How far a state may miss a row with this gradient, where these are its coordinates or velocities; its size is that of the largest of their unit, of an angle `least` at
 /// least.
-fn permitted<M: Constraints>(values: &[f64], gradient: &[f64], (against, least): (Against, f64)) -> f64 {
+fn permitted<M: Constraints>(model: &M, values: &[f64], gradient: &[f64], (against, least): (Against, f64)) -> f64 {
     if against == Against::Unity {
         return CONSISTENT * size(values);
     }
     let of_unit = |unit: &str| {
-        let same = M::COORDINATES.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
-        let most = same.fold(0.0, |most, (_, value)| f64::max(most, value.abs()));
+        let most = largest_of::<M>(values, unit);
         if unit == "rad" { f64::max(most, least) } else { most }
     };
-    let involved = M::COORDINATES.iter().zip(gradient).filter(|(_, g)| **g != 0.0);
-    let along = involved.map(|(coordinate, g)| g.abs() * of_unit(coordinate.unit));
-    let steepness = norm(gradient);
     // Where the gradient vanishes it has no direction.
-    let scale = if steepness > 0.0 { along.sum::<f64>() / steepness } else { size(values) };
-    CONSISTENT * scale + OF_ZERO
+    let scale = along::<M>(gradient, of_unit).unwrap_or_else(|| size(values));
+    CONSISTENT * scale + OF_ZERO * along::<M>(gradient, |unit| own_size(model, unit)).unwrap_or(1.0)
+}
+
+/// The largest of the values whose coordinates have a unit.
+fn largest_of<M: Constraints>(values: &[f64], unit: &str) -> f64 {
+    let same = M::COORDINATES.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
+    same.fold(0.0, |most, (_, value)| f64::max(most, value.abs()))
+}
+
+/// The size of what a row involves, Σ |gⱼ| sⱼ / ‖g‖, from sizes by unit; `None` where its gradient vanishes.
+fn along<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&str) -> f64) -> Option<f64> {
+    let steepness = norm(gradient);
+    let involved = M::COORDINATES.iter().zip(gradient).filter(|(_, g)| **g != 0.0);
+    let sum: f64 = involved.map(|(coordinate, g)| g.abs() * of_unit(coordinate.unit)).sum();
+    (steepness > 0.0).then_some(sum / steepness)
+}
+
+/// What a model itself says of the size of values with a unit: its largest parameter of the same unit, up to 1; 1 of angles, without units, and where there is none.
+fn own_size<M: Constraints>(model: &M, unit: &str) -> f64 {
+    if unit.is_empty() || unit == "rad" {
+        return 1.0;
+    }
+    let same = M::PARAMETERS.iter().enumerate().filter(|(_, parameter)| parameter.unit == unit);
+    let largest = same.filter_map(|(i, _)| model.parameter(i)).fold(0.0, |most, value| f64::max(most, value.abs()));
+    if largest > 0.0 { largest.min(1.0) } else { 1.0 }
+}
+
+/// The size against which a row of this gradient is judged where contacts are met and left, for coordinates or, per unit of time, velocities: that of the model and the largest value of the same unit together.
+pub(crate) fn size_along<M: Constraints>(model: &M, values: &[f64], gradient: &[f64]) -> f64 {
+    let of_unit = |unit: &str| own_size(model, unit) + largest_of::<M>(values, unit);
+    along::<M>(gradient, of_unit).unwrap_or_else(|| size(values))
 }
 
 /// 1 + |v|∞.
@@ -269,7 +296,7 @@ fn check_positions<M: Constraints>(
     against: Against,
 ) -> Result<(), StateError> {
     let values = model.residual(state);
-    let tolerance = |gradient: &[f64]| permitted::<M>(state.q().as_slice(), gradient, (against, 1.0));
+    let tolerance = |gradient: &[f64]| permitted(model, state.q().as_slice(), gradient, (against, 1.0));
     match worst::<M>(state.modes(), true, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
         Some(Violation { row, residual, distance }) => {
             let (row, switched) = named::<M>(row);
@@ -288,8 +315,8 @@ fn check_velocities<M: Constraints>(
     let values = model.velocity_residual(state);
     // What is at rest, or turns round, has no speed of its own: it misses by what it misses in its coordinates, per unit of time.
     let tolerance = |gradient: &[f64]| {
-        let of_speed = permitted::<M>(state.u().as_slice(), gradient, (against, 0.0));
-        of_speed.max(permitted::<M>(state.q().as_slice(), gradient, (against, 1.0)))
+        let of_speed = permitted(model, state.u().as_slice(), gradient, (against, 0.0));
+        of_speed.max(permitted(model, state.q().as_slice(), gradient, (against, 1.0)))
     };
     match worst::<M>(state.modes(), false, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
         Some(Violation { row, residual, distance }) => {

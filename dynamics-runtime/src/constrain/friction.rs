@@ -200,26 +200,38 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
         }
         match found {
             Some((lambda, false)) if solutions == 1 => Ok(lambda),
+            // A sample of the patterns does not say that there are no others.
+            _ if k > EXHAUSTIVE && solutions < 2 => {
+                let row = names::<M>().row(self.decisive(&frictionless));
+                Err(SolveError::FrictionUnsolved { row, reactions: k, tried: patterns(k) })
+            }
             _ => Err(SolveError::Friction { row: names::<M>().row(self.decisive(&frictionless)), solutions }),
         }
     }
 
     /// Whether Q is the same for all reactions that hold the motion alike, though these are not unique: Q(λ + z) = Q(λ) wherever Φ_qᵀz = 0, as where feet
     /// that repeat each other rub with one coefficient. The derivatives ∂Qⱼ/∂λ are of the form Φ_q a then, for all signs of the
-    /// reactions on which they depend; of more than six of them that is not known.
+    /// reactions on which they depend. Where each term of a force goes by one reaction, as in every law of friction of a contact, that holds for all patterns of signs as soon as it
+    /// does for one of them and for each sign changed alone; of more than six reactions, no more than those and the sample are looked at.
     #[cold]
     fn is_the_same_for_all(&mut self, system: &mut System<'_>) -> bool {
         let (n, r, frictionless) = (M::Vector::LEN, M::Rows::LEN, self.frictionless());
         let (none, mut a, mut lambda) = (M::Vector::zeros(), M::Vector::zeros(), M::Rows::zeros());
-        self.k <= EXHAUSTIVE
-            && (0..patterns(self.k)).all(|pattern| {
-                self.model.friction(self.state, &self.start(&frictionless, pattern), self.force, self.by_multipliers);
-                (0..n).all(|j| {
-                    let along = &self.by_multipliers[j * r..(j + 1) * r];
-                    let miss = system.solve(none.as_slice(), along, a.as_mut_slice(), lambda.as_mut_slice());
-                    miss.size <= DECIDED * miss.scale
-                })
+        let alone = if self.k > EXHAUSTIVE { self.k as u64 } else { 0 };
+        (0..patterns(self.k) + alone).all(|pattern| {
+            let mut signs = self.start(&frictionless, pattern.saturating_sub(alone));
+            if pattern < alone {
+                // All push but one.
+                let row = self.read.get(pattern as usize);
+                signs[row] = -signs[row];
+            }
+            self.model.friction(self.state, &signs, self.force, self.by_multipliers);
+            (0..n).all(|j| {
+                let along = &self.by_multipliers[j * r..(j + 1) * r];
+                let miss = system.solve(none.as_slice(), along, a.as_mut_slice(), lambda.as_mut_slice());
+                miss.size <= DECIDED * miss.scale
             })
+        })
     }
 
     /// λ₀ + S Q(0).

@@ -320,9 +320,9 @@ impl<V: Vector> Radau5<V> {
 
     /// What error estimates are held against: powers, which take as long as an evaluation of a small model.
     #[inline(always)]
-    fn permitted(&mut self, tolerances: &Tolerances) -> Tolerances {
+    fn permit(&mut self, tolerances: &Tolerances) -> Tolerances {
         if self.permitted_for != *tolerances {
-            (self.permitted, self.permitted_for) = (permitted(tolerances), *tolerances);
+            (self.permitted, self.permitted_for) = (of_estimate(tolerances), *tolerances);
         }
         self.permitted
     }
@@ -408,7 +408,7 @@ fn combine<V: Vector>(matrix: &[[f64; 3]; 3], v: &[V; 3]) -> [V; 3] {
 }
 
 /// The estimate has order 3, the result 5: an estimate of tolerance^⅔ belongs to an error of about the tolerance.
-fn permitted(tolerances: &Tolerances) -> Tolerances {
+fn of_estimate(tolerances: &Tolerances) -> Tolerances {
     let inner = |x: f64| 0.1 * math::powf(x, 2.0 / 3.0);
     let Tolerances { absolute, relative } = *tolerances;
     match relative > 0.0 {
@@ -482,7 +482,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         // Nothing counts of a step that was taken back.
         self.last = self.last.filter(|last| here == Some(last.end));
         self.k[0] = start.derivative();
-        let permitted = self.permitted(tolerances);
+        let permitted = self.permit(tolerances);
         let scale = zip(&start.y, &start.y, |x, y| permitted.scale(x, y));
         let enough = enough(tolerances, &permitted);
         let mut staged = self.staged.0 > 0;
@@ -560,7 +560,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<Option<Between<V>>, S::Error> {
-        let permitted = self.permitted(tolerances);
+        let permitted = self.permit(tolerances);
         let quintic = Hermite::between(start, end, h);
         for c in [C[0], C[1]] {
             let y = quintic.at(c);

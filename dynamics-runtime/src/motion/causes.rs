@@ -4,6 +4,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use super::error::{Jumping, Over, SimulationErrorKind as Kind};
+use super::jumps;
 use super::locking;
 use super::run::{Halt, Plan};
 use super::simulate::Simulate;
@@ -92,6 +93,14 @@ pub(super) fn explain<M: Constraints>(
     let kind = locking::explain(model, state, kind);
     if matches!(kind, Kind::GimbalLock { .. }) {
         return kind;
+    }
+    let unexplained = matches!(kind, Kind::TooManySteps { stiff_at: None, slides_at: None, .. });
+    let collapsed =
+        matches!(kind, Kind::StepSizeTooSmall { .. } | Kind::StepNotSolved { .. } | Kind::StepsVanish { .. });
+    if (unexplained || collapsed)
+        && let Some(cause) = jumps::explain(model, state, &kind)
+    {
+        return cause;
     }
     // A mass matrix that was found singular has named its coordinate.
     let says_so = matches!(kind, Kind::SingularMassMatrix(_));

@@ -9,7 +9,6 @@ use super::error::suggest;
 use super::simulate::Simulate;
 use super::upkeep::{PlaceError, Upkeep};
 use crate::constrain::assemble::CONSISTENT;
-use crate::constrain::memory::max_abs;
 use crate::error::{SolveError, StateError};
 use crate::integrate::StepOptions;
 use crate::model::{Constraint, ConstraintKind, Known, ModelState, Vector};
@@ -31,9 +30,9 @@ pub struct Impact {
 
 /// Friction that changes accelerations by no more than this part of 1 + |q̈| decides nothing at the instant at which its contact lifts off.
 const NEGLIGIBLE: f64 = 1e-9;
-/// Tolerances by which a contact may be met late.
+/// Permitted errors by which a contact may be met late.
 const MET: f64 = 100.0;
-/// See [`MET`]: without a tolerance, and at most.
+/// See [`MET`]: without a tolerance, and at most, in parts of the size of what the contact involves.
 const FIXED: f64 = 1e-3;
 
 /// The time before and after an instant, in parts of 1 + |t|, between which what changes has jumped.
@@ -203,8 +202,8 @@ pub struct Change<'c, M: Simulate> {
     instant: M::State,
     state: &'c mut M::State,
     upkeep: &'c mut Upkeep<M>,
-    /// By which part of 1 + |q| steps may be off that end at events.
-    permitted: f64,
+    /// What the steps are made to that end at the events; `None` where none do.
+    steps: Option<StepOptions>,
     impacts: Vec<Impact>,
     error: Option<ChangeError>,
 }
@@ -217,14 +216,20 @@ impl<'c, M: Simulate> Change<'c, M> {
         state: &'c mut M::State,
         upkeep: &'c mut Upkeep<M>,
     ) -> Self {
-        Self { model, constants, instant, state, upkeep, permitted: CONSISTENT, impacts: Vec::new(), error: None }
+        Self { model, constants, instant, state, upkeep, steps: None, impacts: Vec::new(), error: None }
     }
 
     /// At the end of steps of these options.
     pub(super) fn after(self, options: &StepOptions) -> Self {
-        let StepOptions { fixed, tolerances, .. } = options;
-        let adaptive = (MET * tolerances.relative.max(tolerances.absolute)).clamp(CONSISTENT, FIXED);
-        Self { permitted: if fixed.is_some() { FIXED } else { adaptive }, ..self }
+        Self { steps: Some(*options), ..self }
+    }
+
+    /// By which part of its size a constraint may be met late, where steps end at events.
+    fn permitted(&mut self, constraint: &Constraint) -> f64 {
+        let Some(StepOptions { fixed, tolerances, .. }) = self.steps else { return CONSISTENT };
+        let size = self.upkeep.length(self.model, self.state, constraint);
+        let adaptive = MET * (tolerances.relative + tolerances.absolute / size);
+        if fixed.is_some() { FIXED } else { adaptive.clamp(CONSISTENT, FIXED) }
     }
 
     /// The state at the event, before the first action there.
@@ -285,7 +290,7 @@ impl<'c, M: Simulate> Change<'c, M> {
             }
             let pushes = constraint.kind == ConstraintKind::Holonomic && constraint.rows == 1;
             let free = constraint.switched.is_some_and(|switch| !change.state.modes().holds(switch));
-            let least = CONSISTENT * (1.0 + max_abs(change.state.u().as_slice()));
+            let least = CONSISTENT * change.upkeep.speed(change.model, change.state, constraint);
             if pushes && free && change.upkeep.slip(change.model, change.state, constraint) > least {
                 let rate = change.model.velocity_residual(change.state)[constraint.first];
                 return Err(ChangeError::ImpactAway { row: M::ROWS[constraint.first].name, rate });
@@ -315,7 +320,8 @@ impl<'c, M: Simulate> Change<'c, M> {
 
     /// What is met late, for where another one was met the step ended elsewhere, to within its tolerance, is put onto its ground.
     fn lift(&mut self, constraint: &'static Constraint) -> Result<(), ChangeError> {
-        if let Some((row, residual)) = self.far(constraint, self.permitted) {
+        let permitted = self.permitted(constraint);
+        if let Some((row, residual)) = self.far(constraint, permitted) {
             return Err(ChangeError::ContactMissed { row, residual });
         }
         let mut there = *self.state;
@@ -343,7 +349,7 @@ impl<'c, M: Simulate> Change<'c, M> {
             self.upkeep.slip(self.model, &beside, constraint)
         };
         let (before, after) = (slip(-BESIDE), slip(BESIDE));
-        let least = CONSISTENT * (1.0 + max_abs(self.state.u().as_slice()));
+        let least = CONSISTENT * self.upkeep.speed(self.model, self.state, constraint);
         (after - before).abs() > least && -side * after > least
     }
 
@@ -507,8 +513,10 @@ impl<'c, M: Simulate> Change<'c, M> {
             }
         }
         let jump = self.upkeep.impact(self.model, self.state, &hits)?;
+        // What was at rest takes its part of the impact of others, and has no speed but for the rounding of that.
+        let fastest = hits.iter().map(|hit| before[M::CONSTRAINTS[hit.0].first].abs()).fold(0.0, f64::max);
         for (contact, switch) in contacts {
-            if self.rests(&start, M::CONSTRAINTS[contact].first) {
+            if self.rests(&start, M::CONSTRAINTS[contact].first, fastest) {
                 self.state.modes_mut().engage(switch);
             }
         }
@@ -516,13 +524,13 @@ impl<'c, M: Simulate> Change<'c, M> {
         Ok(())
     }
 
-    /// Whether a row is at rest after an impact, but for rounding.
-    fn rests(&mut self, before: &M::State, row: usize) -> bool {
+    /// Whether a row is at rest after an impact, but for rounding; `fastest`: the largest rate of those that were hit with it.
+    fn rests(&mut self, before: &M::State, row: usize, fastest: f64) -> bool {
         let rate = self.model.velocity_residual(self.state)[row];
         let gradients = self.upkeep.gradients(self.model, self.state);
         let speeds = before.u().as_slice().iter().zip(self.state.u().as_slice()).map(|(a, b)| a.abs().max(b.abs()));
         let largest = gradients.row(row).iter().zip(speeds).map(|(x, speed)| x.abs() * speed).fold(0.0, f64::max);
-        rate.abs() <= 1e-10 * largest
+        rate.abs() <= 1e-10 * largest.max(fastest)
     }
 
     /// Records what was struck, and what else took an impulse with it.
@@ -555,7 +563,7 @@ impl<'c, M: Simulate> Change<'c, M> {
         }
     }
 
-    /// The row of a released holonomic constraint that is missed most, and its Φ, if it is missed by more than this part of 1 + |q|.
+    /// The row of a released holonomic constraint that is missed most, and its Φ, if it is missed by more than this part of its size.
     fn far(&mut self, constraint: &'static Constraint, part: f64) -> Option<(&'static str, f64)> {
         let holds = constraint.switched.is_none_or(|switch| self.state.modes().holds(switch));
         match constraint.kind {

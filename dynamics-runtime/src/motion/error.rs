@@ -156,6 +156,22 @@ pub enum SimulationErrorKind {
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
+    /// Friction, or another force that jumps, has brought the motion to rest: the accelerations on either side of the jump lead back to it.
+    RestsOnJump {
+        /// The coordinates whose accelerations jump, in the order of by how much.
+        coordinates: Involved,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// A reaction grows without bounds toward a place just ahead, from which on the equations with friction have no answer (Painlevé's paradox).
+    FrictionGrows {
+        /// The reaction that decides there, `floor`.
+        row: &'static str,
+        /// The time that velocities as they are take to get there.
+        ahead: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
     /// Three angles lock: what they turn has orientations beside this one that they cannot tell apart, and rates and accelerations without bounds.
     GimbalLock {
         /// The angles, and how near they are to locking.

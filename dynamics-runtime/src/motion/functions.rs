@@ -10,10 +10,10 @@ use super::error::SimulationErrorKind as Fault;
 use super::guard::{Guard, Guards};
 use super::simulate::Simulate;
 use super::upkeep::apart;
-use crate::constrain::assemble::CONSISTENT;
-use crate::constrain::{self, OutcomeOf};
+use crate::constrain::assemble::{CONSISTENT, size_along};
+use crate::constrain::{self, Gradients, OutcomeOf};
 use crate::error::SolveError;
-use crate::model::Known;
+use crate::model::{Known, ModelState, Vector};
 
 /// An event function given at the simulation.
 pub(crate) struct AdHoc<'m, S> {
@@ -163,6 +163,13 @@ impl<'m, M: Simulate> Functions<'m, M> {
     pub(super) fn is_apart(&self, index: usize, state: &M::State) -> bool {
         let guard = &self.guards[index - self.first_guard()];
         apart(self.model, state, (guard.constraint, CONSISTENT), &mut self.workspace.borrow_mut()).is_some()
+    }
+
+    /// The size against which the gap of a contact is judged.
+    pub(super) fn size(&self, index: usize, state: &M::State) -> f64 {
+        let (guard, mut workspace) = (&self.guards[index - self.first_guard()], self.workspace.borrow_mut());
+        let gradients = Gradients::alone(self.model, state, &mut workspace);
+        size_along(self.model, state.q().as_slice(), gradients.row(guard.constraint.first))
     }
 
     /// The speed with which a contact is hit: 0 of what is none.

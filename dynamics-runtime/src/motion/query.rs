@@ -331,7 +331,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
     fn interpolant(&self, index: usize, memory: &mut Option<Memory<M>>) -> Cached<M::Vector> {
         let step = self.step(index);
         let (mut maker, room) = match memory.take() {
-            Some(Memory { maker, next, room }) => (Some(maker).filter(|_| next == index), room),
+            Some(Memory { maker, next, room }) => (maker.filter(|_| next == index), room),
             None => (None, Vec::new()),
         };
         let mut plant = self.plant_in(index, room);
@@ -346,7 +346,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
             again => self.by_its_ends(&mut plant, &step, again),
         };
         let settles = M::IS_HELD && plant.settles_between(&*interpolant, &step, tolerances);
-        *memory = maker.map(|maker| Memory { maker, next: index + 1, room: plant.upkeep.into_memory() });
+        *memory = Some(Memory { maker, next: index + 1, room: plant.upkeep.into_memory() });
         Cached { index, interpolant, settles }
     }
 
@@ -407,11 +407,10 @@ pub struct Sampler<'a, 'm, M: Simulate> {
     memory: Option<Option<Memory<M>>>,
 }
 
-/// What made a step again, and which one it may go on with.
+/// What made a step again, if it may go on with another one, and which; and what constraints are kept in, whoever makes the next.
 struct Memory<M: Simulate> {
-    maker: Box<dyn Maker<M>>,
+    maker: Option<Box<dyn Maker<M>>>,
     next: usize,
-    /// What its constraints are kept in.
     room: Vec<f64>,
 }
 

@@ -2,12 +2,12 @@
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
-use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 mod act;
 mod corners;
 mod steps;
+mod watched;
 
 use super::causes::{self, Corner, explained};
 use super::creep::Creep;
@@ -23,7 +23,7 @@ use super::upkeep::Drifted;
 use super::watch::{Flow, Watch};
 use crate::constrain::Involved;
 use crate::constrain::weakness::{Weakness, weakness};
-use crate::integrate::{Crossing, Dense, Hermite, Knot, Phase, Step, StepError, StepOptions, Tolerances};
+use crate::integrate::{Dense, Hermite, Knot, Phase, Step, StepError, StepOptions, Tolerances};
 use crate::math;
 use crate::model::{Dynamics, Known, Model, ModelState, Vector};
 use crate::motion::Simulate;
@@ -158,9 +158,6 @@ struct Flight<'f, 'r, 'm, M: Simulate> {
     creep: Creep,
     slide: Slide,
 }
-
-/// Deviation of an event function half-way from the secant, in parts of its change, from which on it jumps.
-const JUMPS: f64 = 0.35;
 
 impl<M: Simulate> Flight<'_, '_, '_, M> {
     fn fly(mut self, sink: &mut dyn Sink<M>) -> Result<Ended<M::State>, Halt> {
@@ -353,57 +350,6 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         flow
     }
 
-    /// A step with its events: ends it at the first one that calls for an action.
-    fn watched(&mut self, sink: &mut dyn Sink<M>, mut step: Step<M::Vector>) -> Result<Flow, Halt> {
-        let h = step.h;
-        let at = |kind| Halt { kind, h };
-        let Plan { plant, watch, options, .. } = &mut *self.plan;
-        // What the interpolant or the scan objects to lies within this step: the motion ends before it.
-        let dense = match self.stepper.dense(plant, &step) {
-            Ok(dense) => dense,
-            Err(error) => return Err(self.take_back(&step, at(evaluation::<M>(error)))),
-        };
-        step.kept.between = plant.settles_between(&*dense, &step, &options.tolerances);
-        let plant = RefCell::new(plant);
-        let state = |theta: f64| plant.borrow_mut().within(&*dense, &step, &options.tolerances, theta);
-        if let Err(kind) = watch.scan(&step, self.stepper.scan(), &state) {
-            return Err(self.take_back(&step, at(kind)));
-        }
-        let acting = watch.first_acting();
-        let passive = &watch.found[..acting.unwrap_or(watch.found.len())];
-        let mut events: Vec<_> = passive
-            .iter()
-            .map(|crossing| passed(watch.name(crossing.index), crossing, state(crossing.theta)))
-            .collect();
-        let Some(acting) = acting else {
-            watch.carry_on();
-            self.check_sides(sink, &step)?;
-            events.into_iter().for_each(|event| sink.event(event));
-            return self.hand_over(sink, &step).map_err(at);
-        };
-        self.plan.watch.cut_after(acting);
-        let crossing = self.plan.watch.found[acting];
-        let whole = step;
-        let moves = match self.end_at(&mut step, &*dense, &crossing) {
-            Ok(moves) => moves,
-            Err(halt) => return Err(self.take_back(&whole, halt)),
-        };
-        if moves {
-            self.check_sides(sink, &step)?;
-        }
-        let end = self.now();
-        for event in &mut events {
-            // By the interpolant it is later than the end that the method itself has found: at the same instant.
-            if (event.time() - end.t()) * h > 0.0 {
-                (event.before, event.after) = (end, end);
-            }
-        }
-        events.into_iter().for_each(|event| sink.event(event));
-        let flow = if moves { self.hand_over(sink, &step).map_err(at)? } else { Flow::Continue };
-        let acted = self.act(sink, acting, step.h)?;
-        Ok(if flow == Flow::Stop { flow } else { acted })
-    }
-
     /// Ends the motion where a released constraint begins to slip against the side by which it rubs: see [`sides`].
     #[inline]
     fn check_sides(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<(), Halt> {
@@ -451,74 +397,6 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     fn take_back(&mut self, step: &Step<M::Vector>, halt: Halt) -> Halt {
         self.stepper.undo(step);
         halt
-    }
-
-    /// Ends the step at the crossing, by the method itself and not by its interpolant; a few secant corrections put the event
-    /// function to zero at the state that results. Returns false where the crossing is at the very start of the step.
-    fn end_at(
-        &mut self,
-        step: &mut Step<M::Vector>,
-        dense: &dyn Dense<M::Vector>,
-        crossing: &Crossing,
-    ) -> Result<bool, Halt> {
-        let whole = *step;
-        let Plan { plant, watch, options, .. } = &mut *self.plan;
-        let mut theta = crossing.theta;
-        let mut best: Option<(f64, f64)> = None;
-        for _ in 0..3 {
-            let end_t = whole.start.t + theta * whole.h;
-            if theta <= 0.0 || end_t == whole.start.t {
-                // Implicit methods have no step of length zero. It counts, so that events without end come to that of the steps.
-                self.stepper.reject(&whole);
-                return Ok(false);
-            }
-            let at = |kind| Halt { kind, h: whole.h };
-            *step = self.stepper.shorten(plant, &whole, end_t).map_err(halt::<M>)?;
-            let reached = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
-            let miss = watch.value(crossing.index, &reached).map_err(at)?;
-            if best.is_some_and(|(_, least)| miss.abs() >= least.abs()) {
-                break;
-            }
-            best = Some((theta, miss));
-            let width = 1e-4;
-            let (a, b) = ((theta - width).max(0.0), (theta + width).min(1.0));
-            let mut g = |theta| {
-                let state = plant.within(dense, &whole, &options.tolerances, theta);
-                watch.value(crossing.index, &state).map_err(at)
-            };
-            let (from, to) = (g(a)?, g(b)?);
-            // Where it jumps, as a reaction does where a force jumps, a secant leads away from the place: half-way it is on one side of the jump. A kink whose slopes are less than five to one apart bends less; of a sharper one the interpolant's place is taken.
-            if (g(0.5 * (a + b))? - 0.5 * (from + to)).abs() > JUMPS * (to - from).abs() {
-                break;
-            }
-            let slope = (to - from) / (b - a);
-            let better = theta - miss / slope;
-            if miss == 0.0 || !better.is_finite() || (better - theta).abs() > width || better > 1.0 {
-                break;
-            }
-            theta = better;
-        }
-        // The last correction may have been the worse one.
-        if let Some((theta, _)) = best {
-            let end_t = whole.start.t + theta * whole.h;
-            if end_t != step.end.t {
-                *step = self.stepper.shorten(&mut self.plan.plant, &whole, end_t).map_err(halt::<M>)?;
-            }
-        }
-        Ok(true)
-    }
-}
-
-fn passed<S: ModelState>(name: &str, crossing: &Crossing, state: S) -> EventRecord<S> {
-    let Crossing { index, direction, .. } = *crossing;
-    EventRecord {
-        name: name.into(),
-        index,
-        direction,
-        before: state,
-        after: state,
-        impacts: Vec::new(),
-        stopped: false,
     }
 }
 

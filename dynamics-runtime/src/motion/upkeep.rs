@@ -12,7 +12,7 @@ use super::conditioning::Conditioning;
 use super::error::SimulationErrorKind;
 use super::formulation::Formulation;
 use super::pace::{Pace, Turned};
-use crate::constrain::assemble::{Against, CONSISTENT, check_held};
+use crate::constrain::assemble::{Against, CONSISTENT, check_held, size_along};
 use crate::constrain::held::{active_rows, holds};
 use crate::constrain::memory::max_abs;
 use crate::constrain::{self, Diagnosis, Gradients};
@@ -552,7 +552,20 @@ impl<M: Constraints> Upkeep<M> {
     /// The side to which a released nonholonomic constraint of one row slips; `None` where it slips no faster than a start may miss it.
     pub(crate) fn slip_side(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> Option<f64> {
         let slip = self.slip(model, state, constraint);
-        (slip.abs() > CONSISTENT * (1.0 + max_abs(state.u().as_slice()))).then_some(slip.signum())
+        (slip.abs() > CONSISTENT * self.speed(model, state, constraint)).then_some(slip.signum())
+    }
+
+    /// The [size](size_along) of what a constraint of one row involves; the largest of several rows.
+    pub(crate) fn length(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> f64 {
+        let gradients = Gradients::alone(model, state, &mut self.workspace);
+        let rows = constraint.first..constraint.first + constraint.rows;
+        rows.map(|row| size_along(model, state.q().as_slice(), gradients.row(row))).fold(0.0, math::max)
+    }
+
+    /// The [size](size_along) of the velocities by which a constraint of one row is missed.
+    pub(crate) fn speed(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> f64 {
+        let gradients = Gradients::alone(model, state, &mut self.workspace);
+        size_along(model, state.u().as_slice(), gradients.row(constraint.first))
     }
 
     /// Φ̇ or A q̇ + b of a constraint of one row, as the velocity by which it is missed.
@@ -561,7 +574,7 @@ impl<M: Constraints> Upkeep<M> {
         Distances::of(model, state, &mut self.workspace).along(constraint.first, slip).copysign(slip)
     }
 
-    /// The row of a holonomic constraint that is missed most, if it is missed by more than this part of 1 + |q|.
+    /// The row of a holonomic constraint that is missed most, if it is missed by more than this part of its [size](size_along).
     pub(crate) fn apart(
         &mut self,
         model: &M,
@@ -599,7 +612,7 @@ impl From<SolveError> for PlaceError {
     }
 }
 
-/// The row of a holonomic constraint that is missed most, if it is missed by more than this part of 1 + |q|.
+/// The row of a holonomic constraint that is missed most, if it is missed by more than this part of its [size](size_along).
 pub(crate) fn apart<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -609,9 +622,11 @@ pub(crate) fn apart<M: Constraints>(
     let residual = model.residual(state);
     let distances = Distances::of(model, state, workspace);
     let rows = constraint.first..constraint.first + constraint.rows;
-    let far = rows.map(|row| (row, distances.along(row, residual[row])));
-    let (row, distance) = far.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let near = distance <= part * distances.size;
+    let of_size = |row: usize| {
+        distances.along(row, residual[row]) / size_along(model, state.q().as_slice(), distances.gradients.row(row))
+    };
+    let (row, off) = rows.map(|row| (row, of_size(row))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let near = off <= part;
     (!near).then(|| (M::ROWS[row].name, residual[row]))
 }
 

@@ -68,13 +68,13 @@ pub(crate) struct Rule<'m, M: Simulate> {
 }
 
 /// Events closer than this in a step happen at the same instant.
-const SIMULTANEOUS: f64 = 1e-12;
+pub(super) const SIMULTANEOUS: f64 = 1e-12;
 /// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q| and of what [`early_noise`] adds.
 const NOISE: f64 = 4.0 * f64::EPSILON;
 /// A guard whose function stays below this is at zero throughout a step, held there by others.
 const RESTLESS: f64 = 1e-11;
 
-/// What an open contact may close further, in parts of 1 + |q|, where it has just opened and opens for good: what has drifted while it was closed.
+/// What an open contact may close further, in parts of the size of what it involves, where it has just opened and opens for good: what has drifted while it was closed.
 const LIFT: f64 = 1e-9;
 
 /// What is known of a function where a step starts.
@@ -328,7 +328,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
         let noise = early_noise(knot, is_position);
         let left = leave(value, noise, |theta| functions.value(index, &state(theta), values))?;
         if is_position && matches!(self.standing[index], Standing::JustFired(_)) && !left.is_seen_to_rise() {
-            let drift = (2.0 * value.abs()).max(LIFT * (1.0 + max_abs(knot.y.q.as_slice())));
+            let drift = (2.0 * value.abs()).max(LIFT * functions.size(index, &state(0.0)));
             let until = match lifts(drift, |theta| functions.value(index, &state(theta), values))? {
                 Lift::Opens(start) => return Ok((Some(start), 1.0)),
                 Lift::Falls(theta) => theta,
@@ -353,6 +353,10 @@ impl<'m, M: Simulate> Watch<'m, M> {
             }
             Standing::ZeroAtStart if self.resets_on(index, direction) => {
                 self.found.push(Crossing { index, theta: 0.0, direction });
+                // With a slope it passes on there, too.
+                if matches!(left, Leave::Slope { .. }) {
+                    self.standing[index] = Standing::Zero;
+                }
             }
             _ => {}
         }
@@ -404,6 +408,21 @@ impl<'m, M: Simulate> Watch<'m, M> {
     /// Position in `found` of the first crossing that calls for an action.
     pub(crate) fn first_acting(&self) -> Option<usize> {
         self.found.iter().position(|c| acts(&self.rules, c))
+    }
+
+    /// Puts crossings to the end of the step, which was made to end at them: what its interpolant says of them is less. Of those that act it says nothing else, for others
+    /// rising and falling go on by turns.
+    pub(crate) fn end_with(&mut self, known: &[Crossing]) {
+        for crossing in known {
+            if acts(&self.rules, crossing) {
+                self.found.retain(|c| c.index != crossing.index);
+            } else if let Some(last) = self.found.iter().rposition(|c| c.index == crossing.index)
+                && self.found[last].direction == crossing.direction
+            {
+                self.found.remove(last);
+            }
+            self.found.push(*crossing);
+        }
     }
 
     /// Forgets the crossings after the first acting one and what happens with it at the same instant.
@@ -479,7 +498,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
                     self.zeno[index].note(before.t(), h, 0.0, name)?;
                     Standing::JustFired(c.direction)
                 }
-                // A reset that leaves the ball where it starts, on the floor and at rest, does nothing against what pulls it down.
+                // A reset that leaves the ball where it starts, on the floor and at rest, does nothing against what pulls it down. One that leaves what
+                // passes zero with a slope only looks at it.
                 Some(c) if c.theta == 0.0 && before == after && self.standing[index] == Standing::ZeroAtStart => {
                     return Err(self.repeats(index));
                 }

@@ -495,6 +495,20 @@ fn painleves_rod_slides_into_its_paradox() {
     }
 }
 
+/// Where friction brings the end of the rod to rest, that is what is said: nothing slips on from there, and nothing sticks.
+#[test]
+fn painleves_rod_comes_to_rest_on_the_jump_of_its_friction() {
+    let rod = PainleveRod { m: 1.0, l: 1.0, g: 9.81, mu: 0.7, linear: false };
+    for (theta, rate, slip) in [(1.2, 0.0, -1.0), (1.3, -0.2, -2.0), (1.2, 0.0, 0.3)] {
+        let error = rod.simulate(rod.slipping(theta, rate, slip)).until(5.0).max_steps(3000).run().unwrap_err();
+        let SimulationErrorKind::RestsOnJump { coordinates, .. } = &error.kind else {
+            panic!("{theta} {slip}: {error}")
+        };
+        assert!(rod.slip(&error.state).abs() < 1e-6 && error.time > 0.0, "{error}");
+        assert!(!coordinates.is_empty() && error.to_string().contains("lead to it from both sides"), "{error}");
+    }
+}
+
 #[test]
 fn stopping_in_a_change_stops() {
     let ball = Ball { m: 1.0, g: 9.81 };

@@ -121,6 +121,16 @@ impl fmt::Display for SimulationErrorKind {
                 "the mass matrix becomes singular on the motions that are left: nothing that moves with {coordinates} has inertia here ({share:.1e} of \
                  the least at the start), and velocities grow without bounds; give it a positive mass, or end the motion before"
             ),
+            Self::RestsOnJump { coordinates, cause } => write!(
+                f,
+                "the motion comes to rest on a jump of its accelerations, of {coordinates}, which lead to it from both sides, as friction does; let what sticks there be a switched \
+                 constraint, or smooth the jump. The method met: {cause}"
+            ),
+            Self::FrictionGrows { row, ahead, cause } => write!(
+                f,
+                "the reaction of `{row}` and friction by it grow without bounds: {ahead:.1e} ahead the equations with friction have no answer (Painlevé's paradox), and the \
+                 rigid model ends here; make the contact compliant, or end the motion before. The method met: {cause}"
+            ),
             Self::GimbalLock { at, cause } => {
                 let [first, _, last] = at.names;
                 write!(

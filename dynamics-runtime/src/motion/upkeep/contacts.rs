@@ -5,8 +5,9 @@ use alloc::vec::Vec;
 use super::super::guard::Contact;
 use super::{Distances, Upkeep};
 use crate::constrain;
+use crate::constrain::assemble::size_along;
 use crate::error::SolveError;
-use crate::model::{Constraint, Constraints, Modes};
+use crate::model::{Constraint, Constraints, ModelState, Modes, Vector};
 
 /// A contact of a run.
 #[derive(Clone)]
@@ -18,7 +19,7 @@ pub(crate) struct Closing {
     pub(in crate::motion) hardest: f64,
 }
 
-/// Contacts closer than this, in parts of 1 + |q|, touch: they are hit at the same instant.
+/// Contacts closer than this, in parts of their [size](size_along), touch: they are hit at the same instant.
 const TOUCHING: f64 = 1e-11;
 
 impl<M: Constraints> Upkeep<M> {
@@ -37,7 +38,8 @@ impl<M: Constraints> Upkeep<M> {
         let distances = Distances::of(model, state, &mut self.workspace);
         let touches = |at: usize| {
             let Constraint { first, switched, .. } = M::CONSTRAINTS[at];
-            let near = residual[first] <= 0.0 || distances.along(first, residual[first]) <= TOUCHING * distances.size;
+            let size = || size_along(model, state.q().as_slice(), distances.gradients.row(first));
+            let near = residual[first] <= 0.0 || distances.along(first, residual[first]) <= TOUCHING * size();
             switched.is_some_and(|switch| modes.holds(switch)) || near
         };
         Ok(self.contacts.iter().map(|contact| contact.constraint).filter(|at| touches(*at)).collect())
