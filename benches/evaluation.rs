@@ -49,10 +49,13 @@ struct Candidate<const N: usize> {
     evaluate: Evaluate<N>,
 }
 
-/// Somebody else's accelerations of a model: q and u are read, q̈ is written.
+/// Reads q and u and writes q̈.
+pub(crate) type Run = dyn Fn(&[f64], &[f64], &mut [f64]);
+
+/// Somebody else's accelerations of a model.
 pub(crate) struct Other {
     pub(crate) name: &'static str,
-    pub(crate) run: Box<dyn Fn(&[f64], &[f64], &mut [f64])>,
+    pub(crate) run: Box<Run>,
 }
 
 /// Gives those of a model, where `benches/peers/evaluation` has set it.

@@ -128,14 +128,13 @@ impl<M: Simulate + Clone> Atlas<M> {
     }
 }
 
-/// A parameter that is not what it was, with its value in the second; of models that do not tell their parameters nothing has changed, or everything.
+/// A parameter that is not what it was, with its value before; none of models that do not tell their parameters.
 fn changed<M: Simulate>(from: &M, to: &M) -> Option<(&'static str, f64)> {
-    let found = M::PARAMETERS.iter().enumerate().find_map(|(k, quantity)| {
-        let [before, after] = [from, to].map(|model| model.parameter(k));
-        // Bits: a zero may change its sign.
-        (before? + 0.0 != after? + 0.0).then_some((quantity.name, before?))
-    });
-    found
+    M::PARAMETERS.iter().enumerate().find_map(|(k, quantity)| {
+        let (before, after) = (from.parameter(k)?, to.parameter(k)?);
+        // What is not a number has not become another one: runs refuse it by its name.
+        (before != after && !before.is_nan()).then_some((quantity.name, before))
+    })
 }
 
 /// Options of one part of a motion: of a simulation of the model in one chart.
