@@ -8,6 +8,7 @@ use super::animation::{Animation, Film};
 use super::chart::Chart;
 use super::csv::header;
 use super::drawing::Drawing;
+#[cfg(feature = "std")]
 use super::error::OutputError;
 use super::motion::{chart, panels};
 use super::names::{self, Column};
