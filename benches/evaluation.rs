@@ -21,6 +21,7 @@ mod real;
 mod states;
 
 use std::hint::black_box;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 use dynamics::model::Vector;
@@ -48,8 +49,44 @@ struct Candidate<const N: usize> {
     evaluate: Evaluate<N>,
 }
 
+/// Reads q and u and writes q̈.
+pub(crate) type Run = dyn Fn(&[f64], &[f64], &mut [f64]);
+
+/// Somebody else's accelerations of a model.
+pub(crate) struct Other {
+    pub(crate) name: &'static str,
+    pub(crate) run: Box<Run>,
+}
+
+/// Gives those of a model, where `benches/peers/evaluation` has set it.
+pub(crate) static OTHERS: OnceLock<fn(&str) -> Vec<Other>> = OnceLock::new();
+
+/// The others of a model as candidates.
+fn others<const N: usize>(model: &str, places: &[Place<N>]) -> Vec<Candidate<N>> {
+    let known = OTHERS.get().map_or_else(Vec::new, |others| others(model));
+    let candidate = |Other { name, run }: Other| {
+        let places = places.to_vec();
+        Candidate {
+            name,
+            evaluate: Box::new(move |results: &mut [[f64; N]]| {
+                for ((q, u), result) in places.iter().map(black_box).zip(results) {
+                    run(q, u, result);
+                }
+            }),
+        }
+    };
+    known.into_iter().map(candidate).collect()
+}
+
 /// Times the candidates and prints them beside each other; `exact` gives what is right, with 31 digits.
-fn compare<const N: usize>(model: &str, exact: &[[f64; N]], candidates: &[Candidate<N>]) {
+fn compare<const N: usize>(
+    model: &str,
+    places: &[Place<N>],
+    exact: &[[f64; N]],
+    candidates: impl Into<Vec<Candidate<N>>>,
+) {
+    let mut candidates = candidates.into();
+    candidates.extend(others(model, places));
     let mut results = vec![vec![[0.0; N]; exact.len()]; candidates.len()];
     let once = |index: usize, result: &mut Vec<[f64; N]>, passes: usize| {
         let start = Instant::now();
@@ -139,8 +176,9 @@ fn double_pendulum() {
     let places = places(&states_of);
     compare(
         "double pendulum",
+        &places,
         &exact(&places, by_hand::double_pendulum),
-        &[
+        [
             derived!("derived", model, states_of),
             derived!("derived, sin_cos = accurate", accurate, states::<State<DoublePendulumAccurate>, 2>()),
             by_hand("closed form, inlined sines", &places, by_hand::double_pendulum::<Inlined>),
@@ -157,8 +195,9 @@ macro_rules! compare_chain {
         let places = places(&states_of);
         compare(
             $name,
+            &places,
             &exact(&places, by_hand::chain_tensions::<Pair, $links, $n>),
-            &[
+            [
                 derived!("derived", $model { cart: 2.0, m, l, g: 9.81 }, states_of),
                 $(derived!(
                     "derived, sin_cos = accurate",
@@ -178,13 +217,46 @@ fn arm_of_seven_hinges() {
     let at = places(&states_of);
     compare(
         "arm",
+        &at,
         &exact(&at, arm::in_the_world),
-        &[
-            derived!("derived", arm::arm(), states_of),
+        [
+            derived!("derived", arm::arm(), states_of.clone()),
+            derived!(
+                "derived, sin_cos = accurate",
+                arm::arm_accurate(),
+                states::<State<arm::accurate::ArmAccurate>, 7>()
+            ),
             by_hand("in the world, inlined sines", &at, arm::in_the_world::<Inlined>),
             by_hand("in the world", &at, arm::in_the_world::<Standard>),
         ],
     );
+    arm_for_control(&states_of);
+}
+
+/// Times what has nothing to be set beside it here.
+fn alone<S>(model: &str, name: &str, states: &[S], mut evaluate: impl FnMut(&S)) {
+    let passes = 50;
+    let mut least = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        for state in (0..passes).flat_map(|_| states) {
+            evaluate(black_box(state));
+        }
+        least = least.min(start.elapsed().as_secs_f64() * 1e9 / (passes * states.len()) as f64);
+    }
+    println!("{model:<16} {name:<30} {least:>8.1} ns");
+}
+
+/// What else is asked of an arm.
+fn arm_for_control(states: &[State<arm::Arm>]) {
+    let model = arm::arm();
+    alone("arm", "inverse dynamics", states, |state| {
+        black_box(model.inverse_dynamics(state, black_box(state.u())));
+    });
+    let (mut by_q, mut by_u) = ([0.0; 49], [0.0; 49]);
+    alone("arm", "q̈ by q and q̇", states, |state| {
+        black_box(model.acceleration_derivatives(state, &mut by_q, &mut by_u));
+    });
 }
 
 fn mechanisms() {
@@ -192,8 +264,9 @@ fn mechanisms() {
     let at = places(&states_of);
     compare(
         "Andrews",
+        &at,
         &exact(&at, loops::andrews_loops),
-        &[
+        [
             derived!("derived", loops::andrews::PUBLISHED, states_of),
             by_hand("loop by loop, inlined sines", &at, loops::andrews_loops::<Inlined>),
             by_hand("loop by loop", &at, loops::andrews_loops::<Standard>),
@@ -204,8 +277,9 @@ fn mechanisms() {
     let at = places(&states_of);
     compare(
         "slider-crank",
+        &at,
         &exact(&at, loops::slider_loops),
-        &[
+        [
             derived!("derived", loops::slider_crank(), states_of),
             by_hand("loop by loop, inlined sines", &at, loops::slider_loops::<Inlined>),
             by_hand("loop by loop", &at, loops::slider_loops::<Standard>),
@@ -214,7 +288,7 @@ fn mechanisms() {
     );
 }
 
-fn main() {
+pub(crate) fn main() {
     println!("errors at {} states, in eps of the largest acceleration there", states::STATES);
     println!("{:<16} {:<30} {:>11} {:>6} {:>6} {:>8}", "model", "accelerations", "time", "ratio", "median", "largest");
     double_pendulum();

@@ -100,7 +100,8 @@ fn main() -> common::Outcome {
         )
         .panel_height(360.0)
         .write_svg(files.path("cusps.svg"))?;
-    motion.animate(files.path("gyroscope.html"))?;
+    // The spin would be all that is seen of three angles.
+    motion.animation().plot(["angles[1]"]).write_html(files.path("gyroscope.html"))?;
     files.list();
     Ok(())
 }

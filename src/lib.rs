@@ -87,7 +87,7 @@ pub mod prelude {
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::motion::{
-        Contact, Direction, Flow, Formulation, Method, Motion, Simulate, SimulationError,
+        Atlas, Contact, Direction, Flow, Formulation, Method, Motion, Simulate, SimulationError,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Animation, Axis, Chart, Color, Drawing, Mark, Panel, Series};

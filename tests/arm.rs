@@ -80,6 +80,13 @@ proptest! {
             let scale: f64 = (0..7).map(|j| (mass[(k, j)] * found[j]).abs()).sum::<f64>() + 10.0;
             prop_assert!((needed[k] - motors[k]).abs() < 1e-12 * scale, "{k}: {} for {}", needed[k], motors[k]);
         }
+        // And asked for by itself, at any accelerations: what the motors have to give beside what they do.
+        let wanted: [f64; 7] = core::array::from_fn(|k| motors[6 - k] - q[k]);
+        let (asked, by_hand) = (model.inverse_dynamics(&state, &wanted.into()), torques(&model, q, u, wanted));
+        for k in 0..7 {
+            let scale: f64 = (0..7).map(|j| (mass[(k, j)] * wanted[j]).abs()).sum::<f64>() + 30.0;
+            prop_assert!((asked[k] - (by_hand[k] - motors[k])).abs() < 1e-12 * scale, "{k}: {} for {}", asked[k], by_hand[k]);
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The arm of seven hinges as one writes it down: Jacobians and inertia of every link in the world's axes, M = Σ JᵀIJ, LDLᵀ.
 
+#[macro_use]
 #[path = "../../tests/models/arm7.rs"]
 mod arm7;
 
@@ -7,6 +8,21 @@ use super::by_hand::solve;
 use super::real::Real;
 
 pub(crate) use arm7::{Arm, arm};
+
+/// With the standard library's sines.
+pub(crate) mod accurate {
+    use core::f64::consts::FRAC_PI_2;
+
+    use dynamics::prelude::*;
+
+    arm_of_seven_hinges!(ArmAccurate, accurate);
+}
+
+/// The same numbers.
+pub(crate) fn arm_accurate() -> accurate::ArmAccurate {
+    let Arm { masses, centers, inertia, hinges, g } = arm();
+    accurate::ArmAccurate { masses, centers, inertia, hinges, g }
+}
 
 type V<T> = [T; 3];
 

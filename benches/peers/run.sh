@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Measures other solvers on the problems of `examples/work_precision.rs`, then ours beside them, on this machine.
+# Measures other solvers on the problems of `examples/work_precision.rs`, then ours beside them, and single evaluations of accelerations beside what others
+# generate, on this machine.
 #
-#   benches/peers/run.sh [all | heyoka | scipy | sundials | casadi | crates | ours]...
+#   benches/peers/run.sh [all | heyoka | scipy | sundials | casadi | crates | ours | evaluation]...
 #
-# Needs Rust; python3 with venv for heyoka, SciPy and whatever integrates Andrews' mechanism; gcc for the crates; SUNDIALS 6 with its headers
+# Needs Rust; python3 with venv for heyoka, SciPy and whatever integrates Andrews' mechanism; gcc for the crates and, with g++, for the evaluations; SUNDIALS 6 with its headers
 # (Debian: libsundials-dev). What cannot be had is passed over, and says so. Everything is installed into a folder of its own below
 # `$CARGO_TARGET_DIR` or `benches/peers/target`; about 20 minutes in all, most of it for SciPy's implicit methods and for compiling.
 #
@@ -98,15 +99,73 @@ ours() {
     "${prefix[@]}" "$work/ours/release/examples/work_precision"
 }
 
+# The table of single evaluations: CasADi's and Pinocchio's generated C, Pinocchio and MuJoCo at run time, among the candidates of `benches/evaluation.rs`.
+evaluation() {
+    command -v gcc >/dev/null || { skip "the table of evaluations" "there is no gcc"; return; }
+    have casadi || { skip "the table of evaluations" "CasADi cannot be installed for python3 here"; return; }
+    local to="$work/evaluation" site further=() objects=()
+    rm -rf "$to"
+    mkdir -p "$to"
+    site="$("$python" -c 'import casadi, os; print(os.path.dirname(os.path.dirname(casadi.__file__)))')"
+    "$python" "$here/python/evaluation_c.py" "$to" >"$to/casadi.txt"
+    pinocchio_c && further+=(double_pendulum chain_5 chain_10 chain_20 chain_50 arm) && further=("${further[@]/%/_aba_at_run_time}")
+    mujoco_c && further+=(arm_mujoco_forward arm_mujoco_parts)
+    "$python" "$here/python/evaluation_table.py" "$to" "${further[@]}"
+    local source
+    for source in "$to"/peer_*.c "$to/table.c"; do
+        gcc -O3 -march=native -ffp-contract=fast -fPIC -I"$to" -c "$source" -o "${source%.c}.o"
+    done
+    # shellcheck disable=SC2046
+    g++ -shared "$to"/*.o -o "$to/libpeers_evaluation.so" $(cat "$to"/*.link 2>/dev/null) -lm
+    if ! PEERS_LIBRARY="$to" RUSTFLAGS="-C target-cpu=native" cargo build --release --quiet \
+        --manifest-path "$here/evaluation/Cargo.toml" --target-dir "$work/ours"; then
+        skip "the table of evaluations" "it cannot be built"
+        return
+    fi
+    "${prefix[@]}" "$work/ours/release/dynamics-peers-evaluation" | tee "$here/results/evaluation.txt"
+}
+
+# Pinocchio's algorithms: generated as C, and compiled as they are.
+pinocchio_c() {
+    if ! "$python" -c "import pinocchio" 2>/dev/null && ! "$python" -m pip install --quiet --disable-pip-version-check pin; then
+        skip Pinocchio "it cannot be installed for python3 here"
+        return 1
+    fi
+    local root="$site/cmeel.prefix" flags
+    flags="-std=c++17 -DNDEBUG -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS -I$root/include -I$site/casadi/include -I$site/casadi/include/eigen3"
+    # shellcheck disable=SC2086
+    if ! g++ -O1 $flags "$here/pinocchio/generate.cpp" -o "$to/generate" -L"$root/lib" -lpinocchio_default -L"$site/casadi" -lcasadi \
+        -Wl,-rpath,"$root/lib:$site/casadi" 2>"$to/pinocchio.log" ||
+        ! "$to/generate" "$to" double_pendulum chain:5 chain:10 chain:20 arm >"$to/pinocchio.txt" ||
+        ! g++ -O3 -march=native -fPIC $flags -c "$here/pinocchio/run.cpp" -o "$to/run.o" 2>>"$to/pinocchio.log"; then
+        skip Pinocchio "its headers cannot be compiled ($to/pinocchio.log)"
+        rm -f "$to/pinocchio.txt" "$to/run.o"
+        return 1
+    fi
+    echo "-L$root/lib -lpinocchio_default -Wl,-rpath,$root/lib" >"$to/pinocchio.link"
+}
+
+# MuJoCo on the arm.
+mujoco_c() {
+    have mujoco || { skip MuJoCo "it cannot be installed for python3 here"; return 1; }
+    local library
+    library="$(ls "$site"/mujoco/libmujoco.so.* | head -1)"
+    if ! gcc -O3 -march=native -fPIC -I"$site/mujoco/include" -c "$here/mujoco/arm.c" -o "$to/mujoco.o" 2>"$to/mujoco.log"; then
+        skip MuJoCo "its headers cannot be compiled ($to/mujoco.log)"
+        return 1
+    fi
+    echo "$library -Wl,-rpath,$site/mujoco" >"$to/mujoco.link"
+}
+
 parts=("$@")
 if [ ${#parts[@]} -eq 0 ] || [ "${parts[0]}" = all ]; then
-    parts=(heyoka scipy sundials casadi crates ours)
+    parts=(heyoka scipy sundials casadi crates ours evaluation)
 fi
 for name in "${parts[@]}"; do
     case "$name" in
-    heyoka | scipy | sundials | casadi | crates | ours) ;;
+    heyoka | scipy | sundials | casadi | crates | ours | evaluation) ;;
     *)
-        echo "there is no part $name; there are heyoka, scipy, sundials, casadi, crates, ours" >&2
+        echo "there is no part $name; there are heyoka, scipy, sundials, casadi, crates, ours, evaluation" >&2
         exit 2
         ;;
     esac

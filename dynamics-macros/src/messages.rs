@@ -203,6 +203,7 @@ catalogue! {
     too_large(function, operations, limit) "`{function}` would take {operations} operations, the limit is {limit}; use fewer coordinates or simpler expressions";
     zero_denominator() "something divides by an expression that is zero on every motion; check the denominators of outputs and events";
     not_quadratic(name) "`{name}` is not quadratic in the velocities; if it is meant so, write T − V as one `#[lagrangian]`";
+    corner_in_position(name) "`{name}` has velocities of positions that are chosen (`if`, `min`, `max`): where they have a corner masses would be struck; make the position a smooth function, as a `CubicSpline` parameter with `.at(..)`, or leave contact to `#[holonomic(switched)]` or a force";
     contains(role, name, what, reason) "the {role} `{name}` contains {what}; {reason}";
     no_effect(role, name, reason) "the {role} `{name}` {reason}; remove it or correct it";
     negative_inertia(direction, when) "the kinetic energy is negative where `{direction}` moves{when}; check its signs";

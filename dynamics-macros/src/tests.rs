@@ -4,6 +4,7 @@ mod constraints;
 mod errors;
 mod expansion;
 mod fuzzed;
+mod inverse;
 mod models;
 mod robustness;
 mod vocabulary;

@@ -391,6 +391,47 @@ pub trait Constraints: Dynamics {
     ) -> Option<Self::Vector>;
     /// ∂(Φ_qᵀλ)/∂q (N×N), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), by rows one after the other; NaN for a model that is too large for them.
     fn constraint_derivatives(&self, state: &Self::State, multipliers: &Self::Rows, values: &mut [f64]);
+    /// M q̈ − Q − Φ_qᵀλ at given q̈ and λ, N, by code of its own. `false` where none was generated: [`Constraints::inverse_dynamics_with`] does without.
+    #[inline]
+    fn inverse_unrolled(
+        &self,
+        _state: &Self::State,
+        _accelerations: &Self::Vector,
+        _multipliers: &Self::Rows,
+        _values: &mut [f64],
+    ) -> bool {
+        false
+    }
+    /// Inverse dynamics: the generalized forces, work-conjugate to the coordinates, that have to come on top of the model's own for these accelerations,
+    /// M(q,t) q̈ − Q(q,q̇,t). Inputs have the values that they have in the state: with motors at 0 it is what the motors have to give. Reactions of constraints are part of
+    /// it (and forces that depend on reactions are those without any); [`Constraints::inverse_dynamics_with`] takes reactions that are known.
+    ///
+    /// Of bodies that hang on one another by one recursion outward and one inward: operations in proportion to the joints, and M is not formed.
+    #[inline]
+    fn inverse_dynamics(&self, state: &Self::State, accelerations: &Self::Vector) -> Self::Vector {
+        self.inverse_dynamics_with(state, accelerations, &Self::Rows::zeros())
+    }
+    /// The generalized forces that have to come on top of the model's own and of reactions with these multipliers for these accelerations, M q̈ − Q − Φ_qᵀλ: zero for
+    /// q̈ and λ of a motion. NaN where forces depend on reactions and no code was generated for it.
+    fn inverse_dynamics_with(
+        &self,
+        state: &Self::State,
+        accelerations: &Self::Vector,
+        multipliers: &Self::Rows,
+    ) -> Self::Vector {
+        let mut needed = Self::Vector::zeros();
+        if self.inverse_unrolled(state, accelerations, multipliers, needed.as_mut_slice()) {
+            return needed;
+        }
+        let (mass, force, jacobian) = (self.mass_matrix(state), self.generalized_force(state), self.jacobian(state));
+        let (a, lambda) = (accelerations.as_slice(), multipliers.as_slice());
+        for (i, needed) in needed.as_mut_slice().iter_mut().enumerate() {
+            let carried: f64 = (0..a.len()).map(|j| mass[(i, j)] * a[j]).sum();
+            let held: f64 = (0..lambda.len()).map(|row| jacobian[(row, i)] * lambda[row]).sum();
+            *needed = if Self::FRICTION { f64::NAN } else { carried - force.as_slice()[i] - held };
+        }
+        needed
+    }
     /// Derivatives of the equations before they are solved, at given q̈ and λ: with r = M q̈ − Q − Φ_qᵀλ (N) joined by Φ̈ = Φ_q q̈ − γ (R),
     /// ∂r/∂q ((N + R)×N), ∂r/∂q̇ ((N + R)×N), ∂r/∂w ((N + R)×W) for W inputs, then the derivatives of [`Constraints::velocity_residual`] by q
     /// (R×N); by rows, one after the other. `false` where no code for them was generated.

@@ -6,6 +6,7 @@
 //! A motion keeps for each step only its start. The interpolant of a step is computed again where it is asked for, with the same
 //! stages that made the step, and so has the method's own dense order; a run pays for it only where events are watched.
 
+mod atlas;
 mod causes;
 mod change;
 mod conditioning;
@@ -45,6 +46,10 @@ mod work;
 mod zeno;
 
 pub use crate::integrate::{Direction, Method};
+pub use atlas::{
+    Atlas, AtlasError, AtlasErrorKind, AtlasMotion, AtlasSimulation, AtlasSummary, ChartChange, ChartError, Compared,
+    Leg, Placed,
+};
 pub use change::{Change, ChangeError, Impact};
 pub use conditioning::{Conditioning, Nearest};
 pub use doubts::{BelowRounding, Doubts};

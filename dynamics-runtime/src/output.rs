@@ -11,6 +11,7 @@
 //! | numbers | [`csv::Csv`] | `motion.write_csv("run.csv")` |
 
 mod animation;
+mod atlas;
 mod chart;
 mod color;
 pub mod csv;

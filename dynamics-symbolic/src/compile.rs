@@ -8,7 +8,7 @@ use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
 use crate::mechanics::{
     ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld, derive_on,
-    momentum_rates, output_variations, variations,
+    momentum_rates, output_variations, residual, variations,
 };
 use crate::schedule::{Program, Staging, schedule};
 use crate::series::{Series, Unexpandable, expand};
@@ -37,6 +37,8 @@ pub struct Programs {
     pub powers: Program,
     /// Derivatives of q̈, or why there are none: then the model is not linearised.
     pub jacobians: Result<Jacobians, NoJacobians>,
+    /// Inverse dynamics, M q̈ − Q − Φ_qᵀλ (N), reading accelerations and multipliers as symbols; `None` where it is too large to be emitted. Not listed.
+    pub inverse: Option<Program>,
     /// What [`Variations`](crate::mechanics::Variations) holds, one matrix after the other, by rows, reading accelerations and multipliers as
     /// symbols; `None` where it is too large to be emitted, or takes fourth derivatives of functions that are given by values. Not listed.
     pub variations: Option<Program>,
@@ -217,7 +219,9 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     programs.series = expand(&mut model.graph, &equations);
     report.push_str(&text::series_entry(&model, &programs.series));
     listing.push_str(&text::series_section(&model, &programs.series));
-    programs.variations = fitting_variations(&mut model);
+    let joined = residual(&mut model);
+    programs.inverse = fitting(&model.graph, "inverse", &joined[..model.coordinates.len()]);
+    programs.variations = fitting_variations(&mut model, &joined);
     programs.output_variations = fitting_output_variations(&mut model);
     // Of all nodes that are printed: series bring choices of their own.
     programs.kinks = followed(&model.graph, hazards.are_followed(&model.graph), &kinks, &of_reactions);
@@ -329,14 +333,15 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         series: Err(Unexpandable::TooLarge(0)),
         kinks: followed(g, true, &[], &[]),
         momentum_rates: None,
+        inverse: None,
         variations: None,
         output_variations: None,
     }
 }
 
 /// Derivatives of the equations before they are solved, unless they are too large or ask smooth functions for more than these give.
-fn fitting_variations(model: &mut Model) -> Option<Program> {
-    let all = variations(model).ok()?.all();
+fn fitting_variations(model: &mut Model, joined: &[NodeId]) -> Option<Program> {
+    let all = variations(model, joined).ok()?.all();
     fitting(&model.graph, "variations", &all)
 }
 

@@ -18,7 +18,7 @@ mod velocity_form;
 
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
-pub use derive::{Underivable, derive, derive_on, momentum_rates, output_variations, variations};
+pub use derive::{Underivable, derive, derive_on, momentum_rates, output_variations, residual, variations};
 pub use equations::{
     ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Released,
     Solution, SpeedEquations, Variations, Withheld,

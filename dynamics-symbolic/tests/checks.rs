@@ -112,7 +112,7 @@ fn kinetic_energy_is_quadratic_and_may_come_from_a_moving_frame() {
         b.mul(square, v)
     };
     b.energy("odd", EnergyRole::Kinetic, cube);
-    let expected = vec![Finding::NotQuadratic { name: "odd".into(), origin: Origin(0) }];
+    let expected = vec![Finding::NotQuadratic { name: "odd".into(), origin: Origin(0), chooses: false }];
     assert_eq!(findings(b.model), expected);
 
     let mut b = Builder::new("Conveyor");

@@ -320,7 +320,8 @@ impl Summary {
         if let Some(locking) = self.locking.as_ref().filter(|locking| locking.doubtful) {
             write!(
                 f,
-                "\n  warning      gimbal lock at t = {}: rounding takes {:.1e} of the accelerations there; use Euler parameters, or a set whose middle angle stays away \
+                "\n  warning      gimbal lock at t = {}: rounding takes {:.1e} of the accelerations there; use Euler parameters (`#[coordinates(e: [_; 4])]`, \
+                 `EulerParameters::new(q.e).rotation()` and its `norm_constraint()` under `#[holonomic]`), change charts (`Atlas`), or take a set whose middle angle stays away \
                  from its singular values, such as {}",
                 Rounded(locking.time),
                 (f64::EPSILON * locking.conditioning).min(1.0),
@@ -451,7 +452,7 @@ const TURNED: f64 = 3e-4;
 const MUCH: f64 = 10.0;
 
 /// A number with seven significant digits at most.
-pub(super) struct Rounded(pub(super) f64);
+pub(crate) struct Rounded(pub(crate) f64);
 
 impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -462,7 +463,7 @@ impl fmt::Display for Rounded {
 }
 
 /// A number with commas between thousands.
-pub(super) struct Grouped(pub(super) u64);
+pub(crate) struct Grouped(pub(crate) u64);
 
 impl fmt::Display for Grouped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -110,7 +110,7 @@ impl<M: Simulate> Csv<'_, '_, M> {
         Ok(Some((0..=rows).map(move |k| (start + k as f64 * signed).clamp(lo, hi))))
     }
 
-    fn row(&self, state: &M::State, line: &mut String) {
+    pub(super) fn row(&self, state: &M::State, line: &mut String) {
         let mut put = |value: f64| {
             if !line.is_empty() {
                 line.push(',');
@@ -132,7 +132,7 @@ impl<M: Simulate> Csv<'_, '_, M> {
     }
 }
 
-fn header<M: Simulate>() -> String {
+pub(super) fn header<M: Simulate>() -> String {
     let mut columns: Vec<Column> = [names::time::<M>()].to_vec();
     columns.extend(names::coordinates::<M>());
     columns.extend(names::velocities::<M>());

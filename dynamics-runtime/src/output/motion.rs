@@ -78,7 +78,7 @@ impl<M: Simulate> Motion<'_, M> {
     }
 
     /// The accepted states with interpolated ones between them, enough for smooth curves.
-    fn fine_states(&self) -> Vec<M::State> {
+    pub(super) fn fine_states(&self) -> Vec<M::State> {
         let mut sampler = self.sampler();
         let steps = self.steps();
         let parts = FINE.div_ceil(steps.len().max(1)).clamp(1, 200);
@@ -182,13 +182,17 @@ impl<M: Simulate + Draw> Film for Motion<'_, M> {
     }
 }
 
-fn chart(title: String, panels: impl IntoIterator<Item = Panel>) -> Chart {
+pub(super) fn chart(title: String, panels: impl IntoIterator<Item = Panel>) -> Chart {
     panels.into_iter().fold(Chart::new(title), Chart::panel)
 }
 
 /// Panels over time, one for each unit in the order in which the units appear, split where it would be crowded. `values` are rows
 /// of time and numbers.
-fn panels<M: Simulate>(what: &str, columns: impl Iterator<Item = Column>, rows: &[(f64, Vec<f64>)]) -> Vec<Panel> {
+pub(super) fn panels<M: Simulate>(
+    what: &str,
+    columns: impl Iterator<Item = Column>,
+    rows: &[(f64, Vec<f64>)],
+) -> Vec<Panel> {
     let mut groups: Vec<(String, Vec<(usize, Column)>)> = Vec::new();
     for (k, column) in columns.enumerate() {
         match groups.iter_mut().rev().find(|(unit, _)| *unit == column.unit) {

@@ -48,6 +48,8 @@ pub enum Finding {
         name: String,
         /// Its declaration.
         origin: Origin,
+        /// Velocities in it are chosen, and not by velocities: a position has branches.
+        chooses: bool,
     },
     /// Something that its role cannot have: accelerations in an energy, velocities in a potential, inputs whose rates would be needed.
     Contains {

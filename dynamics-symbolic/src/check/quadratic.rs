@@ -2,7 +2,7 @@
 //!
 //! Along a random line q̇ = a + s·d the third difference vanishes then, and only then (up to a chance of 1 in 2⁶¹).
 
-use crate::graph::{Dependence, Fingerprint, NodeId, Sampler, Symbol};
+use crate::graph::{Dependence, Fingerprint, Node, NodeId, Sampler, Symbol};
 use crate::mechanics::{EnergyRole, Model};
 
 use super::Finding;
@@ -13,9 +13,22 @@ pub(super) fn quadratic(model: &Model, found: &mut Vec<Finding>) {
         // Accelerations are reported as such.
         let clean = !model.graph.dependence(e.node).on(Dependence::ACCELERATIONS);
         if clean && !degree_at_most(model, &[e.node], 2, &|s| matches!(s, Symbol::Rate(_))) {
-            found.push(Finding::NotQuadratic { name: e.name.clone(), origin: e.origin });
+            let chooses = chooses_velocities(model, e.node);
+            found.push(Finding::NotQuadratic { name: e.name.clone(), origin: e.origin, chooses });
         }
     }
+}
+
+/// Whether there is a choice between velocities that the velocities do not make themselves: a position chosen by `if`, `min` or `max`, differentiated.
+fn chooses_velocities(model: &Model, node: NodeId) -> bool {
+    let g = &model.graph;
+    let moves = |id: NodeId| g.dependence(id).on(Dependence::RATES);
+    g.cone(&[node]).into_iter().any(|id| match g.node(id) {
+        Node::Select { left, right, then, otherwise, .. } => {
+            !moves(left) && !moves(right) && (moves(then) || moves(otherwise))
+        }
+        _ => false,
+    })
 }
 
 /// Whether nodes are polynomials of at most this degree (1 or 2) in the chosen symbols together.

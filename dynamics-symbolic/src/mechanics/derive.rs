@@ -131,29 +131,39 @@ pub fn momentum_rates(model: &mut Model) -> Vec<NodeId> {
     timeless(g, &all)
 }
 
-/// Derivatives of the equations before they are solved, by the sweeps that take fewer operations; nothing else needs them.
-///
-/// # Errors
-/// The nodes that were taken, where they are more than can end in programs that are emitted.
-pub fn variations(model: &mut Model) -> Result<Variations, usize> {
-    let size = (model.coordinates.len(), model.inputs.len());
+/// The equations before they are solved, with symbols for q̈ and λ: M q̈ − Q − Φ_qᵀλ (N), which is inverse dynamics, and Φ_q q̈ − γ (R). In the form that takes the fewest
+/// operations: of bodies that hang on one another by one recursion outward and one inward, so that operations are in proportion to the joints (J. Y. S. Luh, M. W. Walker and
+/// R. P. C. Paul, J. Dyn. Syst. Meas. Control 102 (1980) 69).
+pub fn residual(model: &mut Model) -> Vec<NodeId> {
+    let n = model.coordinates.len();
     let rows = Rows::of(model);
     let energies = Energies::sum(&mut model.graph, &model.energies);
     let tree = Tree::of(model, energies.kinetic, energies.potential);
     let g = &mut model.graph;
-    let parts = Parts::shortest(g, &energies, tree, size.0, &|g, parts| Some(parts.inverse(g, size.0)));
-    let applied = applied(g, &model.forces, &model.energies, size.0);
-    let inverse = parts.inverse(g, size.0);
+    let parts = Parts::shortest(g, &energies, tree, n, &|g, parts| Some(parts.inverse(g, n)));
+    let applied = applied(g, &model.forces, &model.energies, n);
+    let inverse = parts.inverse(g, n);
     let residual = applied.iter().fold(inverse, |total, (_, part)| each(g, &total, part, Graph::sub));
-    let (joined, velocities) = match &rows {
-        Some(rows) => (with_constraints(g, residual, rows), rows.velocity_residual.as_slice()),
-        None => (residual, &[][..]),
-    };
+    match &rows {
+        Some(rows) => with_constraints(g, residual, rows),
+        None => residual,
+    }
+}
+
+/// Derivatives of the equations before they are solved, which are [`residual`], by the sweeps that take fewer operations; nothing else needs them.
+///
+/// # Errors
+/// The nodes that were taken, where they are more than can end in programs that are emitted.
+pub fn variations(model: &mut Model, joined: &[NodeId]) -> Result<Variations, usize> {
+    let size = (model.coordinates.len(), model.inputs.len());
+    let rows = Rows::of(model);
+    let g = &mut model.graph;
+    let velocities = rows.as_ref().map_or(&[][..], |rows| rows.velocity_residual.as_slice());
     let mut best: Result<(usize, Graph, Variations), usize> = Err(0);
     for sweep in [Sweep::Forward, Sweep::Reverse] {
         // On a copy, so that what is not taken leaves no trace.
         let mut trial = g.clone();
-        match inverse::variations(&mut trial, &joined, velocities, sweep, size) {
+        match inverse::variations(&mut trial, joined, velocities, sweep, size) {
             Ok(found) => {
                 let operations = trial.operations(&found.all());
                 if best.as_ref().map_or(true, |(least, ..)| operations < *least) {

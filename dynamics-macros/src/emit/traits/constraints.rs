@@ -46,6 +46,7 @@ impl Emission<'_> {
             self.accelerate_unrolled(equations),
             self.correct_unrolled(equations),
             self.constraint_derivatives(programs),
+            self.inverse(),
             self.variations(),
             self.output_variations(),
         ];
@@ -66,11 +67,12 @@ impl Emission<'_> {
         let (model, private, n, f64) = (&self.surface.target, &self.private, self.degrees(), self.float());
         let (option, state) = (quote!(#private::Option), quote!(&<Self as Model>::State));
         let solved = quote!(#option<#private::Solved<<Self as Model>::Vector, Self::Rows>>);
+        let (of_inverse, inverse) = self.inverse();
         let (functions, variations) = self.variations();
         let (of_outputs, output_variations) = self.output_variations();
         // Not by the macro `unconstrained!`: its impl could not be put where the user's block is.
         quote! {
-            #functions #of_outputs
+            #of_inverse #functions #of_outputs
             impl #private::Constraints for #model {
                 type Rows = #private::SVector<#f64, 0>;
                 type Residual = #private::SVector<#f64, 0>;
@@ -111,7 +113,7 @@ impl Emission<'_> {
                     #option::Some(#private::vector([0.0; #n]))
                 }
                 fn constraint_derivatives(&self, _: #state, _: &Self::Rows, _: &mut [#f64]) {}
-                #variations #output_variations
+                #inverse #variations #output_variations
                 fn constraint_of(_: #private::TypeId) -> #option<#private::usize> { #option::None }
             }
         }
@@ -330,7 +332,12 @@ impl Emission<'_> {
         (functions, method)
     }
 
-    /// `fn variations`, where they are not too large to be emitted.
+    /// `fn inverse_unrolled`, where it is not too large to be emitted.
+    fn inverse(&self) -> Method {
+        self.written(self.compiled.programs.inverse.as_ref(), "inverse_unrolled")
+    }
+
+    /// `fn variations`, likewise.
     fn variations(&self) -> Method {
         self.written(self.compiled.programs.variations.as_ref(), "variations")
     }

@@ -135,8 +135,9 @@ impl fmt::Display for SimulationErrorKind {
                 let [first, _, last] = at.names;
                 write!(
                     f,
-                    "gimbal lock: {}, where `{first}` and `{last}` turn about one axis; use Euler parameters, or a set whose middle angle stays away from its \
-                     singular values, such as {}. The method met: {cause}",
+                    "gimbal lock: {}, where `{first}` and `{last}` turn about one axis; use Euler parameters (`#[coordinates(e: [_; 4])]`, \
+                     `EulerParameters::new(q.e).rotation()` and its `norm_constraint()` under `#[holonomic]`), change charts (`Atlas`), or take a set whose middle angle \
+                     stays away from its singular values, such as {}. The method met: {cause}",
                     at.describe(),
                     at.other_set()
                 )

@@ -1,0 +1,126 @@
+//! What shows a motion in several charts: outputs and pictures, which know of no charts, and a table that names them.
+
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::fmt::Write;
+
+use super::animation::{Animation, Film};
+use super::chart::Chart;
+use super::csv::header;
+use super::drawing::Drawing;
+#[cfg(feature = "std")]
+use super::error::OutputError;
+use super::motion::{chart, panels};
+use super::names::{self, Column};
+use crate::model::{Draw, ModelState};
+use crate::motion::{AtlasMotion, EventRecord, Simulate};
+
+impl<M: Simulate> AtlasMotion<'_, M> {
+    /// The declared outputs over time, those with the same unit in the same panel; without panels where none is declared. Lines mark the changes of charts.
+    #[must_use]
+    pub fn outputs_chart(&self) -> Chart {
+        let mut rows: Vec<(f64, Vec<f64>)> = Vec::new();
+        for leg in self.legs() {
+            rows.extend(leg.motion.fine_states().iter().map(|state| (state.t(), leg.motion.outputs_of(state))));
+        }
+        let changes: Vec<f64> = self.changes().iter().map(|change| change.time).collect();
+        let panels = panels::<M>("outputs", names::plain(M::OUTPUTS), &rows).into_iter();
+        let panels = panels.map(|panel| panel.instants("change of chart", changes.iter().copied()));
+        chart(alloc::format!("{}: outputs", M::NAME), panels)
+    }
+
+    /// The motion as comma-separated values, a row for each accepted step: the columns of [`Motion::csv`](crate::motion::Motion::csv), and before them the number of the
+    /// chart in which the angles and their rates are to be read. Where a chart changes, the same time comes twice.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        let mut out = String::from("chart,");
+        out.push_str(&header::<M>());
+        let mut line = String::new();
+        for leg in self.legs() {
+            let table = leg.motion.csv();
+            for state in leg.motion.steps() {
+                line.clear();
+                table.row(&state, &mut line);
+                let _ = write!(out, "{},{line}", leg.chart);
+            }
+        }
+        out
+    }
+}
+
+/// As files; the folders that a path needs are made.
+#[cfg(feature = "std")]
+impl<M: Simulate> AtlasMotion<'_, M> {
+    /// Writes [`outputs_chart`](AtlasMotion::outputs_chart) as an SVG file.
+    pub fn plot_outputs(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
+        Ok(self.outputs_chart().write_svg(path)?)
+    }
+
+    /// Writes [`to_csv`](AtlasMotion::to_csv) to a file.
+    pub fn write_csv(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
+        use std::io::Write as _;
+        let mut file = super::file::create(path.as_ref())?;
+        file.write_all(self.to_csv().as_bytes()).and_then(|()| file.flush()).map_err(OutputError::Stream)
+    }
+
+    /// Writes the motion as one page that plays in any browser.
+    pub fn animate(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError>
+    where
+        M: Draw,
+    {
+        self.animation().write_html(path)
+    }
+}
+
+impl<M: Simulate + Draw> AtlasMotion<'_, M> {
+    /// The motion as an animation that can still be changed.
+    #[must_use]
+    pub fn animation(&self) -> Animation<'_> {
+        Animation::new().add(self, "")
+    }
+}
+
+impl<M: Simulate + Draw> Film for AtlasMotion<'_, M> {
+    fn title(&self) -> String {
+        M::NAME.to_string()
+    }
+
+    fn method(&self) -> String {
+        self.legs()[0].motion.method().to_string()
+    }
+
+    fn summary(&self) -> String {
+        self.summary().to_string()
+    }
+
+    fn span(&self) -> [f64; 2] {
+        [self.start_time(), self.end_time()]
+    }
+
+    fn time_unit(&self) -> String {
+        names::time_unit::<M>().to_string()
+    }
+
+    /// Outputs alone: angles jump with their chart.
+    fn quantities(&self) -> Vec<(String, String)> {
+        names::plain(M::OUTPUTS).map(|Column { name, unit }| (name, unit)).collect()
+    }
+
+    fn events(&self) -> Vec<(f64, String)> {
+        AtlasMotion::events(self).map(|event| (EventRecord::time(event), event.name.clone())).collect()
+    }
+
+    fn play(&self, times: &[f64], show: &mut dyn FnMut(&Drawing, &[f64])) {
+        // Times follow each other: one sampler lasts as long as its part.
+        let mut rest = times;
+        while let Some(first) = rest.first() {
+            let leg = self.leg_at(*first);
+            let here = rest.iter().take_while(|t| core::ptr::eq(self.leg_at(**t), leg)).count();
+            for state in leg.motion.sample(rest[..here].iter().copied()) {
+                let picture = leg.motion.model().draw(&leg.motion.coordinates_of(&state));
+                show(&picture, &leg.motion.outputs_of(&state));
+            }
+            rest = &rest[here..];
+        }
+    }
+}
