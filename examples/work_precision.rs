@@ -105,7 +105,7 @@ impl Session {
 }
 
 const DOP853: &str = "DOP853 (order 8)";
-const AS_ODE: [&str; 2] = ["DOP853, as ODE", "Verner 9(8), as ODE"];
+const AS_ODE: [&str; 3] = ["DOP853, as ODE", "Verner 9(8), as ODE", "Taylor series, as ODE"];
 const DP5: &str = "Dormand–Prince 5(4)";
 
 /// Explicit methods that choose their step.
@@ -199,6 +199,7 @@ fn constrained(session: &mut Session) -> Result<()> {
     // What other solvers are given: accelerations, and nothing that holds the constraints.
     let study = study.variant(AS_ODE[0], methods::Dop853, |s| s.formulation(Formulation::Augmented));
     let study = study.variant(AS_ODE[1], methods::Verner9, |s| s.formulation(Formulation::Augmented));
+    let study = study.variant(AS_ODE[2], methods::Taylor::default(), |s| s.formulation(Formulation::Augmented));
     let study = session.study("Andrews", 13, study)?;
     // Forces of up to hundreds of newtons.
     digits(&study, 100.0);

@@ -4,6 +4,9 @@ use core::fmt;
 
 use crate::model::Quantity;
 
+/// Is shown a share and whose it is.
+type See<'a> = &'a mut dyn FnMut(usize, f64);
+
 /// The coordinates or constraint rows that take part in something, the most involved first; the first six are kept.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Involved {
@@ -24,7 +27,7 @@ impl Involved {
     }
 
     /// As [`Involved::ranked`], of sizes that `all` shows; compiled once, and not with every model.
-    fn rank(of: &'static [Quantity], all: &dyn Fn(&mut dyn FnMut(usize, f64))) -> Self {
+    fn rank(of: &'static [Quantity], all: &dyn Fn(See<'_>)) -> Self {
         let mut out = Self { of, kept: [0; Self::KEPT], count: 0 };
         let (mut largest, mut count) = (0.0_f64, 0_usize);
         all(&mut |_, share| largest = largest.max(share));

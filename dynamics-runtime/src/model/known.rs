@@ -10,12 +10,16 @@ pub(crate) trait Known: Constraints {
     /// It has no constraints.
     const IS_FREE: bool = Self::ROWS.is_empty();
     /// It has constraints.
+    #[cfg(feature = "alloc")]
     const IS_HELD: bool = !Self::ROWS.is_empty();
     /// Its expressions have branches.
+    #[cfg(feature = "alloc")]
     const HAS_KINKS: bool = Self::KINKS > 0;
     /// What depends on its reactions has branches.
+    #[cfg(feature = "alloc")]
     const HAS_REACTION_KINKS: bool = Self::REACTION_KINKS > 0;
     /// There are no branches at all.
+    #[cfg(feature = "alloc")]
     const IS_SMOOTH: bool = Self::KINKS + Self::REACTION_KINKS == 0;
 }
 

@@ -165,8 +165,12 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         if self.plan.resumes.is_none() {
             self.begin(sink)?;
         }
-        while self.stepper.now().t != self.plan.end {
-            self.check().map_err(|kind| Halt { kind, h: self.stepper.tally().proposed })?;
+        loop {
+            let tally = self.stepper.tally();
+            if tally.t == self.plan.end {
+                break;
+            }
+            self.check(&tally).map_err(|kind| Halt { kind, h: tally.proposed })?;
             let mut step = self.advance()?;
             let corner = self.end_before_corner(&mut step)?;
             if let Err(kind) = self.check_drift(&step) {
@@ -221,11 +225,11 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         self.plan.plant.state(knot.t, &knot.y.q, &knot.y.u)
     }
 
-    fn check(&mut self) -> Result<(), Kind> {
+    fn check(&mut self, tally: &Tally) -> Result<(), Kind> {
         let limit = self.plan.most_steps;
         let before = self.plan.resumes.as_ref().map_or(0, |(_, steps)| *steps);
-        let Tally { accepted, rejected, proposed, stiff_at, slides_at, slides } = self.stepper.tally();
-        let (made, now) = (before + accepted + rejected, self.stepper.now().t);
+        let Tally { t: now, accepted, rejected, proposed, stiff_at, slides_at, slides } = *tally;
+        let made = before + accepted + rejected;
         // Where it is stiff or slides, that is what is to be said.
         if let Some(at) = self.creep.note(made, now, self.plan.end)
             && stiff_at.is_none()

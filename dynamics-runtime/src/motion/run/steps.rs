@@ -8,8 +8,9 @@ use super::super::plant::{EvaluationError, Plant};
 use super::super::simulate::Simulate;
 use crate::integrate::{Knot, Phase, Scheme, Step, StepError, Stepper};
 
-/// What a stepper has counted and found.
+/// Where a stepper stands, and what it has counted and found.
 pub(crate) struct Tally {
+    pub(crate) t: f64,
     pub(crate) accepted: u64,
     pub(crate) rejected: u64,
     /// Size proposed for the next step, positive.
@@ -50,6 +51,7 @@ impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
 
     fn tally(&self) -> Tally {
         Tally {
+            t: self.now().t,
             accepted: self.accepted(),
             rejected: self.rejected(),
             proposed: self.proposed_step(),
