@@ -37,6 +37,13 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.scheme.forget();
     }
 
+    /// Stands again where it stood some steps before. They remain counted.
+    pub fn go_back(&mut self, to: &Knot<V>) {
+        self.now = *to;
+        self.origin = (to.t, 0);
+        self.scheme.forget();
+    }
+
     /// Takes it back as one that was tried in vain.
     pub fn reject(&mut self, step: &Step<V>) {
         self.undo(step);

@@ -176,6 +176,16 @@ impl fmt::Display for SimulationErrorKind {
                  on, if on any, what its constraints have drifted would decide; choose `Formulation::Projected`",
                 rows.rank_loss()
             ),
+            Self::BranchesTouch { row, at, changed } => write!(
+                f,
+                "branches of constraint `{row}` touch at t = {}, where its gradient vanishes: {}; declare the branch that is meant by itself (`y - x.powi(2)` in place of \
+                 `y.powi(2) - x.powi(4)`), choose a tolerance of 1e-6 to 1e-9, whose steps may go over the place, or end the motion before",
+                Rounded(*at),
+                match changed {
+                    true => "they have a tangent in common, and steps beside it ended on another branch than that of the motion",
+                    false => "on which of them the motion goes on, if on any, is not decided",
+                }
+            ),
             Self::SlipsBack { constraint, slip, at, sticks: true, .. } => write!(
                 f,
                 "constraint `{constraint}` is released and comes to rest, or is at rest, where its friction holds it: it sticks, and friction by its side \
