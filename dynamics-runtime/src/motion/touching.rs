@@ -34,6 +34,10 @@ const RISES: f64 = 1e-2;
 const TOUCH: f64 = 1.4;
 /// Most states that are kept.
 const MOST: usize = 128;
+/// Distance at which it is tried first, in usual steps: the polynomial reaches over as much as one of them.
+const SPAN: f64 = 0.25;
+/// Usual steps behind the place from which on it is tried.
+const FIRST: f64 = 0.05;
 /// Halvings of the distance at which it is tried to decide.
 const HALVINGS: u32 = 8;
 /// Usual steps behind the place up to which it is tried.
@@ -205,8 +209,7 @@ impl<M: Constraints> Touching<M> {
             // A start in such a place has been looked at.
             let begins = (t - self.seen[0].knot.t).abs() <= BEGINS * self.longest;
             if least <= VANISHES * self.most.0[row] && !begins {
-                let next = if tiny { self.longest * 0.05 } else { 0.0 };
-                self.pending = Some(Pending { row, at: t, next });
+                self.pending = Some(Pending { row, at: t, next: FIRST * self.longest });
                 return;
             }
         }
@@ -261,10 +264,19 @@ impl<M: Constraints> Touching<M> {
         let Self { seen, weights, workspace, .. } = self;
         let (row, knots) = (pending.row, seen.iter().map(|seen| seen.knot).collect::<Vec<_>>());
         let mut path = Path::new(plant, &knots, (pending.at, row), weights, workspace);
-        let most = (knots[knots.len() - 1].t - pending.at).abs().min(self.longest);
-        (0..HALVINGS).map(|k| most * math::powi(0.5, k as i32)).find_map(|distance| {
-            let power = path.power(distance)?;
-            if power < TOUCH { Some(true) } else { path.keeps(distance) }
-        })
+        let most = (knots[knots.len() - 1].t - pending.at).abs().min(SPAN * self.longest);
+        let mut found = None;
+        for k in 0..HALVINGS {
+            let distance = most * math::powi(0.5, k as i32);
+            let Some(power) = path.power(distance) else { continue };
+            let kept = if power < TOUCH { Some(true) } else { path.keeps(distance) };
+            match kept {
+                Some(true) => return kept,
+                // Polynomials that reach too far agree by chance.
+                Some(false) if found == kept => return kept,
+                _ => found = kept.or(found),
+            }
+        }
+        None
     }
 }

@@ -17,6 +17,10 @@ const NODES: usize = 4;
 const STEPS: f64 = 4.0;
 /// Most of them.
 const MOST: f64 = 400.0;
+/// How often it is looked for the place.
+const REFINED: u32 = 4;
+/// Difference of the powers on both sides of the place that are one.
+const SAME: f64 = 0.5;
 /// Part of its length by which the gradients that two degrees foretell may differ.
 const AGREE: f64 = 0.25;
 /// Part of its length by which the gradient that is met may differ from what is foretold.
@@ -59,14 +63,33 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
         Self { plant, knots, at, row, direction, weights, workspace }
     }
 
-    /// The power of the distance with which the gradient vanishes, before the place.
+    /// The power of the distance with which the gradient vanishes on both sides; `None` where they do not agree, as so near that it is not known well enough where the place is.
     pub(super) fn power(&mut self, distance: f64) -> Option<f64> {
-        let [near, far] = [-1.0, -2.0].map(|side| {
+        for _ in 0..REFINED {
+            let [far, before, after, beyond] = self.lengths(distance)?;
+            let powers = [math::ln(far / before), math::ln(beyond / after)].map(|x| x / core::f64::consts::LN_2);
+            let power = 0.5 * (powers[0] + powers[1]);
+            if (powers[0] - powers[1]).abs() <= SAME {
+                return Some(power);
+            }
+            if power.is_nan() || power < 0.5 {
+                return None;
+            }
+            // Lengths c (D ± δ)^p at a distance D from where it was taken to be.
+            let ratio = math::powf(before / after, 1.0 / power);
+            self.at += self.direction * distance * ((ratio - 1.0) / (ratio + 1.0)).clamp(-0.5, 0.5);
+        }
+        None
+    }
+
+    /// Of the gradient, two distances and one before the place, and one and two behind it.
+    fn lengths(&mut self, distance: f64) -> Option<[f64; 4]> {
+        let mut lengths = [0.0; 4];
+        for (length, side) in lengths.iter_mut().zip([-2.0, -1.0, 1.0, 2.0]) {
             let y = self.state(side, distance)?;
-            Some(norm(&self.gradient(side, distance, &y)))
-        });
-        let power = math::ln(far? / near?) / core::f64::consts::LN_2;
-        power.is_finite().then_some(power)
+            *length = norm(&self.gradient(side, distance, &y));
+        }
+        Some(lengths)
     }
 
     /// Whether the motion behind the place is on the branch on which it was before; `None` where that cannot be decided.
