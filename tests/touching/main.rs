@@ -2,6 +2,7 @@
 
 #![allow(unreachable_pub, missing_docs, dead_code)]
 mod curves;
+mod others;
 mod probe;
 
 use curves::*;

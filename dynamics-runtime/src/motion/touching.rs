@@ -7,7 +7,7 @@
 //! What is different is that a motion is smooth and one that changes branches is not. From states before the place, a distance D away and more, a polynomial through q and q̇ (Hermite, of degree 7, and
 //! one of degree 5, to judge the first by) is continued to a distance D behind it. Between neighbouring branches Φ changes its sign there and ∂Φ/∂q with it, from g to −g: where the gradients at both ends of
 //! the polynomials agree to a quarter of their length it is decided on which branch the motion belongs, and where that at the state reached differs by more than half of it, it is on another one.
-//! Distances are taken as they come, from the smallest at which that is decided; up to [`FAR`] steps of usual length. Where none decides nothing is known, and a motion ends there, too.
+//! Distances are taken as they come, from the smallest at which that is decided; until the place is left behind. Where none decides nothing is known, and a motion ends there, too.
 //!
 //! Source: M. Golubitsky & D. G. Schaeffer, Singularities and Groups in Bifurcation Theory I, Springer 1985, ch. II (contact of branches, x^k: A₁ crossing, A₃ tacnode, A₅ …).
 
@@ -36,6 +36,12 @@ const TOUCH: f64 = 1.4;
 const MOST: usize = 128;
 /// Distance at which it is tried first, in usual steps: the polynomial reaches over as much as one of them.
 const SPAN: f64 = 0.25;
+/// Parts of the longest gradient: up to the first it is tried at any distance, whatever steps are; below the second rounding counts, above the last the place is left behind.
+const SMALL: f64 = 1e-2;
+/// See [`SMALL`].
+const LEAST: f64 = 1e-5;
+/// See [`SMALL`].
+const LARGE: f64 = 0.1;
 /// Usual steps behind the place from which on it is tried.
 const FIRST: f64 = 0.05;
 /// Halvings of the distance at which it is tried to decide.
@@ -71,6 +77,8 @@ struct Pending {
     at: f64,
     /// The distance from which on it is tried next.
     next: f64,
+    /// How far behind it the gradient was still small.
+    small: f64,
 }
 
 /// A state that was reached, with the lengths of the gradients there.
@@ -122,8 +130,13 @@ impl<M: Constraints> Touching<M> {
         if self.pending.is_none() {
             self.suspect(plant, last);
         }
-        let pending = self.pending?;
+        let pending = self.pending.as_mut()?;
         let gone = (now.t - pending.at).abs();
+        let part = self.seen[self.seen.len() - 1].lengths[pending.row] / self.most.0[pending.row];
+        if part <= SMALL {
+            pending.small = math::max(pending.small, gone);
+        }
+        let pending = *pending;
         let rests = self.rests(plant, &pending);
         if gone < pending.next && !last && !rests {
             return None;
@@ -137,7 +150,7 @@ impl<M: Constraints> Touching<M> {
                 None
             }
             Some(false) => Some(touch(true)),
-            None if rests || last && gone > 0.0 || gone > FAR * self.longest => Some(touch(false)),
+            None if rests || last && gone > 0.0 || part > LARGE && gone > FAR * self.longest => Some(touch(false)),
             None => {
                 self.pending = Some(Pending { next: NEXT * gone, ..pending });
                 None
@@ -209,7 +222,7 @@ impl<M: Constraints> Touching<M> {
             // A start in such a place has been looked at.
             let begins = (t - self.seen[0].knot.t).abs() <= BEGINS * self.longest;
             if least <= VANISHES * self.most.0[row] && !begins {
-                self.pending = Some(Pending { row, at: t, next: FIRST * self.longest });
+                self.pending = Some(Pending { row, at: t, next: FIRST * self.longest, small: 0.0 });
                 return;
             }
         }
@@ -261,14 +274,16 @@ impl<M: Constraints> Touching<M> {
 
     /// Whether the motion is on its branch behind the place; `None` where that is not decided yet.
     fn decide(&mut self, plant: &Plant<'_, '_, M>, pending: &Pending) -> Option<bool> {
+        let least = LEAST * self.most.0[pending.row];
         let Self { seen, weights, workspace, .. } = self;
         let (row, knots) = (pending.row, seen.iter().map(|seen| seen.knot).collect::<Vec<_>>());
         let mut path = Path::new(plant, &knots, (pending.at, row), weights, workspace);
-        let most = (knots[knots.len() - 1].t - pending.at).abs().min(SPAN * self.longest);
+        let most = (knots[knots.len() - 1].t - pending.at).abs();
+        let most = most.min(math::max(SPAN * self.longest, pending.small));
         let mut found = None;
         for k in 0..HALVINGS {
             let distance = most * math::powi(0.5, k as i32);
-            let Some(power) = path.power(distance) else { continue };
+            let Some(power) = path.power(distance, least) else { continue };
             let kept = if power < TOUCH { Some(true) } else { path.keeps(distance) };
             match kept {
                 Some(true) => return kept,

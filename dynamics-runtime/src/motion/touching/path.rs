@@ -64,9 +64,13 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
     }
 
     /// The power of the distance with which the gradient vanishes on both sides; `None` where they do not agree, as so near that it is not known well enough where the place is.
-    pub(super) fn power(&mut self, distance: f64) -> Option<f64> {
+    /// Gradients shorter than `least` say nothing.
+    pub(super) fn power(&mut self, distance: f64, least: f64) -> Option<f64> {
         for _ in 0..REFINED {
             let [far, before, after, beyond] = self.lengths(distance)?;
+            if !(before > least && after > least) {
+                return None;
+            }
             let powers = [math::ln(far / before), math::ln(beyond / after)].map(|x| x / core::f64::consts::LN_2);
             let power = 0.5 * (powers[0] + powers[1]);
             if (powers[0] - powers[1]).abs() <= SAME {
