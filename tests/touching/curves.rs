@@ -5,29 +5,29 @@ use dynamics::prelude::*;
 
 /// Where a curve lies, and what the bead weighs along both axes.
 #[derive(Clone, Copy, Debug)]
-pub struct Scene {
-    pub mass: f64,
-    pub pull: [f64; 2],
-    pub place: [f64; 2],
-    pub along: [f64; 2],
+pub(crate) struct Scene {
+    pub(crate) mass: f64,
+    pub(crate) pull: [f64; 2],
+    pub(crate) place: [f64; 2],
+    pub(crate) along: [f64; 2],
 }
 
 impl Scene {
     /// From the curve's own axes.
-    pub fn out(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn out(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [c, s] = self.along;
         [self.place[0] + c * x - s * y, self.place[1] + s * x + c * y]
     }
 
     /// Likewise, of velocities.
-    pub fn turn(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn turn(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [c, s] = self.along;
         [c * x - s * y, s * x + c * y]
     }
 }
 
 /// A curve as both of its models give it: where a motion by the parameter ends, and the start of one on the row.
-pub trait Curve {
+pub(crate) trait Curve {
     type Bead: Simulate + Constraints;
     fn bead(scene: &Scene) -> Self::Bead;
     /// Where the motion is from a parameter and its rate, at its end and in the curve's own axes.
@@ -36,17 +36,17 @@ pub trait Curve {
 }
 
 macro_rules! curve {
-    ($module:ident, $name:literal, |$x:ident, $y:ident| $row:expr, |$s:ident| $place:expr) => {
-        pub mod $module {
+    ($module:ident, |$x:ident, $y:ident| $row:expr, |$s:ident| $place:expr) => {
+        pub(crate) mod $module {
             use super::*;
 
             #[derive(Clone, Debug, Dynamics)]
             #[coordinates(x, y)]
-            pub struct Bead {
-                pub mass: f64,
-                pub pull: [f64; 2],
-                pub place: [f64; 2],
-                pub along: [f64; 2],
+            pub(crate) struct Bead {
+                pub(crate) mass: f64,
+                pub(crate) pull: [f64; 2],
+                pub(crate) place: [f64; 2],
+                pub(crate) along: [f64; 2],
             }
 
             #[dynamics]
@@ -69,9 +69,9 @@ macro_rules! curve {
 
             #[derive(Clone, Debug, Dynamics)]
             #[coordinates(s)]
-            pub struct Alone {
-                pub mass: f64,
-                pub pull: [f64; 2],
+            pub(crate) struct Alone {
+                pub(crate) mass: f64,
+                pub(crate) pull: [f64; 2],
             }
 
             #[dynamics]
@@ -90,7 +90,7 @@ macro_rules! curve {
                 }
             }
 
-            pub struct At;
+            pub(crate) struct At;
 
             impl Curve for At {
                 type Bead = Bead;
@@ -104,7 +104,8 @@ macro_rules! curve {
                     let pull = [c * scene.pull[0] + sine * scene.pull[1], c * scene.pull[1] - sine * scene.pull[0]];
                     let model = Alone { mass: scene.mass, pull };
                     let start = model.state().s(s).s_rate(rate).build().unwrap();
-                    let end = model.simulate(start).until(end).method(methods::Dop853).tolerance(1e-13).run().unwrap().end();
+                    let end =
+                        model.simulate(start).until(end).method(methods::Dop853).tolerance(1e-13).run().unwrap().end();
                     let q = <Alone as Model>::coordinates_with(&end, &Default::default(), &[]);
                     let place = model.place(&q);
                     [place.x.value(), place.y.value()]
@@ -124,38 +125,30 @@ macro_rules! curve {
     };
 }
 
-curve!(tacnode, "y² = x⁴", |x, y| y * y - 0.25 * x.powi(4), |s| vec2(s, 0.5 * s * s));
-curve!(
-    inside,
-    "circles of radius 1 and 2 that touch from inside",
-    |x, y| (x * x + y * y - 2.0 * y) * (x * x + y * y - 4.0 * y),
-    |s| vec2(s.sin(), 1.0 - s.cos())
-);
-curve!(
-    outside,
-    "unit circles that touch from outside",
-    |x, y| (x * x + y * y - 2.0 * y) * (x * x + y * y + 2.0 * y),
-    |s| vec2(s.sin(), 1.0 - s.cos())
-);
-curve!(osculating, "y² = x⁶", |x, y| y * y - x.powi(6), |s| vec2(s, s * s * s));
-curve!(
-    rose,
-    "r = sin 2φ",
-    |x, y| (x * x + y * y).powi(3) - 4.0 * x * x * y * y,
-    |s| vec2((2.0 * s).sin() * s.cos(), (2.0 * s).sin() * s.sin())
-);
-curve!(
-    trifolium,
-    "r = cos 3φ",
-    |x, y| (x * x + y * y).powi(2) - x * (x * x - 3.0 * y * y),
-    |s| vec2((3.0 * s).cos() * s.cos(), (3.0 * s).cos() * s.sin())
-);
-curve!(
-    lemniscate,
-    "(x² + y²)² = x² − y²",
-    |x, y| (x * x + y * y).powi(2) - (x * x - y * y),
-    |s| vec2(s.cos(), s.sin() * s.cos()) / (1.0 + s.sin() * s.sin())
-);
-curve!(node, "y² = x² (x + 1)", |x, y| y * y - x * x * (x + 1.0), |s| vec2(s * s - 1.0, s * (s * s - 1.0)));
-curve!(acute, "y² = x² (x² + 0.01)", |x, y| y * y - x * x * (x * x + 0.01), |s| vec2(s, s * (s * s + 0.01).sqrt()));
-curve!(cusp, "y² = x³", |x, y| y * y - x.powi(3), |s| vec2(s * s, s * s * s));
+// y² = x⁴.
+curve!(tacnode, |x, y| y * y - 0.25 * x.powi(4), |s| vec2(s, 0.5 * s * s));
+// circles of radius 1 and 2 that touch from inside.
+curve!(inside, |x, y| (x * x + y * y - 2.0 * y) * (x * x + y * y - 4.0 * y), |s| vec2(s.sin(), 1.0 - s.cos()));
+// unit circles that touch from outside.
+curve!(outside, |x, y| (x * x + y * y - 2.0 * y) * (x * x + y * y + 2.0 * y), |s| vec2(s.sin(), 1.0 - s.cos()));
+// y² = x⁶.
+curve!(osculating, |x, y| y * y - x.powi(6), |s| vec2(s, s * s * s));
+// r = sin 2φ.
+curve!(rose, |x, y| (x * x + y * y).powi(3) - 4.0 * x * x * y * y, |s| vec2(
+    (2.0 * s).sin() * s.cos(),
+    (2.0 * s).sin() * s.sin()
+));
+// r = cos 3φ.
+curve!(trifolium, |x, y| (x * x + y * y).powi(2) - x * (x * x - 3.0 * y * y), |s| vec2(
+    (3.0 * s).cos() * s.cos(),
+    (3.0 * s).cos() * s.sin()
+));
+// (x² + y²)² = x² − y².
+curve!(lemniscate, |x, y| (x * x + y * y).powi(2) - (x * x - y * y), |s| vec2(s.cos(), s.sin() * s.cos())
+    / (1.0 + s.sin() * s.sin()));
+// y² = x² (x + 1).
+curve!(node, |x, y| y * y - x * x * (x + 1.0), |s| vec2(s * s - 1.0, s * (s * s - 1.0)));
+// y² = x² (x² + 0.01).
+curve!(acute, |x, y| y * y - x * x * (x * x + 0.01), |s| vec2(s, s * (s * s + 0.01).sqrt()));
+// y² = x³.
+curve!(cusp, |x, y| y * y - x.powi(3), |s| vec2(s * s, s * s * s));

@@ -25,7 +25,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 self.now = end;
                 Ok(Step { start, end, h, kept })
             }
-            Err(failure) => Err(self.give_up(failure, h)),
+            Err(failure) => {
+                // What was foretold of it is of no other step.
+                let error = self.give_up(failure, h);
+                self.scheme.forget();
+                Err(error)
+            }
         }
     }
 
