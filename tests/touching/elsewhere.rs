@@ -113,9 +113,9 @@ fn beads_stay_on_their_surface_or_say_so() {
         let start = start.build().unwrap();
         for formulation in EXACT {
             for method in methods() {
-                for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-11, 1e-12] {
+                for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
                     let run = both.simulate(start).until(1.8).method(&method).formulation(formulation);
-                    let Ok(motion) = run.tolerance(tolerance).max_steps(20_000).run() else { continue };
+                    let Ok(motion) = run.tolerance(tolerance).max_steps(3000).run() else { continue };
                     right += 1;
                     let end = motion.end();
                     let off = (end.x() - truth.x()).abs().max((end.y() - truth.y()).abs());
@@ -124,7 +124,7 @@ fn beads_stay_on_their_surface_or_say_so() {
             }
         }
     }
-    assert!(right > 100, "{right}");
+    assert!(right > 80, "{right}");
 }
 
 /// No motion leads over a cusp: velocities would have to turn round. Runs came to rest in it.
@@ -136,9 +136,9 @@ fn cusps_are_not_passed_in_silence() {
         let start = curves::cusp::At::start(&model, &scene, (-0.9 + 0.05 * f64::from(k), 0.8));
         for formulation in EXACT {
             for method in methods() {
-                for digits in 2..=12 {
+                for digits in [2, 3, 4, 6, 8, 10] {
                     let run = model.simulate(start).until(2.0).method(&method).formulation(formulation);
-                    if let Ok(motion) = run.tolerance(10f64.powi(-digits)).max_steps(20_000).run() {
+                    if let Ok(motion) = run.tolerance(10f64.powi(-digits)).max_steps(3000).run() {
                         let summary = motion.summary().to_string();
                         assert!(summary.contains("\n  warning "), "{k} {formulation} {method} 1e-{digits}: {summary}");
                     }
