@@ -242,7 +242,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         // Positions first: whether velocities exist is another question.
         let rows: Vec<usize> = constrain::held::active_rows::<M>(resting.modes(), true).collect();
         let placed = constrain::assemble::positions_of(self.model, resting, &none).map_err(Kind::Start)?;
-        let measure = Measure { rows, weights: frame::weights(self.model, &placed) };
+        let measure = Measure::from(self.model, &placed, rows);
         let frame = self.frame(&measure, &placed)?;
         let rank = frame.rank(RANK);
         if rank < M::Vector::LEN {
@@ -304,6 +304,10 @@ struct Path<'c, M: Constraints> {
     passages: Vec<Passage>,
 }
 
+/// Power of the distance with which the smallest singular value falls, from which on branches touch and do not cross.
+const TOUCH: f64 = 1.4;
+/// Distances from a bifurcation that are at least so far apart tell the power.
+const APART: f64 = 1.5;
 /// So many points are kept for locating.
 const RECENT: usize = 6;
 
@@ -410,6 +414,10 @@ impl<'c, M: Constraints> Path<'c, M> {
         if locks_up {
             return Err(Stop { kind: Kind::LockUp { rows, coordinates }, state });
         }
+        // Closer to each other than any prediction where they touch.
+        if self.touch(&state) {
+            return Err(Stop { kind: Kind::BranchesTouch { rows, coordinates }, state });
+        }
         let beyond = if self.pass { self.beyond(&state) } else { None };
         let Some(point) = beyond else {
             return Err(Stop { kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.pass }, state });
@@ -420,6 +428,17 @@ impl<'c, M: Constraints> Path<'c, M> {
         self.tracer.effort.steps += 1;
         self.take(point);
         Ok(())
+    }
+
+    /// Whether branches touch at a bifurcation: the smallest singular value falls with a higher power of the distance than the first, as which it does where they cross.
+    fn touch(&self, at: &M::State) -> bool {
+        let distance = |point: &Point<M>| (at.t() - point.state.t()).abs();
+        let last = self.last();
+        let farther = self.recent.iter().rev().find(|point| distance(point) >= APART * distance(last));
+        farther.is_some_and(|far| {
+            let [near, far] = [last, far].map(|point| (math::ln(distance(point)), math::ln(point.frame.least())));
+            (far.1 - near.1) / (far.0 - near.0) > TOUCH
+        })
     }
 
     /// The point as far behind a bifurcation as the last one is before it, on the branch on which velocities are continuous.

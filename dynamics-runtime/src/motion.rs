@@ -40,6 +40,7 @@ mod simulate;
 mod singular;
 mod slide;
 mod summary;
+mod touching;
 mod upkeep;
 mod watch;
 mod work;

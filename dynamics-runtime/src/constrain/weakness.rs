@@ -29,22 +29,32 @@ pub(crate) struct Weakness {
 
 /// [`Weakness`] at a state; of nobody where nothing holds or a value is not finite.
 pub(crate) fn weakness<M: Constraints>(model: &M, state: &M::State) -> Weakness {
+    of(model, state, None)
+}
+
+/// [`Weakness`] against another state of the motion: rows of a constraint are measured by what the longest of them is there, if it is longer. Scaled by itself a single row has length 1
+/// wherever it has any, up to the position where its gradient vanishes.
+pub(crate) fn weakness_against<M: Constraints>(model: &M, usual: &M::State, state: &M::State) -> Weakness {
+    of(model, state, Some(usual))
+}
+
+fn of<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> Weakness {
     let none = |of| Involved::ranked(of, core::iter::empty());
     let nobody = || Weakness { condition: 1.0, rows: none(M::ROWS), coordinates: none(M::COORDINATES) };
-    weakest(model, state).unwrap_or_else(nobody)
+    weakest(model, state, usual).unwrap_or_else(nobody)
 }
 
 /// [`Weakness::condition`] alone, of many states.
 pub(crate) fn condition<M: Constraints>(model: &M, state: &M::State) -> f64 {
-    let found = Frame::new(model, state).and_then(|frame| {
+    let found = Frame::new(model, state, None).and_then(|frame| {
         let full = independent_rows(model, state, &frame);
         Some(frame.spread(&frame.order(), full)?.condition())
     });
     found.unwrap_or(1.0)
 }
 
-fn weakest<M: Constraints>(model: &M, state: &M::State) -> Option<Weakness> {
-    let frame = Frame::new(model, state)?;
+fn weakest<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> Option<Weakness> {
+    let frame = Frame::new(model, state, usual)?;
     let order = frame.order();
     let full = independent_rows(model, state, &frame);
     let spread = frame.spread(&order, full)?;
@@ -78,7 +88,7 @@ fn independent_rows<M: Constraints>(model: &M, state: &M::State, here: &Frame) -
     }
     let rank_here = here.rank();
     let beside = with_workspace::<M, _>(|workspace| beside_on_constraints(model, state, workspace));
-    let beside = beside.and_then(|beside| Frame::new(model, &beside));
+    let beside = beside.and_then(|beside| Frame::new(model, &beside, None));
     beside.map_or(rank_here, |beside| beside.rank().max(rank_here))
 }
 
@@ -101,36 +111,48 @@ struct Frame {
     a: Vec<f64>,
     v: Vec<f64>,
     sigma: Vec<f64>,
+    /// What the largest singular value counts as at least.
+    unit: f64,
+}
+
+/// Φ_q of the rows that hold at a state, at the positions of another, coordinates measured by √Mᵢᵢ.
+fn scaled<M: Constraints>(model: &M, at: &M::State, held: &M::State) -> Vec<f64> {
+    let n = M::Vector::LEN;
+    with_workspace::<M, _>(|workspace| {
+        let mut weights: Vec<f64> = mass(model, at, workspace).iter().step_by(n + 1).copied().collect();
+        weigh(&mut weights);
+        let gradients = Gradients::alone(model, at, workspace);
+        let rows = active_rows::<M>(held.modes(), false);
+        rows.flat_map(|row| gradients.row(row).iter().zip(&weights).map(|(x, weight)| x / weight)).collect()
+    })
 }
 
 impl Frame {
-    fn new<M: Constraints>(model: &M, state: &M::State) -> Option<Self> {
+    /// With the lengths of rows as they are at a `usual` state, where they are longer there.
+    fn new<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> Option<Self> {
         let n = M::Vector::LEN;
         let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
-        let mut a = Vec::with_capacity(rows.len() * n);
-        with_workspace::<M, _>(|workspace| {
-            let mut weights: Vec<f64> = mass(model, state, workspace).iter().step_by(n + 1).copied().collect();
-            weigh(&mut weights);
-            let gradients = Gradients::alone(model, state, workspace);
-            for constraint in active::<M>(state.modes(), false) {
-                let first = a.len();
-                for row in constraint.first..constraint.first + constraint.rows {
-                    a.extend(gradients.row(row).iter().zip(&weights).map(|(x, weight)| x / weight));
-                }
-                let length = |row: &[f64]| math::sqrt(row.iter().map(|x| x * x).sum());
-                let longest = a[first..].chunks_exact(n).map(length).fold(0.0, f64::max);
-                if longest > 0.0 {
-                    a[first..].iter_mut().for_each(|x| *x /= longest);
-                }
+        let mut a = scaled(model, state, state);
+        let elsewhere = usual.map(|usual| scaled(model, usual, state));
+        let mut first = 0;
+        for constraint in active::<M>(state.modes(), false) {
+            let of_constraint = first..first + constraint.rows * n;
+            let length = |row: &[f64]| math::sqrt(row.iter().map(|x| x * x).sum());
+            let longest = |a: &[f64]| a[of_constraint.clone()].chunks_exact(n).map(length).fold(0.0, f64::max);
+            let longest = math::max(longest(&a), elsewhere.as_deref().map_or(0.0, longest));
+            if longest > 0.0 {
+                a[of_constraint.clone()].iter_mut().for_each(|x| *x /= longest);
             }
-        });
+            first = of_constraint.end;
+        }
         if rows.is_empty() || a.iter().any(|x| !x.is_finite()) {
             return None;
         }
         let m = rows.len();
         let (mut v, mut sigma) = (vec![0.0; m * m], vec![0.0; m]);
         Svd::new(n, &mut a, &mut v, &mut sigma);
-        Some(Self { rows, a, v, sigma })
+        let unit = if usual.is_some() { 1.0 } else { 0.0 };
+        Some(Self { rows, a, v, sigma, unit })
     }
 
     fn svd(&self) -> Svd<'_> {
@@ -147,7 +169,7 @@ impl Frame {
     /// Of `full` singular values in this order; `None` where nothing holds.
     fn spread(&self, order: &[usize], full: usize) -> Option<Spread> {
         let weak = *order.get(full.checked_sub(1)?)?;
-        Some(Spread { largest: self.sigma[order[0]], least: self.sigma[weak], weak })
+        Some(Spread { largest: math::max(self.sigma[order[0]], self.unit), least: self.sigma[weak], weak })
     }
 
     fn rank(&self) -> usize {

@@ -476,6 +476,8 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
+        // Also where one Jacobian does not do and those of the stages are tried; and not in another step, if this one fails.
+        let known = self.known.take();
         let here = Some((start.t, start.y));
         self.repeated = self.tried == here;
         (self.tried, self.h) = (here, h);
@@ -492,8 +494,6 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
             self.differentiate(system, start)?;
             fresh = true;
         }
-        // Also where one Jacobian does not do and those of the stages are tried.
-        let known = self.known.take();
         loop {
             self.z = match (known, &self.last) {
                 (Some(known), _) => known,

@@ -63,6 +63,13 @@ pub enum KinematicsErrorKind {
         /// Whether it was to be passed: beyond it no position has velocities that continue those before it.
         tried: bool,
     },
+    /// Branches of the assembly touch: they have a tangent in common, and which of them the mechanism goes on along no velocity says.
+    BranchesTouch {
+        /// The rows that depend on each other there.
+        rows: Involved,
+        /// The coordinates in which the branches differ.
+        coordinates: Involved,
+    },
     /// The position does not continue, however short the step: the drive jumps, or the constraints end there.
     NoContinuation {
         /// The row that is missed most.
@@ -132,6 +139,11 @@ impl fmt::Display for KinematicsErrorKind {
                 } else {
                     "; add a constraint that decides, or pass it smoothly with `.through_bifurcations()`"
                 }
+            ),
+            Self::BranchesTouch { rows, coordinates } => write!(
+                f,
+                "branches of the assembly touch: the rank falls with {rows}, and {coordinates} go on along either of two branches that have a tangent in common; declare \
+                 the branch that is meant by itself, or end the motion before"
             ),
             Self::NoContinuation { row, residual } if residual.abs() <= FULFILLED => write!(
                 f,

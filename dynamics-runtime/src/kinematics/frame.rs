@@ -17,9 +17,20 @@ pub(super) struct Measure {
     pub(super) rows: Vec<usize>,
     /// w: scaled coordinates are y = w q, w = √Mᵢᵢ at the start.
     pub(super) weights: Vec<f64>,
+    /// Norms of the rows at the start, for constraints of one row: scaled by itself such a row has length 1 up to the very place where it loses its gradient.
+    usual: Vec<f64>,
 }
 
 impl Measure {
+    /// With a start, at which nothing is scaled by anything else.
+    pub(super) fn from<M: Constraints>(model: &M, start: &M::State, rows: Vec<usize>) -> Self {
+        let weights = weights(model, start);
+        let measure = Self { usual: vec![0.0; rows.len()], rows, weights };
+        // What is not finite is named where the first frame is made.
+        let usual = measure.norms(model, start).unwrap_or_else(|_| measure.usual.clone());
+        Self { usual, ..measure }
+    }
+
     /// ‖w x‖.
     pub(super) fn length(&self, x: &[f64]) -> f64 {
         math::sqrt(x.iter().zip(&self.weights).map(|(x, w)| (x * w) * (x * w)).sum())
@@ -42,7 +53,7 @@ impl Measure {
     }
 
     /// Scales of the rows: the largest norm of a row of the same constraint over all scaled columns, so that a component of a vector that loses its
-    /// gradient is seen to lose it. An error names a row that is not finite.
+    /// gradient is seen to lose it; single rows by what they had at the start, if that is more. An error names a row that is not finite.
     fn norms<M: Constraints>(&self, model: &M, state: &M::State) -> Result<Vec<f64>, usize> {
         let mut memory = vec![0.0; gradients::memory(M::Vector::LEN, M::Rows::LEN)];
         let gradients = Gradients::alone(model, state, &mut memory);
@@ -56,6 +67,7 @@ impl Measure {
         for constraint in active::<M>(state.modes(), true) {
             let rows = constraint.first..constraint.first + constraint.rows;
             let norm = math::sqrt(rows.clone().map(square).fold(0.0, f64::max));
+            let norm = if constraint.rows == 1 { math::max(norm, self.usual[norms.len()]) } else { norm };
             norms.extend(rows.map(|_| if norm > 0.0 { norm } else { 1.0 }));
         }
         Ok(norms)

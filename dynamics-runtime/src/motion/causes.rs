@@ -13,7 +13,7 @@ use crate::constrain::assemble::{self, at_time};
 use crate::constrain::gradients::mass;
 use crate::constrain::held::active_rows;
 use crate::constrain::inertia::{Inertia, least_inertia, unit_inertias};
-use crate::constrain::weakness::weakness;
+use crate::constrain::weakness::condition;
 use crate::constrain::with_workspace;
 use crate::constrain::{Gradients, Involved};
 use crate::error::SolveError;
@@ -63,6 +63,9 @@ pub(super) fn explained<M: Simulate>(
     method: Method,
 ) -> Halt {
     let way = Way::of(method, &plan.options);
+    // What an evaluation met has no step of its own.
+    let direction = if plan.end < at.t() { -1.0 } else { 1.0 };
+    let h = if h == 0.0 { plan.options.fixed.map_or(0.0, |fixed| direction * fixed.abs()) } else { h };
     Halt { kind: explain(plan.plant.model, &plan.start, at, (kind, h), way), h }
 }
 
@@ -167,7 +170,7 @@ fn vanished<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> Op
     let usual = least_inertia(model, start, &scale)?.least;
     let Inertia { least, coordinates } = least_inertia(model, state, &scale)?;
     let share = least / usual;
-    (usual > 0.0 && share <= VANISHED && weakness(model, state).condition < WEAK).then_some((coordinates, share))
+    (usual > 0.0 && share <= VANISHED && condition(model, state) < WEAK).then_some((coordinates, share))
 }
 
 /// A row that is not differentiable on a way.

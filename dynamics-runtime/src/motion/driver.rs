@@ -39,8 +39,6 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
         M: Simulate;
     /// See [`Scheme::WEIGHTS`].
     fn weights(&self) -> &'static [f64];
-    /// See [`Scheme::SCAN`].
-    fn scan(&self) -> usize;
 }
 
 /// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to the next.
@@ -147,9 +145,5 @@ impl<M: Model, C: Choice> Driver<M> for C {
 
     fn weights(&self) -> &'static [f64] {
         <C::Scheme<M::Vector> as Scheme<M::Vector>>::WEIGHTS
-    }
-
-    fn scan(&self) -> usize {
-        <C::Scheme<M::Vector> as Scheme<M::Vector>>::SCAN
     }
 }

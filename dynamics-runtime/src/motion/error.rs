@@ -223,6 +223,16 @@ pub enum SimulationErrorKind {
         /// Largest over smallest singular value of Φ_q.
         condition: f64,
     },
+    /// Branches of a constraint have a tangent in common on the way of the motion, as y² = x⁴ where x = 0, and it has gone on along another one than its own, or that is not
+    /// decided. The motion up to there is right.
+    BranchesTouch {
+        /// The row whose gradient vanishes there.
+        row: &'static str,
+        /// When.
+        at: f64,
+        /// It is known that steps went over to another branch.
+        changed: bool,
+    },
     /// A released constraint begins to slip against the side to which it was released, and its friction, which goes by that side, would drive it.
     SlipsBack {
         /// The constraint.

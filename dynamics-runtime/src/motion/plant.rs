@@ -4,7 +4,7 @@ use alloc::boxed::Box;
 
 use super::upkeep::Upkeep;
 use crate::constrain::memory::max_abs;
-use crate::constrain::weakness::weakness;
+use crate::constrain::weakness::{condition, weakness};
 use crate::error::SolveError;
 use crate::integrate::{Dense, Hold, Kept, Knot, Phase, Settled, Step, System, Tolerances, by_state, increment, zip};
 use crate::model::{Branches, Constraints, Expansion, Known, Model, ModelState, Modes, Vector};
@@ -331,7 +331,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     fn is_weak(&mut self, start: &Knot<M::Vector>, end: &Knot<M::Vector>) -> bool {
         let between = zip(&start.y, &end.y, |a, b| 0.5 * (a + b));
         let places = [(start.t, &start.y), (0.5 * (start.t + end.t), &between), (end.t, &end.y)];
-        places.iter().any(|(t, y)| weakness(self.model, &self.state(*t, &y.q, &y.u)).condition >= NEARLY_SINGULAR)
+        places.iter().any(|(t, y)| condition(self.model, &self.state(*t, &y.q, &y.u)) >= NEARLY_SINGULAR)
     }
 
     #[inline(always)]

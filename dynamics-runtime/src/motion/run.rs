@@ -19,6 +19,7 @@ use super::record::{Counts, EventRecord, Record};
 use super::sides::{self, Slipping, Turned};
 use super::singular;
 use super::slide::Slide;
+use super::touching::{Touch, Touching};
 use super::upkeep::Drifted;
 use super::watch::{Flow, Watch};
 use crate::constrain::Involved;
@@ -80,6 +81,8 @@ pub(crate) trait Sink<M: Model> {
     ) -> Result<Flow, Kind>;
     /// The motion stands here: before a reset, or at the end.
     fn stand(&mut self, at: Record<M>);
+    /// What was given from this time on, in the direction of the motion, is not part of it.
+    fn go_back(&mut self, _to: f64) {}
     /// Events that happened in the step just taken.
     fn event(&mut self, event: EventRecord<M::State>);
     /// The times of all records kept.
@@ -114,7 +117,10 @@ pub(crate) fn run<M: Simulate>(
     let begun = if plan.resumes.is_some() { Ok(()) } else { begin_singular(plan, stepper) };
     plan.plant.upkeep.under_way = true;
     let result = match begun {
-        Ok(()) => Flight { plan, stepper, creep: Creep::new(), slide: Slide::from(from.t()) }.fly(sink),
+        Ok(()) => {
+            let touching = Touching::from(plan.plant.model, &from);
+            Flight { plan, stepper, creep: Creep::new(), slide: Slide::from(from.t()), touching }.fly(sink)
+        }
         Err(kind) => Err(Halt { kind, h: 0.0 }),
     };
     let now = |plan: &Plan<'_, '_, M>, Knot { t, y, .. }: &Knot<M::Vector>| plan.plant.state(*t, &y.q, &y.u);
@@ -157,6 +163,7 @@ struct Flight<'f, 'r, 'm, M: Simulate> {
     stepper: &'f mut dyn Steps<M>,
     creep: Creep,
     slide: Slide,
+    touching: Touching<M>,
 }
 
 impl<M: Simulate> Flight<'_, '_, '_, M> {
@@ -193,6 +200,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
                 _ => flow,
             };
             self.plan.progress.at(step.end.t);
+            let last = flow == Flow::Stop || self.stepper.now().t == self.plan.end;
+            self.check_branch(sink, last)?;
             if flow == Flow::Stop {
                 break;
             }
@@ -218,6 +227,20 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             self.plan.watch.begin(&resumed).map_err(at)?;
         }
         Ok(())
+    }
+
+    /// Ends the motion where branches of a constraint touch and it went over to another one, or may have: see [`super::touching`].
+    #[inline]
+    pub(super) fn check_branch(&mut self, sink: &mut dyn Sink<M>, last: bool) -> Result<(), Halt> {
+        if self.touching.is_idle() || !self.plan.plant.upkeep.settles() {
+            return Ok(());
+        }
+        let found = self.touching.reached(&self.plan.plant, self.stepper.now(), last);
+        let Some(Touch { row, at, changed, before }) = found else { return Ok(()) };
+        let h = self.stepper.tally().proposed;
+        self.stepper.go_back(&before);
+        sink.go_back(before.t);
+        Err(Halt { kind: Kind::BranchesTouch { row: M::ROWS[row].name, at, changed }, h })
     }
 
     fn now(&self) -> M::State {
@@ -450,6 +473,14 @@ impl<M: Model> Sink<M> for Keep<M> {
 
     fn stand(&mut self, at: Record<M>) {
         self.records.push(at);
+    }
+
+    fn go_back(&mut self, to: f64) {
+        let Some(first) = self.records.first().map(|record| record.state.t()) else { return };
+        let direction = if to < first { -1.0 } else { 1.0 };
+        let remains = |t: f64| (to - t) * direction > 0.0;
+        self.records.truncate(self.records.iter().take_while(|record| remains(record.state.t())).count());
+        self.events.retain(|event| remains(event.time()));
     }
 
     fn event(&mut self, event: EventRecord<M::State>) {

@@ -10,6 +10,7 @@
 use alloc::boxed::Box;
 
 use super::causes::Way;
+use super::conditioning::golden;
 use super::error::{Met, SimulationErrorKind as Kind};
 use crate::constrain;
 use crate::constrain::Gradients;
@@ -17,7 +18,7 @@ use crate::constrain::assemble::{NEARBY, at_time, beside, weigh};
 use crate::constrain::gradients::mass;
 use crate::constrain::held::active_rows;
 use crate::constrain::memory::{max_abs, norm};
-use crate::constrain::weakness::{Weakness, weakness};
+use crate::constrain::weakness::{Weakness, condition as condition_of, weakness, weakness_against};
 use crate::error::SolveError;
 use crate::math;
 use crate::model::{Constraints, Known, ModelState, Vector};
@@ -59,6 +60,11 @@ const WORSE: f64 = 10.0;
 /// See [`WORSE`].
 const USUAL: f64 = 1e3;
 
+/// The same against the lengths that gradients had at the start, which change on other ways, too.
+const SHORTER: f64 = 100.0;
+/// How far ahead it is looked where a step was not made, in its own length.
+const AHEAD: f64 = 1.5;
+
 /// Conditioning from which on steps without end are put down to it: where rounding errors count for more than the tolerance they come nearer and nearer.
 const CREEPS: f64 = 1e5;
 
@@ -78,16 +84,43 @@ pub(super) fn explain<M: Constraints>(
     if M::IS_FREE {
         return kind;
     }
-    let Weakness { condition, rows, coordinates } = weakness(model, state);
+    let found = weakest_ahead(state, h, &kind, |state| weakness(model, state));
+    let worse = found.condition >= SINGULAR || found.condition >= WORSE * condition_of(model, start).min(USUAL);
+    // A single row shows it against the length that it had.
+    let (worse, found) = if worse {
+        (true, found)
+    } else {
+        let found = weakest_ahead(state, h, &kind, |state| weakness_against(model, start, state));
+        (found.condition >= SHORTER, found)
+    };
+    let Weakness { condition, rows, coordinates } = found;
     // What is left to such a position is 1/κ of the size of the mechanism: steps of a part of that are short because of it.
     if creeps && condition < CREEPS && way_in(state, h) * condition > SHORT {
         return kind;
     }
-    let usual = weakness(model, start).condition.min(USUAL);
-    match condition >= SINGULAR || condition >= WORSE * usual {
+    match worse {
         true => Kind::SingularPosition { rows, coordinates, condition, met: Box::new(Met { kind, over: way.over() }) },
         false => kind,
     }
+}
+
+/// Where a step was not made for what lies ahead in it, as a fixed one that cannot be shorter: the worst on the straight way on, else here.
+fn weakest_ahead<S: ModelState>(state: &S, h: f64, kind: &Kind, weakness: impl Fn(&S) -> Weakness) -> Weakness {
+    let here = weakness(state);
+    let lies_ahead = matches!(
+        kind,
+        Kind::Solve(SolveError::OffConstraint { .. }) | Kind::StepNotSolved { .. } | Kind::StepDisplaced { .. }
+    );
+    if !lies_ahead || h == 0.0 {
+        return here;
+    }
+    let ahead = |part: f64| {
+        let mut ahead = at_time(state, state.t() + part * h);
+        (0..S::Vector::LEN).for_each(|i| ahead.q_mut()[i] += part * h * state.u()[i]);
+        weakness(&ahead)
+    };
+    let (part, worst) = golden(0.0, AHEAD, &mut |part| ahead(part).condition);
+    if worst > here.condition { ahead(part) } else { here }
 }
 
 /// The way of a motion in a time, in parts of its size.
@@ -102,7 +135,7 @@ const COMES: f64 = 0.05;
 pub(super) fn crawls<M: Constraints>(model: &M, state: &M::State, took: f64) -> bool {
     let way = way_in(state, took);
     M::IS_HELD && way * CREEPS < COMES && {
-        let condition = weakness(model, state).condition;
+        let condition = condition_of(model, state);
         condition >= CREEPS && way * condition < COMES
     }
 }

@@ -162,7 +162,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let weights = driver.weights();
         if weights.is_empty() {
             // Five nodes are exact up to degree nine: enough for what the quintics of implicit methods make of powers. Series have higher orders, and longer steps.
-            let long = driver.scan() > 8;
+            let long = driver.needs_series();
             sampler.meter_by_quadrature(index, if long { PARTS_OF_LONG_STEPS } else { 1 }, work)
         } else if self.step(index).kept.between {
             // Its stages are off by what was taken back at its end, and so are their reactions; states between are settled.

@@ -25,7 +25,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 self.now = end;
                 Ok(Step { start, end, h, kept })
             }
-            Err(failure) => Err(self.give_up(failure, h)),
+            Err(failure) => {
+                // What was foretold of it is of no other step.
+                let error = self.give_up(failure, h);
+                self.scheme.forget();
+                Err(error)
+            }
         }
     }
 
@@ -34,6 +39,13 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.now = step.start;
         self.origin = (step.start.t, 0);
         self.accepted -= 1;
+        self.scheme.forget();
+    }
+
+    /// Stands again where it stood some steps before. They remain counted.
+    pub fn go_back(&mut self, to: &Knot<V>) {
+        self.now = *to;
+        self.origin = (to.t, 0);
         self.scheme.forget();
     }
 

@@ -5,6 +5,7 @@ use core::fmt;
 
 use super::super::summary::Rounded;
 use super::{Jumping, Over, SimulationErrorKind};
+use crate::error::SolveError;
 
 impl fmt::Display for SimulationErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -110,11 +111,18 @@ impl fmt::Display for SimulationErrorKind {
                 if let Some(over) = &met.over {
                     write!(f, "{over}; if the mechanism cannot move on here, ")?;
                 }
-                write!(
-                    f,
-                    "change dimensions or start so that it is passed at a distance, or end the motion before. The method met: {}",
-                    met.kind
-                )
+                f.write_str(
+                    "change dimensions or start so that it is passed at a distance, or end the motion before. The method met: ",
+                )?;
+                match &met.kind {
+                    // Here no contradiction is what it comes from.
+                    Self::Solve(SolveError::OffConstraint { what, row, residual, distance }) => write!(
+                        f,
+                        "no {what} on the constraints were found near the end of a step: `{row}` is still missed by {residual:e} (a distance of \
+                         {distance:e})"
+                    ),
+                    kind => kind.fmt(f),
+                }
             }
             Self::InertiaVanishes { coordinates, share, .. } => write!(
                 f,
@@ -186,6 +194,17 @@ impl fmt::Display for SimulationErrorKind {
                 "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}); on which branch the mechanism goes \
                  on, if on any, what its constraints have drifted would decide; choose `Formulation::Projected`",
                 rows.rank_loss()
+            ),
+            Self::BranchesTouch { row, at, changed } => write!(
+                f,
+                "branches of constraint `{row}` touch at t = {}, where its gradient vanishes: {}; declare the branch that is meant by itself (`y - x.powi(2)` in place of \
+                 `y.powi(2) - x.powi(4)`), choose a tolerance of 1e-6 to 1e-9, whose steps may go over the place, or end the motion before",
+                Rounded(*at),
+                match changed {
+                    true =>
+                        "they have a tangent in common, and steps beside it ended on another branch than that of the motion",
+                    false => "on which of them the motion goes on, if on any, is not decided",
+                }
             ),
             Self::SlipsBack { constraint, slip, at, sticks: true, .. } => write!(
                 f,

@@ -118,6 +118,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         before: &M::State,
         after: &M::State,
     ) -> Result<(), Halt> {
+        self.check_branch(sink, true)?;
+        self.touching.restart();
         let Plan { plant, end, .. } = &mut *self.plan;
         let stand = Record::new(self.stepper.now(), plant.held, plant.modes);
         hold(&mut plant.held, before.inputs(), after.inputs());

@@ -41,6 +41,7 @@ pub(crate) trait Steps<M: Simulate> {
     ) -> Result<Interpolant<M::Vector>, EvaluationError>;
     fn undo(&mut self, step: &Step<M::Vector>);
     fn reject(&mut self, step: &Step<M::Vector>);
+    fn go_back(&mut self, to: &Knot<M::Vector>);
     fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>);
 }
 
@@ -99,6 +100,10 @@ impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
 
     fn reject(&mut self, step: &Step<M::Vector>) {
         self.reject(step);
+    }
+
+    fn go_back(&mut self, to: &Knot<M::Vector>) {
+        self.go_back(to);
     }
 
     fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>) {

@@ -1,0 +1,297 @@
+//! Whether a motion has gone on along its own branch where branches of a constraint touch.
+//!
+//! The gradient of a constraint of one row vanishes where branches of it meet. Where they cross, Φ ≈ ½ ξᵀHξ with Hτ ≠ 0 along the motion's direction τ: gradients vanish with the first power of
+//! the distance, and velocities tell the branches apart. Where they touch, Hτ = 0, as with y² = x⁴, y² = x⁶: gradients vanish with a higher power, branches are apart by as much, and steps
+//! that come near go on along any of them, with every digit of energy and constraints. Rows are scaled to unit length wherever rank is asked for, so conditioning says nothing of it.
+//!
+//! What is different is that a motion is smooth and one that changes branches is not. From states before the place, a distance D away and more, a polynomial through q and q̇ (Hermite, of degree 7, and
+//! one of degree 5, to judge the first by) is continued to a distance D behind it. Between neighbouring branches Φ changes its sign there and ∂Φ/∂q with it, from g to −g: where the gradients at both ends of
+//! the polynomials agree to a quarter of their length it is decided on which branch the motion belongs, and where that at the state reached differs by more than half of it, it is on another one.
+//! Distances are taken as they come, from the smallest at which that is decided; until the place is left behind. Where none decides nothing is known, and a motion ends there, too.
+//!
+//! Source: M. Golubitsky & D. G. Schaeffer, Singularities and Groups in Bifurcation Theory I, Springer 1985, ch. II (contact of branches, x^k: A₁ crossing, A₃ tacnode, A₅ …).
+
+mod path;
+
+use alloc::collections::VecDeque;
+use alloc::vec;
+use alloc::vec::Vec;
+
+use path::{Path, weights};
+
+use super::plant::Plant;
+use crate::constrain::held::holds;
+use crate::constrain::{self, Gradients};
+use crate::integrate::{Hermite, Knot};
+use crate::math;
+use crate::model::{ConstraintKind, Constraints, ModelState, Vector};
+
+/// Part of the largest gradient met below which its row may be about to vanish on the way between steps.
+const VANISHES: f64 = 1e-3;
+/// Relative rise of a gradient on one side of a place where it is least, at least: others are rounding.
+const RISES: f64 = 1e-2;
+/// Power of the distance with which a gradient vanishes, from which on branches touch.
+const TOUCH: f64 = 1.4;
+/// Most states that are kept.
+const MOST: usize = 128;
+/// Distance at which it is tried first, in usual steps: the polynomial reaches over as much as one of them.
+const SPAN: f64 = 0.25;
+/// Parts of the longest gradient: up to the first it is tried at any distance, whatever steps are; below the second rounding counts, above the last the place is left behind.
+const SMALL: f64 = 1e-2;
+/// See [`SMALL`].
+const LEAST: f64 = 1e-5;
+/// See [`SMALL`].
+const LARGE: f64 = 0.1;
+/// Usual steps behind the place from which on it is tried.
+const FIRST: f64 = 0.05;
+/// Halvings of the distance at which it is tried to decide.
+const HALVINGS: u32 = 8;
+/// Usual steps behind the place up to which it is tried.
+const FAR: f64 = 4.0;
+/// How much farther on it is tried again.
+const NEXT: f64 = 1.4;
+/// Places at which gradients are looked at between the ends of a step.
+const PLACES: usize = 8;
+/// Bisections of the golden section between two of them.
+const SECTIONS: usize = 30;
+/// Part of the longest step within which a place is that of the start.
+const BEGINS: f64 = 1e-3;
+/// Part of its gradient and of its speed below which a motion has come to rest in such a place.
+const RESTS: (f64, f64) = (1e-6, 1e-2);
+
+/// Branches of a constraint that touch on the way of a motion.
+pub(super) struct Touch<V> {
+    pub(super) row: usize,
+    /// When.
+    pub(super) at: f64,
+    /// It is known that the motion has gone over to another branch; else it could not be decided.
+    pub(super) changed: bool,
+    /// The last state before.
+    pub(super) before: Knot<V>,
+}
+
+/// A place where the gradient of a row vanishes, behind which it is not decided yet on which branch the motion is.
+#[derive(Clone, Copy)]
+struct Pending {
+    row: usize,
+    at: f64,
+    /// The distance from which on it is tried next.
+    next: f64,
+    /// How far behind it the gradient was still small.
+    small: f64,
+}
+
+/// A state that was reached, with the lengths of the gradients there.
+struct Seen<M: Constraints> {
+    knot: Knot<M::Vector>,
+    lengths: M::Rows,
+}
+
+/// Follows the gradients of the constraints of one row along a run.
+pub(super) struct Touching<M: Constraints> {
+    rows: Vec<usize>,
+    seen: VecDeque<Seen<M>>,
+    /// The longest gradients and the largest speed met.
+    most: (M::Rows, f64),
+    /// The longest step.
+    longest: f64,
+    pending: Option<Pending>,
+    /// √Mᵢᵢ at the start.
+    weights: M::Vector,
+    workspace: Vec<f64>,
+}
+
+impl<M: Constraints> Touching<M> {
+    /// Of a run that starts at a state.
+    pub(super) fn from(model: &M, start: &M::State) -> Self {
+        let single = M::CONSTRAINTS.iter().filter(|one| one.kind == ConstraintKind::Holonomic && one.rows == 1);
+        let rows: Vec<usize> = single.map(|one| one.first).collect();
+        let len = if rows.is_empty() { 0 } else { constrain::workspace_len(M::Vector::LEN, M::Rows::LEN) };
+        let mut workspace = vec![0.0; len];
+        let weights = if rows.is_empty() { M::Vector::zeros() } else { weights(model, start, &mut workspace) };
+        let seen = VecDeque::with_capacity(if rows.is_empty() { 0 } else { MOST + 1 });
+        let most = (M::Rows::zeros(), 0.0);
+        Self { rows, seen, most, longest: 0.0, pending: None, weights, workspace }
+    }
+
+    /// Whether there is nothing to follow.
+    pub(super) fn is_idle(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// A step has ended here, the `last` of the motion or before it jumps. What touches, where the motion is known not to go on along its branch, or where it cannot be known.
+    pub(super) fn reached(
+        &mut self,
+        plant: &Plant<'_, '_, M>,
+        now: &Knot<M::Vector>,
+        last: bool,
+    ) -> Option<Touch<M::Vector>> {
+        self.add(plant, now);
+        if self.pending.is_none() {
+            self.suspect(plant, last);
+        }
+        let pending = self.pending.as_mut()?;
+        let gone = (now.t - pending.at).abs();
+        let part = self.seen[self.seen.len() - 1].lengths[pending.row] / self.most.0[pending.row];
+        if part <= SMALL {
+            pending.small = math::max(pending.small, gone);
+        }
+        let pending = *pending;
+        let rests = self.rests(plant, &pending);
+        if gone < pending.next && !last && !rests {
+            return None;
+        }
+        let Pending { row, at, .. } = pending;
+        let before = self.before(at);
+        let touch = |changed| Touch { row, at, changed, before };
+        match self.decide(plant, &pending) {
+            Some(true) => {
+                self.pending = None;
+                None
+            }
+            Some(false) => Some(touch(true)),
+            None if rests || last && gone > 0.0 || part > LARGE && gone > FAR * self.longest => Some(touch(false)),
+            None => {
+                self.pending = Some(Pending { next: NEXT * gone, ..pending });
+                None
+            }
+        }
+    }
+
+    /// The motion goes on from another state: what was before says nothing of it.
+    pub(super) fn restart(&mut self) {
+        self.seen.clear();
+        self.pending = None;
+    }
+
+    fn add(&mut self, plant: &Plant<'_, '_, M>, now: &Knot<M::Vector>) {
+        let state = plant.state(now.t, &now.y.q, &now.y.u);
+        let lengths = self.lengths(plant.model, &state);
+        for row in &self.rows {
+            self.most.0[*row] = math::max(self.most.0[*row], lengths[*row]);
+        }
+        self.most.1 = math::max(self.most.1, self.length(&now.y.u));
+        if let Some(last) = self.seen.back() {
+            self.longest = math::max(self.longest, (now.t - last.knot.t).abs());
+        }
+        self.seen.push_back(Seen { knot: *now, lengths });
+        if self.seen.len() > MOST {
+            // What lies right behind the place is the least certain.
+            let behind = self.pending.and_then(|pending| {
+                let direction = now.t - self.seen[0].knot.t;
+                (1..MOST).find(|i| (self.seen[*i].knot.t - pending.at) * direction > 0.0)
+            });
+            self.seen.remove(behind.unwrap_or(0));
+        }
+    }
+
+    fn length(&self, x: &M::Vector) -> f64 {
+        math::sqrt(x.as_slice().iter().zip(self.weights.as_slice()).map(|(x, w)| (x * w) * (x * w)).sum())
+    }
+
+    fn lengths(&mut self, model: &M, state: &M::State) -> M::Rows {
+        let gradients = Gradients::alone(model, state, &mut self.workspace);
+        let mut lengths = M::Rows::zeros();
+        for row in self.rows.iter().filter(|row| holds::<M>(state.modes(), **row)) {
+            lengths[*row] = path::length(gradients.row(*row), self.weights.as_slice());
+        }
+        lengths
+    }
+
+    /// Looks whether a gradient vanishes around the last state but one, or around the last one where no other follows.
+    fn suspect(&mut self, plant: &Plant<'_, '_, M>, last: bool) {
+        let n = self.seen.len();
+        for k in 0..self.rows.len() {
+            let row = self.rows[k];
+            let at = |i: usize| self.seen[i].lengths[row];
+            let least = |i: usize| {
+                let (before, after) = (i.checked_sub(1).map(at), (i + 1 < n).then(|| at(i + 1)));
+                let beside = math::max(before.unwrap_or(0.0), after.unwrap_or(0.0));
+                before.is_none_or(|x| x >= at(i)) && after.is_none_or(|x| x >= at(i)) && at(i) < (1.0 - RISES) * beside
+            };
+            let suspects = [n.checked_sub(2), if last { n.checked_sub(1) } else { None }];
+            let tiny = at(n - 1) <= RESTS.0 * self.most.0[row];
+            let here = if tiny { Some(n - 1) } else { None };
+            let Some(i) = suspects.into_iter().flatten().find(|i| least(*i)).or(here) else { continue };
+            let (from, to) = (i.saturating_sub(1), (i + 1).min(n - 1));
+            let found = (from..to).map(|i| self.least_between(plant, row, i));
+            let Some((t, least)) = found.collect::<Vec<_>>().into_iter().reduce(|a, b| if b.1 < a.1 { b } else { a })
+            else {
+                continue;
+            };
+            // A start in such a place has been looked at.
+            let begins = (t - self.seen[0].knot.t).abs() <= BEGINS * self.longest;
+            if least <= VANISHES * self.most.0[row] && !begins {
+                self.pending = Some(Pending { row, at: t, next: FIRST * self.longest, small: 0.0 });
+                return;
+            }
+        }
+    }
+
+    /// Where the gradient of a row is least in a step, along the quintic through its ends, and how long it is there.
+    fn least_between(&mut self, plant: &Plant<'_, '_, M>, row: usize, step: usize) -> (f64, f64) {
+        let (start, end) = (self.seen[step].knot, self.seen[step + 1].knot);
+        let h = end.t - start.t;
+        let between = Hermite::between(&start, &end, h);
+        let mut value = |theta: f64| {
+            use crate::integrate::Dense;
+            let y = between.at(theta);
+            let state = plant.state(start.t + theta * h, &y.q, &y.u);
+            self.lengths(plant.model, &state)[row]
+        };
+        let places = (0..=PLACES).map(|k| k as f64 / PLACES as f64);
+        let mut best = (0.0, f64::INFINITY);
+        for theta in places {
+            let found = value(theta);
+            best = if found < best.1 { (theta, found) } else { best };
+        }
+        let beside = 1.0 / PLACES as f64;
+        let (mut a, mut b) = (math::max(best.0 - beside, 0.0), (best.0 + beside).min(1.0));
+        for _ in 0..SECTIONS {
+            let (left, right) = (a + 0.382 * (b - a), b - 0.382 * (b - a));
+            if value(left) < value(right) { b = right } else { a = left }
+        }
+        let middle = 0.5 * (a + b);
+        let found = value(middle);
+        best = if found < best.1 { (middle, found) } else { best };
+        (start.t + best.0 * h, best.1)
+    }
+
+    /// Whether it has come to rest in the place.
+    fn rests(&self, plant: &Plant<'_, '_, M>, pending: &Pending) -> bool {
+        let Some(now) = self.seen.back() else { return false };
+        let held = holds::<M>(plant.modes, pending.row);
+        held && now.lengths[pending.row] <= RESTS.0 * self.most.0[pending.row]
+            && self.length(&now.knot.y.u) <= RESTS.1 * self.most.1
+    }
+
+    /// The last state before a time.
+    fn before(&self, t: f64) -> Knot<M::Vector> {
+        let direction = self.seen[self.seen.len() - 1].knot.t - self.seen[0].knot.t;
+        let before = self.seen.iter().rev().find(|seen| (t - seen.knot.t) * direction > 0.0);
+        before.unwrap_or(&self.seen[0]).knot
+    }
+
+    /// Whether the motion is on its branch behind the place; `None` where that is not decided yet.
+    fn decide(&mut self, plant: &Plant<'_, '_, M>, pending: &Pending) -> Option<bool> {
+        let least = LEAST * self.most.0[pending.row];
+        let Self { seen, weights, workspace, .. } = self;
+        let (row, knots) = (pending.row, seen.iter().map(|seen| seen.knot).collect::<Vec<_>>());
+        let mut path = Path::new(plant, &knots, (pending.at, row), weights, workspace);
+        let most = (knots[knots.len() - 1].t - pending.at).abs();
+        let most = most.min(math::max(SPAN * self.longest, pending.small));
+        let mut found = None;
+        for k in 0..HALVINGS {
+            let distance = most * math::powi(0.5, k as i32);
+            let Some(power) = path.power(distance, least) else { continue };
+            let kept = if power < TOUCH { Some(true) } else { path.keeps(distance) };
+            match kept {
+                Some(true) => return kept,
+                // Polynomials that reach too far agree by chance.
+                Some(false) if found == kept => return kept,
+                _ => found = kept.or(found),
+            }
+        }
+        None
+    }
+}
