@@ -173,6 +173,12 @@ fn what_begins_no_family_is_refused() {
     let over = Pair { k: -1.0, ..model };
     let error = over.nonlinear_mode(&over.state().build().unwrap(), 1).until(1.0).run().unwrap_err();
     assert!(matches!(error, BackboneError::DoesNotSwing { .. }), "{error}");
+    // Two masses that nothing holds: of one energy there is a motion for each momentum.
+    let loose = Pair { k: 0.0, ..model };
+    let loose = Pair { cubic: 0.0, ..loose };
+    let error = loose.nonlinear_mode(&loose.state().build().unwrap(), 1).until(1.0).run().unwrap_err();
+    assert!(matches!(error, BackboneError::Stopped { .. }) && error.to_string().contains("momentum"), "{error}");
+    assert!(!error.to_string().contains("hold_energy"), "{error}");
     let damped = Damped { drag: 0.1 };
     let error = damped.nonlinear_mode(&damped.state().build().unwrap(), 0).until(1.0).run().unwrap_err();
     assert!(matches!(error, BackboneError::NotConserved), "{error}");

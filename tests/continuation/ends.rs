@@ -1,5 +1,7 @@
 //! Where a branch ends, and what is said there.
 
+use dynamics::analysis::SpecialKind;
+
 use super::*;
 
 #[test]
@@ -187,9 +189,55 @@ fn from_the_very_fold_a_branch_goes_to_both_sides() {
         assert_eq!(branch.end, BranchEnd::Range, "{branch}");
         let last = branch.points.last().unwrap().clone();
         assert!((load_at(last.state.z()) - last.parameter).abs() < 1e-12 && last.parameter == 0.0, "{branch}");
+        // It begins in a fold, and in no branch point.
+        assert!(branch.special.first().is_some_and(|one| one.kind == SpecialKind::Fold), "{branch}");
+        assert!(branch.branch_points().next().is_none(), "{branch}");
         last.state.z()
     });
     // Up to the unloaded arch on one side, down to the flat one on the other.
     let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
     assert!((high - 0.5).abs() < 1e-9 && low.abs() < 1e-9, "{ends:?}");
+}
+
+/// F = f (1 − (x/s)²) − p: the fold is where x counts from.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Parabola {
+    p: f64,
+    size: f64,
+    force: f64,
+}
+#[dynamics]
+impl Parabola {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        self.force * (q.x - q.x.powi(3) / (3.0 * self.size.powi(2))) - self.p * q.x
+    }
+}
+
+#[test]
+fn a_fold_is_left_at_its_own_size() {
+    for (size, force) in [(1.0, 1.0), (1e-6, 1.0), (1e6, 1.0), (1.0, 1e-6), (1e-6, 1e6)] {
+        for off in [0.0, 1e-5, 1e-3] {
+            let family = |p: f64| Parabola { p, size, force };
+            let p = force * (1.0 - off * off);
+            let start = family(p).state().x(off * size).build().unwrap();
+            let parabola = || continuation(family).from(&start, p).until(-3.0 * force..=1.2 * force);
+            for backward in [false, true] {
+                let run = if backward { parabola().backward() } else { parabola() };
+                let branch = run.run().unwrap_or_else(|error| panic!("{size:e}, {force:e}, {off:e}: {error}"));
+                assert!(branch.end == BranchEnd::Range && branch.points.len() < 200, "{size:e}, {off:e}: {branch}");
+                let last = branch.points.last().unwrap();
+                assert!((last.state.x().abs() / size - 2.0).abs() < 1e-9, "{size:e}, {off:e}: {branch}");
+                assert!(branch.branch_points().next().is_none(), "{size:e}, {off:e}: {branch}");
+                for fold in branch.folds() {
+                    assert!((fold.parameter / force - 1.0).abs() < 1e-12 && fold.state.x().abs() < 1e-7 * size);
+                }
+            }
+        }
+    }
 }

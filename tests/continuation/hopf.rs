@@ -96,3 +96,38 @@ fn what_is_no_hopf_point_is_refused() {
     let ContinuationError::HopfCurve { at, reason: Some(_), ref curve } = error else { panic!("{error}") };
     assert!(at[1] <= 0.8 && at[1] > 0.7 && !curve.points.is_empty(), "{error}");
 }
+
+/// ẍ + (c − a) ẋ + k x + (x/size)² x = 0: flutter begins at a = c, whatever the size.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Driven {
+    a: f64,
+    k: f64,
+    size: f64,
+}
+#[dynamics]
+impl Driven {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * q.x.dt().powi(2)
+    }
+    #[force]
+    fn push(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, (self.a - 0.5) * q.x.dt() - self.k * q.x - (q.x / self.size).powi(2) * q.x)
+    }
+}
+
+#[test]
+fn hopf_points_are_followed_at_any_size() {
+    for size in [1e-6, 1.0, 1e6] {
+        let family = |a: f64| Driven { a, k: 1.0, size };
+        let start = family(0.0).state().build().unwrap();
+        let branch = continuation(family).from(&start, 0.0).until(0.0..=1.0).run().unwrap();
+        let hopf = branch.special.iter().find(|one| matches!(one.kind, SpecialKind::Hopf { .. })).unwrap();
+        let curve = hopf_curve(|a, k| Driven { a, k, size }, hopf, 1.0).until(0.0..=1.0, -1.0..=4.0);
+        let curve = curve.run().unwrap_or_else(|error| panic!("{size:e}: {error}"));
+        for (([a, k], _), frequency) in curve.points.iter().zip(&curve.frequencies) {
+            assert!((a - 0.5).abs() < 1e-12 && (frequency - k.sqrt()).abs() < 1e-11, "{size:e}: {a}, {k}");
+        }
+    }
+}

@@ -96,3 +96,48 @@ fn what_leans_every_way_is_told() {
     let diagram = round.branches(10).unwrap();
     assert!(diagram.failures[0].1.contains("every direction"), "{:?}", diagram.failures);
 }
+
+/// Three equal stiffnesses that soften each other: x, y, z are 0 or of one size each, so that 26 halves leave the straight one.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: [_; 3])]
+struct Cube {
+    p: f64,
+    mix: f64,
+}
+#[dynamics]
+impl Cube {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * vec3(q.x[0], q.x[1], q.x[2]).dt().norm_squared()
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        let [x, y, z] = [q.x[0].powi(2), q.x[1].powi(2), q.x[2].powi(2)];
+        0.5 * (1.0 - self.p) * (x + y + z) + 0.25 * (x * x + y * y + z * z) + 0.5 * self.mix * (x * y + y * z + z * x)
+    }
+}
+
+#[test]
+fn none_of_many_halves_is_left_out() {
+    for mix in [0.3, 2.0] {
+        let family = |p: f64| Cube { p, mix };
+        let start = family(0.0).state().build().unwrap();
+        let cube = continuation(family).from(&start, 0.0).until(0.0..=1.5);
+        let trunk = cube.run().unwrap();
+        assert_eq!(trunk.special[0].kind, SpecialKind::Several { count: 3 });
+        let halves = cube.switch_all(&trunk.special[0]).unwrap();
+        let mut signs: Vec<[i32; 4]> = halves
+            .iter()
+            .map(|half| {
+                let last = half.points.last().unwrap();
+                let sign = |x: f64| if x.abs() < 1e-9 { 0 } else { x.signum() as i32 };
+                let straight =
+                    if (0..3).all(|i| last.state.x(i).abs() < 1e-9) { sign(last.parameter - 1.0) } else { 0 };
+                [0, 1, 2, 3].map(|i| if i < 3 { sign(last.state.x(i)) } else { straight })
+            })
+            .collect();
+        signs.sort_unstable();
+        signs.dedup();
+        assert_eq!((halves.len(), signs.len()), (28, 28), "{mix}: {signs:?}");
+    }
+}

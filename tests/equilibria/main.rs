@@ -5,6 +5,7 @@ mod free_hoop;
 mod hard;
 #[path = "../models/hencky.rs"]
 mod hencky;
+mod later;
 #[path = "../models/parallelogram.rs"]
 mod parallelogram;
 #[path = "../models/rolling_disk.rs"]

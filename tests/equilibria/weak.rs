@@ -95,6 +95,24 @@ mod models {
     }
     pub(super) const NONE: Shapes = Shapes { fading: 0.0, slope: 0.0, flat: 0.0, soft: 0.0, aside: 0.3, pulse: -1e9 };
 
+    /// A spring that begins with the fifth power.
+    #[derive(Clone, Debug, Dynamics)]
+    #[coordinates(x)]
+    pub(super) struct Sextic {
+        pub(super) size: f64,
+    }
+    #[dynamics]
+    impl Sextic {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * q.x.dt().powi(2)
+        }
+        #[potential]
+        fn spring(&self, q: &Coordinates<Self>) -> Expr {
+            (q.x / self.size).powi(6)
+        }
+    }
+
     /// A soft spring to the ground, a stiff one between the masses.
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(x: m, y: m, z: m)]
@@ -120,7 +138,7 @@ mod models {
         }
     }
 }
-use models::{Bowl, Cartesian, NONE, Shapes, Uneven};
+use models::{Bowl, Cartesian, NONE, Sextic, Shapes, Uneven};
 
 #[test]
 fn from_far_along_constraints() {
@@ -154,6 +172,13 @@ fn at_a_critical_load_there_is_one_rest() {
         let judged = model.stability(&one.state).unwrap();
         assert!(matches!(judged.verdict, StabilityVerdict::Marginal(_)), "{spread}: {one}\n{judged}");
         assert!(one.state.q().iter().zip(&one.uncertainty).all(|(q, off)| q.abs() <= *off), "{spread}: {one}");
+    }
+    // Forces that begin with the fifth power, of which Newton's method takes a fifth at a time.
+    for size in [1e-6, 1.0, 1e6] {
+        let sextic = Sextic { size };
+        let one = sextic.equilibrium(&sextic.state().x(0.9 * size).build().unwrap());
+        let one = one.unwrap_or_else(|error| panic!("{size:e}: {error}"));
+        assert!(one.state.x().abs() < 1e-15 * size, "{size:e}: {one}");
     }
     // A spring that begins with the third power.
     let quartic = Shapes { flat: 1.0, ..NONE };

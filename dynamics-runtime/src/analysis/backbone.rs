@@ -37,7 +37,8 @@ const SHORTEST: f64 = 1e-4;
 /// Models whose linear modes can be followed to large motions: all that can be moved and rest.
 pub trait NonlinearModes: Simulate + Powers {
     /// A nonlinear mode: the family of closed motions that begins with the mode of this number, by growing frequency from 0, beside an equilibrium. Options follow,
-    /// [`Backbone::run`] runs it.
+    /// [`Backbone::run`] runs it. One energy has to belong to one motion of the family: where a momentum is conserved, too (two masses that nothing holds), and where directions are alike (a pendulum
+    /// that swings any way), it stops at once and says so. Where another frequency is a whole multiple of this one there need not be a family, and what is found may be one that both have part in.
     fn nonlinear_mode(&self, equilibrium: &Self::State, mode: usize) -> Backbone<'_, Self> {
         Backbone { model: self, rest: *equilibrium, mode, energy: f64::NAN, points: 40 }
     }

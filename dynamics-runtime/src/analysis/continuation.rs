@@ -112,7 +112,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     }
 
     /// First toward smaller values of the parameter; else toward larger ones, unless the start is at the upper end of the range. From a start in a fold the branch goes to one side with it, and to
-    /// the other without.
+    /// the other without; that fold is its first special point.
     pub fn backward(mut self) -> Self {
         self.forward = Some(false);
         self

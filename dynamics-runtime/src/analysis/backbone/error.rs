@@ -73,6 +73,11 @@ impl<S: ModelState> fmt::Display for BackboneError<S> {
                 f,
                 "a small motion in the mode has {energy:.3e} of energy above rest, which does not order a family; the equilibrium is stable by gyroscopic forces alone, or unstable"
             ),
+            Self::Stopped { energy, reason: Some(reason), .. } if matches!(**reason, PeriodicError::NotIsolated { .. }) => write!(
+                f,
+                "the family was followed up to {energy:.6e} of energy; beyond it closed motions of one energy lie side by side, as where a momentum is conserved, too, or two directions are alike: hold \
+                 what moves freely by a constraint or in other coordinates, or look at single motions with `.periodic(..)`"
+            ),
             Self::Stopped { energy, reason: Some(reason), .. } => {
                 write!(f, "the family was followed up to {energy:.6e} of energy, where it ends or turns: {reason}")
             }

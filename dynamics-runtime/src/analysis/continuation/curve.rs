@@ -74,6 +74,7 @@ impl<S: ModelState> Plan<S> {
         let mut problem = Problem { make, count: 2, scales, widths, held: Vec::new() };
         problem.held = problem.ignorable(&problem.balance(&self.place, &[])?);
         let balance = problem.balance(&self.place, &[])?;
+        problem.measure_lengths(&balance, &[]);
         let Some(singular) = condition(&balance) else { return Err(none) };
         let mut along = super::none(M::Vector::LEN);
         along.p[1] = if self.backward { -widths[1] } else { widths[1] };

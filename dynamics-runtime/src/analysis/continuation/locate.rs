@@ -24,6 +24,10 @@ const WITHIN: f64 = 1e-6;
 const HALVED: usize = 32;
 /// How often it is halved for shapes alone to be told apart.
 const FOLLOWED: usize = 6;
+/// A fold that is nearer to the start than this is that in which the branch begins.
+const BEGINS: f64 = 1e-6;
+/// The slope of the parameter there is less than this.
+const IN_FOLD: f64 = 1e-4;
 /// β of a branch point, against the forces that stiffness makes: more is a near miss, of branches that do not meet.
 const UNFOLDED: f64 = 1e-10;
 
@@ -71,6 +75,9 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
 
     /// One fold, or one branch point; false where there is neither.
     fn locate(&mut self, a: &Sample<M>, b: &Sample<M>, crossing: Option<usize>, turns: bool) -> bool {
+        if crossing.is_some() && self.is_first_fold(a) {
+            return true;
+        }
         let is_fold = turns && crossing.is_some();
         // At a fold the parameter is the better measure: its slope passes zero there, whatever the stiffness is made of.
         let test = |sample: &Sample<M>| match crossing {
@@ -127,6 +134,26 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let mode = without_parameter(self.problem, &plane);
         self.add(kind, &balance, uncertainty, Some(mode), Some(ways));
         sound
+    }
+
+    /// The fold in which a branch begins, which is then its first special point: on one side of it alone the parameter does not turn round.
+    pub(super) fn begin_in_fold(&mut self, first: &Sample<M>) {
+        if first.watch.slope.abs() > IN_FOLD {
+            return;
+        }
+        let found = Singular::beside(&first.balance, false, None).and_then(|singular| {
+            self.problem.solve(first.place(), first.coordinates(), None, Some(&singular), BEGINS).ok()
+        });
+        let Some(found) = found else { return };
+        let uncertainty = found.change + self.rounding(&found.balance, [first, first], None, true);
+        let mode = null_plane(self.problem, &found.balance).map(|[first, _]| first);
+        self.add(SpecialKind::Fold, &found.balance, uncertainty, mode, None);
+    }
+
+    /// Whether what passes zero next to a place does so in the fold in which the branch begins.
+    fn is_first_fold(&self, a: &Sample<M>) -> bool {
+        let is_start = self.points.len() == 1 && self.arclength(a.place()) == 0.0;
+        is_start && self.special.first().is_some_and(|one| one.kind == SpecialKind::Fold && one.arclength <= BEGINS)
     }
 
     /// How far the parameter of a singular place may be off for rounding: of forces along the shape in a fold, of stiffnesses elsewhere.

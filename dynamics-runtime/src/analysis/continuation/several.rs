@@ -17,8 +17,11 @@ use crate::model::{Constraints, Powers};
 
 /// How far from the point, at first and then.
 const ASIDE: [f64; 3] = [2e-2, 5e-3, 1e-3];
-/// Guesses for each direction of the space.
+/// Guesses for each direction of the space, at least and at most.
 const GUESSES: usize = 60;
+const MOST: usize = 40 * GUESSES;
+/// So many guesses in a row, for each half that is known, that lead to no other one: there is none that has its share of the guesses.
+const IN_VAIN: usize = 10;
 /// Halves of branches whose directions are nearer than this, in rad, are one.
 const ONE: f64 = 1e-2;
 /// Where more than this part of the guesses that lead anywhere lead to halves of their own, there is one in every direction.
@@ -49,7 +52,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         for h in ASIDE {
             let tracer = Tracer::new(problem, &self.options, periodic);
             let (samples, led) = around(&tracer, &balance, &space, h);
-            if samples.len() as f64 > EVERYWHERE * led as f64 && samples.len() > 8 * space.len() {
+            if is_everywhere(samples.len(), led, &space) {
                 return Err(ContinuationError::Everywhere { parameter });
             }
             if samples.len() > found.len() {
@@ -70,6 +73,11 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     }
 }
 
+/// Whether there is a half of a branch beside each guess that led anywhere.
+fn is_everywhere(found: usize, led: usize, space: &[Direction]) -> bool {
+    found as f64 > EVERYWHERE * led as f64 && found > 8 * space.len()
+}
+
 /// Places of branches at a distance from a point, each half once, and how many guesses led to one.
 fn around<M: Constraints + Powers>(
     tracer: &Tracer<'_, M>,
@@ -84,7 +92,12 @@ fn around<M: Constraints + Powers>(
     };
     let (mut found, mut ways, mut led): (Vec<Sample<M>>, Vec<Direction>, usize) = (Vec::new(), Vec::new(), 0);
     let mut numbers = Numbers(0x5eed);
-    for _ in 0..GUESSES * space.len() {
+    let mut in_vain = 0;
+    for guess in 0..MOST * space.len() {
+        if guess >= GUESSES * space.len() && (in_vain > IN_VAIN * found.len() || is_everywhere(found.len(), led, space))
+        {
+            break;
+        }
         let parts: Vec<f64> = space.iter().map(|_| numbers.within([-1.0, 1.0])).collect();
         let size = parts.iter().map(|x| x * x).sum::<f64>().sqrt();
         // Within the ball, so that no direction is preferred.
@@ -92,13 +105,17 @@ fn around<M: Constraints + Powers>(
             continue;
         }
         let guess = mixed(space, &parts, size);
-        let Some(sample) = tracer.arm(balance, &guess, h) else { continue };
-        led += 1;
+        let Some(sample) = tracer.arm(balance, &guess, h) else {
+            in_vain += 1;
+            continue;
+        };
+        (led, in_vain) = (led + 1, in_vain + 1);
         let to = way(&sample);
         let is_known = ways.iter().any(|known| problem.dot(known, &to).clamp(-1.0, 1.0).acos() < ONE);
         if !is_known && problem.distance(&balance.place, sample.place()) > 0.5 * h {
             ways.push(to);
             found.push(sample);
+            in_vain = 0;
         }
     }
     (found, led)

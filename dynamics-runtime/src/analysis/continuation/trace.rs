@@ -130,6 +130,9 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let (mut here, mut h) = (first, self.options.first.min(self.options.longest));
         let (origin, direction) = (*here.place(), here.tangent.clone());
         self.push(&here, 0.0);
+        if !branching {
+            self.begin_in_fold(&here);
+        }
         let (mut missed, mut crept) = (Missed::Far, 0);
         while self.points.len() < self.options.points {
             self.progress.at(self.points.len() as f64);

@@ -12,8 +12,10 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Equilibrium, EquilibriumError, conditioning, vector};
-use crate::analysis::linearize::{Linearization, Read, SmallMotions, Tangent, assemble, scales};
+use super::statics::excess;
+use super::{Equilibrium, EquilibriumError, conditioning, many_times, vector};
+use crate::analysis::linearize::{Linearization, LinearizeError, Read, SmallMotions, Tangent, assemble, scales};
+use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
 use crate::constrain::{Mechanism, project_positions, with_workspace};
 use crate::error::SolveError;
@@ -144,8 +146,10 @@ impl<M: Constraints> Rolling<'_, M> {
         last: &DVector<f64>,
     ) -> Result<Equilibrium<M::State>, EquilibriumError> {
         if let Some(reason) = self.model.linearize(&state)?.unsteady {
-            let left = here.force.amax();
-            return Err(if left > 1e-9 { self.none(here) } else { reason.into() });
+            return Err(match reason {
+                LinearizeError::Accelerates { .. } if here.force.amax() > 0.0 => self.none(here),
+                reason => reason.into(),
+            });
         }
         let mut noise = here.force.abs();
         for sample in 0..4_u32 {
@@ -157,6 +161,7 @@ impl<M: Constraints> Rolling<'_, M> {
             let change = (self.at(&beside)?.force - &here.force).abs();
             noise.zip_apply(&change, |most, change| *most = most.max(change));
         }
+        self.check_times(&state, here, &noise)?;
         let reach = self.solve(here, &noise).abs() + 3.0 * last.abs();
         let reach = here.tangent.positions.abs() * reach;
         let uncertainty: Vec<f64> = reach.iter().copied().collect();
@@ -170,6 +175,27 @@ impl<M: Constraints> Rolling<'_, M> {
             coordinates: M::COORDINATES,
             state,
         })
+    }
+
+    /// That no force changes with time, at the times at which balance is looked at elsewhere: in this very place, as where it will be by then says nothing.
+    fn check_times(&self, state: &M::State, here: &Here, noise: &DVector<f64>) -> Result<(), EquilibriumError> {
+        if !M::EXPLICIT_TIME {
+            return Ok(());
+        }
+        let measures =
+            |indices: &[usize], of: &[f64]| DVector::from_iterator(indices.len(), indices.iter().map(|i| of[*i].abs()));
+        let places = measures(&here.tangent.coordinates, &scales(M::COORDINATES, state.q().as_slice()));
+        let rates = measures(&here.tangent.rates, state.u().as_slice());
+        let usual = here.linear.stiffness.abs() * places + here.linear.damping.abs() * rates;
+        let allowed = (noise + usual * f64::EPSILON) * 1e3;
+        for after in many_times() {
+            let there = self.at(&at_time(state, state.t() + after))?;
+            if let Some((i, force)) = excess(&(&there.force - &here.force), &allowed) {
+                let coordinate = M::COORDINATES[here.tangent.rates[i]].name;
+                return Err(EquilibriumError::DependsOnTime { coordinate, force });
+            }
+        }
+        Ok(())
     }
 
     fn none(&self, here: &Here) -> EquilibriumError {
