@@ -20,7 +20,7 @@ pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
 pub use derive::{Underivable, derive, derive_on, momentum_rates, output_variations, variations};
 pub use equations::{
-    ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Released,
+    Aside, ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot, Released,
     Solution, SpeedEquations, Variations, Withheld,
 };
 pub use model::{

@@ -188,6 +188,7 @@ impl HeldTwice {
 fn beside_redundant_constraints_speeds_serve_starts_and_outputs() {
     let (l, g) = (2.0, 9.81);
     let rod = HeldTwice { m: 1.5, l, g };
+    assert!(HeldTwice::REPORT.contains("coordinates, as constraints are switched or redundant"));
     let (sin, cos) = 0.4_f64.sin_cos();
     let state = rod.state().x(l * sin).y(-l * cos).turning(3.0).build().expect("regular");
     assert!((state.x_rate() - 3.0 * l * cos).abs() < 1e-14 && (state.y_rate() - 3.0 * l * sin).abs() < 1e-14);
