@@ -197,7 +197,11 @@ impl<'w> System<'w> {
             let size = terms().fold(offset.abs(), |sum, term| sum + term.abs());
             if residual[row].abs() > MET * size {
                 let given = Involved::ranked(M::COORDINATES, core::iter::empty());
-                return Err(StateError::VelocityNotAssembled { row: M::ROWS[row].name, residual: residual[row], given });
+                return Err(StateError::VelocityNotAssembled {
+                    row: M::ROWS[row].name,
+                    residual: residual[row],
+                    given,
+                });
             }
         }
         Ok(())
@@ -221,7 +225,7 @@ impl<'w> System<'w> {
         };
         let missed = (0..s).map(|i| (i, (values[i] - speeds[i]).abs(), size(i)));
         // What is not a number is missed as well.
-        let worst = missed.filter(|(_, miss, size)| !(*miss <= MET * size));
+        let worst = missed.filter(|(_, miss, size)| miss.is_nan() || *miss > MET * size);
         let worst = worst.reduce(|a, b| if b.1 * a.2 > a.1 * b.2 { b } else { a });
         let Some((i, _, size)) = worst else { return Ok(()) };
         terms.iter_mut().enumerate().for_each(|(j, share)| *share = term(i, j));

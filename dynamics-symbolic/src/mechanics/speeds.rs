@@ -139,8 +139,8 @@ impl Speeds {
                 gamma: &rows.gamma,
                 numbers: &numbers,
             };
-            let (unrolled, solver) = unroll_by_speeds(g, &system, (&kinematics, speeds), drift, LIMIT)
-                .map_err(|_| Aside::Longer)?;
+            let (unrolled, solver) =
+                unroll_by_speeds(g, &system, (&kinematics, speeds), drift, LIMIT).map_err(|_| Aside::Longer)?;
             return Ok(Solved::Unrolled(Box::new(unrolled), Box::new(solver)));
         }
         let solver = Solver::by_speeds(g, &inertia.mass, &kinematics, speeds).ok_or(Aside::Unsafe)?;
