@@ -120,7 +120,7 @@ pub trait Dynamics: Model {
 
     /// The generalized speeds of `#[speeds(..)]` in order, arrays flattened; each is an output as well.
     const SPEEDS: &'static [Quantity] = &[];
-    /// The generalized speeds u = Y(q,t) q̇ + y(q,t) at a state, written to `values` in the order of [`Dynamics::SPEEDS`].
+    /// The generalized speeds w = Y(q,t) q̇ + y(q,t) at a state, written to `values` in the order of [`Dynamics::SPEEDS`].
     fn speeds(&self, _state: &Self::State, _values: &mut [f64]) {}
     /// Y, S×N by rows, then y, S, at a state with N coordinates and S speeds, written to `values`.
     fn speed_equations(&self, _state: &Self::State, _values: &mut [f64]) {}

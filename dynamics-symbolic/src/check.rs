@@ -44,7 +44,7 @@ pub fn one_by_one(model: &Model) -> Vec<Finding> {
     effect::without_effect(model, &mut found);
     // What holds the parts together has rules of its own.
     constraints::declared(model, &mut found);
-    // Speeds stand for the velocities: u = Y q̇ + y.
+    // Speeds stand for the velocities: w = Y q̇ + y.
     speeds::declared(model, &mut found);
     found
 }

@@ -45,7 +45,7 @@ pub struct Programs {
     /// Derivatives of the outputs by q, q̇, q̈, λ and inputs, one matrix after the other, by rows, reading accelerations and multipliers as symbols; `None`
     /// as for `variations`, and without outputs. Not listed.
     pub output_variations: Option<Program>,
-    /// The generalized speeds u (S), then Y (S×N by rows) and y (S); empty without any.
+    /// The generalized speeds w (S), then Y (S×N by rows) and y (S); empty without any.
     pub speeds: Program,
     /// Outputs, then, where any of them uses accelerations, Dᵢ and Mᵢᵢ for every pivot.
     pub outputs: Program,

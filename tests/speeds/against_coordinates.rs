@@ -43,7 +43,7 @@ fn check<M: Constraints>(model: &M, state: &M::State, given: &[f64]) {
     close(&speeds(model, state), given, "speeds");
     let rows = model.velocity_residual(state);
     assert!(rows.as_slice().iter().all(|x| x.abs() <= 1e-11 * largest(state.u().as_slice())), "{rows:?}");
-    // u = Y q̇ + y.
+    // w = Y q̇ + y.
     let (n, s) = (M::COORDINATES.len(), given.len());
     let mut equations = vec![0.0; s * n + s];
     model.speed_equations(state, &mut equations);
@@ -123,4 +123,21 @@ proptest! {
         let state = rods.state().shoulder(q[0]).elbow(q[1]).upper(moving[0]).lower(moving[1]).build().expect("regular");
         check(&rods, &state, &moving);
     }
+}
+
+/// det M = (det K)² det M̄ with a parameter in K: it may be 0, and nobody is to miss an inertia then.
+#[test]
+fn speeds_that_a_parameter_takes_away_take_no_motion_away() {
+    assert!(Strides::REPORT.contains("as the speeds could be singular where the mass matrix is not"));
+    let inertia = Mat3::diagonal(2.0, 3.0, 2.5);
+    let motion = |per_metre: f64| {
+        let body = Strides { mass: 2.0, center: Vec3::from([0.1, 0.2, 0.3]), inertia, drag: 0.8, per_metre };
+        let state = body.state().angles([0.3, 0.4, 0.5]).r_rate([1.0, 2.0, 3.0]).angles_rate([0.3, 0.2, 0.1]);
+        let state = state.build().expect("by rates");
+        let own = body.accelerations(&state).expect("regular");
+        let expected = dense(&body, &state);
+        assert!((0..6).all(|i| (own[i] - expected[i]).abs() < 1e-13), "{own}, not {expected}");
+        own
+    };
+    assert_eq!(motion(1.0), motion(0.0));
 }

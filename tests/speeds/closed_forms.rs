@@ -55,17 +55,16 @@ fn the_sleigh_forgets_where_it_is() {
 
 #[test]
 fn a_rolling_disk_in_the_axes_of_heading_and_lean() {
-    // With u = (θ̇, ψ̇ cos-components ..) of the axes that lean but do not spin, about the contact: A = ¼ m r² across, C = ½ m r² about the axle y,
-    // (A + m r²) ω̇₁ = m g r sin θ − A Ω₃ ω₃ + (C + m r²) Ω₃ ω₂ ·sign(..), the frame turning with Ω = (ω₁, Ω₂, ω₃), Ω₂ = ω₃ tan θ.
+    // Momentum about the center with the force at the contact put in by ṙ = −ω × (contact − r), in axes that turn with Ω = (ω₁, ω₃ tan θ, ω₃):
+    // A = ¼ m r² across, C = ½ m r² about the axle,
+    // (A + m r²) ω̇₁ = m g r sin θ + (C + m r²) ω₂ω₃ − A ω₃² tan θ, (C + m r²) ω̇₂ = −m r² ω₁ω₃, A ω̇₃ = A ω₁ω₃ tan θ − C ω₁ω₂.
     let disk = Disk { m: 1.2, r: 0.6, g: 9.81 };
     let (lean, omega) = (0.35_f64, [0.8, -2.5, 1.7]);
     let state = disk.state().yaw(0.9).lean(lean).spin(0.2).omega(omega).build().expect("regular");
     let rates = disk.omega(&moving(&disk, &state)).dt().value();
     let (across, about) = (0.25 * 1.2 * 0.36, 0.5 * 1.2 * 0.36);
     let (mr2, [w1, w2, w3]) = (1.2 * 0.36, omega);
-    // The axes turn with the disk but for its spin: ω₂ is replaced by ψ̇ sin θ = ω₃ tan θ.
     let turning = w3 * lean.tan();
-    // Balance of angular momentum of the whole about the center with the contact's force put in by ṙ = −ω × (contact − r).
     let first = (1.2 * 9.81 * 0.6 * lean.sin() + (about + mr2) * w3 * w2 - across * w3 * turning) / (across + mr2);
     let second = -mr2 * w1 * w3 / (about + mr2);
     let third = (across * w1 * turning - about * w1 * w2) / across;

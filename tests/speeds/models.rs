@@ -287,3 +287,43 @@ impl Rods {
         Force::along(q.elbow, self.motor)
     }
 }
+
+/// A body that flies, its origin's speeds counted in strides: they say nothing where a stride is 0, and M is as regular as ever.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(r: [m; 3], angles: [rad; 3])]
+#[speeds(v: [_; 3], omega: [rad / s; 3])]
+pub(crate) struct Strides {
+    pub(crate) mass: f64,
+    pub(crate) center: Vec3<f64>,
+    pub(crate) inertia: Mat3<f64>,
+    pub(crate) drag: f64,
+    pub(crate) per_metre: f64,
+}
+#[dynamics]
+impl Strides {
+    fn body(&self, q: &Coordinates<Self>) -> RigidBody {
+        let frame = Frame::new(vec3(q.r[0], q.r[1], q.r[2]), Mat3::euler(EulerSequence::Zyx, q.angles));
+        RigidBody::new(self.mass, self.center, self.inertia, frame)
+    }
+    fn ahead(&self, q: &Coordinates<Self>) -> Vec3 {
+        let frame = self.body(q).frame;
+        frame.components_of(frame.origin().dt())
+    }
+    #[kinematic]
+    fn v(&self, q: &Coordinates<Self>) -> Vec3 {
+        self.per_metre * self.ahead(q)
+    }
+    #[kinematic]
+    fn omega(&self, q: &Coordinates<Self>) -> Vec3 {
+        self.body(q).frame.angular_velocity_in_body()
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        self.body(q).kinetic_energy()
+    }
+    #[force]
+    fn air(&self, q: &Coordinates<Self>) -> Force {
+        let frame = self.body(q).frame;
+        Force::at(frame.origin(), -self.drag * self.ahead(q).x * frame.x())
+    }
+}

@@ -27,6 +27,11 @@ impl Elaborator<'_> {
                 .diagnostics
                 .error(function.name.span(), &messages::kinematic_without_speed(&function.name, hint));
         };
+        // What is lost to a mistake is reported already.
+        let lost = |value: &Value| matches!(value, Value::Poison);
+        if lost(&value) || matches!(&value, Value::Array(items) if items.iter().any(lost)) {
+            return;
+        }
         let value = match value {
             Value::Integer(_) => self.scalar(value, function.name.span()).into(),
             value => value,

@@ -400,8 +400,21 @@ fn number(value: &Expr) -> Option<f64> {
 }
 
 /// Names that the generated state and coordinate types use themselves.
-const RESERVED: &[&str] =
-    &["t", "q", "u", "inputs", "modes", "new", "build", "assemble", "at_time", "release", "engage", "is_engaged"];
+const RESERVED: &[&str] = &[
+    "t",
+    "q",
+    "u",
+    "inputs",
+    "modes",
+    "new",
+    "build",
+    "assemble",
+    "at_time",
+    "release",
+    "release_to",
+    "engage",
+    "is_engaged",
+];
 
 /// Something moves; no name is taken twice; none collides with a generated one. What offends is left out, so that nothing is generated from it.
 pub(super) fn check_names(declaration: &mut Declaration, d: &mut Diagnostics) {

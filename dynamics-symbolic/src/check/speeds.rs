@@ -1,4 +1,4 @@
-//! Speeds u = Y(q,t) q̇ + y(q,t): each linear in the velocities, and all of them, together with the constraints that always hold, as many as there are
+//! Speeds w = Y(q,t) q̇ + y(q,t): each linear in the velocities, and all of them, together with the constraints that always hold, as many as there are
 //! velocities, and independent: then the velocities follow from them, at all but singular places.
 //!
 //! Rank is asked modulo 2⁶¹ − 31 at a random point: what depends on others there does so everywhere. Where the constraints repeat each other only where they hold,

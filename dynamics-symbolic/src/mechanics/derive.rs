@@ -6,7 +6,7 @@ use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::bodies::Tree;
 use super::constraints::{self, Rows};
-use super::equations::{ConstraintEquations, Derivation, Equations, Named, Released, Solution, Variations};
+use super::equations::{Aside, ConstraintEquations, Derivation, Equations, Named, Released, Solution, Variations};
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{self, Residual, SOLVED_FOR, Sweep, residual_by_entries};
 use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
@@ -68,16 +68,16 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         Some(rows) => Solved::constrained(g, &inertia, rows, manifold),
         None => Solved::free(g, &inertia, &|g| parts.levers(g, &applied, n))?,
     };
-    let (solved, leads) = match (&speeds, unsolved) {
+    let (solved, aside) = match (&speeds, unsolved) {
         (Some(speeds), Some(unsolved)) if !model.constraints.iter().any(|c| c.switched || c.redundant) => {
             let mut before = unsolved;
             let given = energies.given(&mut before, &applied, n);
             let beside = Beside { inertia: &inertia, rows: rows.as_ref(), given: given.as_deref() };
             speeds.lead(g, solved, &before, &beside)
         }
-        _ => (solved, false),
+        _ => (solved, Some(Aside::Constraints)),
     };
-    let speeds = speeds.map(|speeds| speeds.into_equations(g, &solved, leads));
+    let speeds = speeds.map(|speeds| speeds.into_equations(g, &solved, aside));
     let energy_function = energy_function(g, &inertia.momenta, energies.lagrangian);
     let swept: Residual = &|g| {
         let inverse = parts.inverse(g, n);

@@ -158,17 +158,30 @@ impl Equations {
     }
 }
 
-/// Generalized speeds u = Y q̇ + y; N coordinates, S speeds.
+/// Generalized speeds w = Y q̇ + y; N coordinates, S speeds.
 #[derive(Clone, Debug)]
 pub struct SpeedEquations {
-    /// u, S.
+    /// w, S.
     pub values: Vec<NodeId>,
-    /// Y = ∂u/∂q̇, S×N.
+    /// Y = ∂w/∂q̇, S×N.
     pub jacobian: Vec<Vec<NodeId>>,
-    /// y = u at rest, S.
+    /// y = w at rest, S.
     pub offset: Vec<NodeId>,
-    /// BᵀM B, S×S, where the equations are solved for u̇ because that takes fewer operations; else `None`.
-    pub inertia: Option<Vec<Vec<NodeId>>>,
+    /// BᵀM B, S×S, where the equations are solved for ẇ because that takes fewer operations; else why they are not.
+    pub inertia: Result<Vec<Vec<NodeId>>, Aside>,
+}
+
+/// Why equations are not solved for the rates of the declared speeds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aside {
+    /// Constraints are switched or marked as redundant.
+    Constraints,
+    /// In coordinates, too, they are left to the general solver.
+    General,
+    /// They could fail where those in coordinates do not.
+    Unsafe,
+    /// That takes no fewer operations.
+    Longer,
 }
 
 /// What follows from the constraints; N coordinates, R rows, the first H of them holonomic. λ of a row is `Symbol::Multiplier`.

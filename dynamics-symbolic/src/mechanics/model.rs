@@ -67,7 +67,7 @@ named! {
     Function
 }
 
-/// A generalized speed u = Y(q,t) q̇ + y(q,t), which need not be the derivative of anything.
+/// A generalized speed w = Y(q,t) q̇ + y(q,t), which need not be the derivative of anything.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Speed {
     /// The user's name, array elements as `w[0]`.

@@ -1,25 +1,25 @@
-//! Generalized speeds that need not be derivatives of coordinates, u = Y(q,t) q̇ + y(q,t): components of an angular velocity in the body, the speed of a skate.
+//! Generalized speeds that need not be derivatives of coordinates, w = Y(q,t) q̇ + y(q,t): components of an angular velocity in the body, the speed of a skate.
 //!
-//! With the constraints' rows below them, K = (Y; Φ_q; A), they determine all velocities: K q̇ + k = (u; 0). The columns of K⁻¹ are what the velocities are made of,
+//! With the constraints' rows below them, K = (Y; Φ_q; A), they determine all velocities: K q̇ + k = (w; 0). The columns of K⁻¹ are what the velocities are made of,
 //! B those of the speeds (Kane's partial velocities), and since Φ_q B = 0 the reactions drop out of
 //!
-//!   (BᵀM B) u̇ = Bᵀ(Q − M s),    K s = (−Ẏq̇ − ẏ; γ),    K q̈ = (u̇; 0) + (−Ẏq̇ − ẏ; γ).
+//!   (BᵀM B) ẇ = Bᵀ(Q − M s),    K s = (−Ẏq̇ − ẏ; γ),    K q̈ = (ẇ; 0) + (−Ẏq̇ − ẏ; γ).
 //!
-//! The same right-hand side as Boltzmann and Hamel have it, π = (u; 0) for short, f = M̄π with M̄ = K⁻ᵀM K⁻¹ and Q_V what is not of inertia:
+//! The same right-hand side as Boltzmann and Hamel have it, π = (w; 0) for short, f = M̄π with M̄ = K⁻ᵀM K⁻¹ and Q_V what is not of inertia:
 //!
 //!   BᵀQ_V − (H B)ᵀf − (Ṁ̄ π)_B + ½ Bᵀ∂(πᵀM̄π)/∂q,    H = K̇ − ∂(K q̇ + k)/∂q at fixed q̇.
 //!
 //! For a body's own components of its angular velocity M̄ is its inertia, H B = ω×, and these are Euler's equations. Both are built, the second first: where they are equal, by fingerprints,
 //! they are one node, in the form that was built first. What is taken is what is shortest, the solution in coordinates among it.
-//! Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972, chapter III; T. R. Kane, D. A. Levinson, *Dynamics: Theory and Applications*,
-//! McGraw-Hill 1985, chapter 6.
+//! Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972; T. R. Kane, D. A. Levinson, *Dynamics: Theory and Applications*,
+//! McGraw-Hill 1985, chapters 2 and 6.
 
 use crate::algebra::{Constrained, Guard, Guarded, Solver, unroll_by_speeds};
 use crate::calculus::{directional, gradient, placeless, timeless};
-use crate::graph::{Dependence, Graph, Node, NodeId, Symbol, Unary};
+use crate::graph::{Dependence, Fingerprint, Graph, Node, NodeId, Symbol, Unary};
 
 use super::constraints::{Rows, jacobian, offsets};
-use super::equations::SpeedEquations;
+use super::equations::{Aside, SpeedEquations};
 use super::lagrange::{Inertia, symbols};
 use super::model::Model;
 use super::solution::{LIMIT, Solved};
@@ -30,7 +30,7 @@ const SMALL: usize = 12;
 
 /// The speeds' own equations; N coordinates, S speeds.
 pub(super) struct Speeds {
-    /// u, S.
+    /// w, S.
     values: Vec<NodeId>,
     /// Y, S×N.
     jacobian: Vec<Vec<NodeId>>,
@@ -80,13 +80,26 @@ impl Speeds {
         })
     }
 
-    /// The solution led by the speeds, in its shortest form, where that is shorter than `solved`; else this.
-    pub(super) fn lead(&self, g: &mut Graph, solved: Solved, unsolved: &Graph, beside: &Beside) -> (Solved, bool) {
-        let mut best = (solved.results().map_or(usize::MAX, |results| g.weight(&results)), None);
+    /// The solution led by the speeds, in its shortest form, where that is shorter than `solved`; else this, and why.
+    pub(super) fn lead(
+        &self,
+        g: &mut Graph,
+        solved: Solved,
+        unsolved: &Graph,
+        beside: &Beside,
+    ) -> (Solved, Option<Aside>) {
+        let Some(results) = solved.results() else { return (solved, Some(Aside::General)) };
+        let (mut best, mut aside) = ((g.weight(&results), None), Aside::Longer);
         for form in [Form::Projected, Form::Drifting, Form::Hamel] {
             // On a copy from before the solution in coordinates, whose forms would win where values are equal.
             let mut trial = unsolved.clone();
-            let Some(found) = self.solve(&mut trial, beside, form) else { continue };
+            let found = match self.solve(&mut trial, beside, form) {
+                Ok(found) => found,
+                Err(why) => {
+                    aside = if form == Form::Projected { why } else { aside };
+                    continue;
+                }
+            };
             let weight = found.results().map_or(usize::MAX, |results| trial.weight(&results));
             if weight < best.0 && same(g, &solved, &trial, &found) {
                 best = (weight, Some((found, trial)));
@@ -95,9 +108,9 @@ impl Speeds {
         match best.1 {
             Some((found, trial)) => {
                 *g = trial;
-                (found, true)
+                (found, None)
             }
-            None => (solved, false),
+            None => (solved, Some(aside)),
         }
     }
 
@@ -107,14 +120,14 @@ impl Speeds {
         self.jacobian.iter().chain(of_rows).cloned().collect()
     }
 
-    fn solve(&self, g: &mut Graph, beside: &Beside, form: Form) -> Option<Solved> {
+    fn solve(&self, g: &mut Graph, beside: &Beside, form: Form) -> Result<Solved, Aside> {
         let (inertia, kinematics) = (beside.inertia, self.kinematics(beside.rows));
         let (n, speeds) = (inertia.force.len(), self.values.len());
         if kinematics.len() != n {
-            return None;
+            return Err(Aside::Constraints);
         }
         if form == Form::Hamel {
-            self.hamel(g, beside, &kinematics)?;
+            self.hamel(g, beside, &kinematics).ok_or(Aside::Longer)?;
         }
         let drift: &[NodeId] = if form == Form::Projected { &[] } else { &self.drift };
         if let Some(rows) = beside.rows {
@@ -126,16 +139,17 @@ impl Speeds {
                 gamma: &rows.gamma,
                 numbers: &numbers,
             };
-            let (unrolled, solver) = unroll_by_speeds(g, &system, (&kinematics, speeds), drift, LIMIT).ok()?;
-            return Some(Solved::Unrolled(Box::new(unrolled), Box::new(solver)));
+            let (unrolled, solver) =
+                unroll_by_speeds(g, &system, (&kinematics, speeds), drift, LIMIT).map_err(|_| Aside::Longer)?;
+            return Ok(Solved::Unrolled(Box::new(unrolled), Box::new(solver)));
         }
-        let solver = Solver::by_speeds(g, &inertia.mass, &kinematics, speeds)?;
+        let solver = Solver::by_speeds(g, &inertia.mass, &kinematics, speeds).ok_or(Aside::Unsafe)?;
         let (led, _) = solver.led(g);
         // No general solver stands behind: it must not fail where M has an inverse. det M = (det K)² det M̄, so that where M̄ and K are finite everywhere
-        // K is singular only where M is.
+        // K is singular only where M is. That holds for parameters as well: a speed may be counted in one that is 0.
         let entries: Vec<NodeId> = led.iter().chain(&kinematics).flatten().copied().collect();
-        if !is_finite(g, &entries) {
-            return None;
+        if !is_finite(g, &entries, &inertia.mass.concat()) {
+            return Err(Aside::Unsafe);
         }
         let (accelerations, _) = solver.solve(g, &inertia.force, drift);
         let coordinate = |of| match of {
@@ -143,7 +157,7 @@ impl Speeds {
         };
         let pivots = solver.guards().iter().map(|Guard { of, pivot, scale, .. }| (coordinate(*of), *pivot, *scale));
         let pivots = pivots.collect();
-        Some(Solved::Free { accelerations, pivots, solver: Some(Box::new(solver)) })
+        Ok(Solved::Free { accelerations, pivots, solver: Some(Box::new(solver)) })
     }
 
     /// Builds the right-hand side of Boltzmann and Hamel; `None` where there is none, as where T has terms of first degree in the speeds.
@@ -193,10 +207,10 @@ impl Speeds {
         Some(())
     }
 
-    /// What is emitted and told; `leads`: whether the equations are solved by the speeds.
-    pub(super) fn into_equations(self, g: &mut Graph, solved: &Solved, leads: bool) -> SpeedEquations {
+    /// What is emitted and told; `aside`: why the equations are not solved by the speeds, where they are not.
+    pub(super) fn into_equations(self, g: &mut Graph, solved: &Solved, aside: Option<Aside>) -> SpeedEquations {
         let Self { values, jacobian, offset, .. } = self;
-        let inertia = if leads { solved.led(g) } else { None };
+        let inertia = aside.map_or_else(|| solved.led(g).ok_or(Aside::General), Err);
         SpeedEquations { values, jacobian, offset, inertia }
     }
 }
@@ -230,21 +244,25 @@ fn same(g: &Graph, a: &Solved, trial: &Graph, b: &Solved) -> bool {
     a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| g.fingerprint(*a) == trial.fingerprint(*b))
 }
 
-/// Whether values are finite wherever coordinates and parameters are: sums and products of sines and cosines, divided by parameters at most.
-fn is_finite(g: &Graph, nodes: &[NodeId]) -> bool {
-    g.cone(nodes).into_iter().all(|id| {
-        g.is_constant(id)
-            || match g.node(id) {
-                Node::Div(_, b) => g.is_constant(b),
-                Node::Unary(f, _) => matches!(f, Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Atan | Unary::Abs),
-                Node::Binary(..) | Node::Select { .. } => false,
-                Node::Number(_)
-                | Node::Symbol(_)
-                | Node::Add(..)
-                | Node::Sub(..)
-                | Node::Mul(..)
-                | Node::Neg(_)
-                | Node::Smooth { .. } => !g.dependence(id).on(Dependence::INPUTS),
-            }
+/// Whether values are finite wherever coordinates are, and parameters for which `given` are: sums and products of sines and cosines, divided by numbers and by what
+/// `given` are divided by at most.
+fn is_finite(g: &Graph, nodes: &[NodeId], given: &[NodeId]) -> bool {
+    let divided = |id: NodeId| match g.node(id) {
+        Node::Div(_, b) => Some(g.fingerprint(b)),
+        _ => None,
+    };
+    let known: Vec<Fingerprint> = g.cone(given).into_iter().filter_map(divided).collect();
+    g.cone(nodes).into_iter().all(|id| match g.node(id) {
+        Node::Div(_, b) => g.as_number(b).is_some() || (g.is_constant(b) && known.contains(&g.fingerprint(b))),
+        _ if g.is_constant(id) => true,
+        Node::Unary(f, _) => matches!(f, Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Atan | Unary::Abs),
+        Node::Binary(..) | Node::Select { .. } => false,
+        Node::Number(_)
+        | Node::Symbol(_)
+        | Node::Add(..)
+        | Node::Sub(..)
+        | Node::Mul(..)
+        | Node::Neg(_)
+        | Node::Smooth { .. } => !g.dependence(id).on(Dependence::INPUTS),
     })
 }

@@ -105,7 +105,7 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
     let of_inertia = |p: &Pivot| {
         let (name, i) = (q[p.coordinate], p.coordinate);
         let [held, own] = [p.diagonal, equations.mass_matrix[i][i]].map(|node| model.graph.fingerprint(node));
-        let led = equations.speeds.as_ref().is_some_and(|s| s.inertia.is_some());
+        let led = equations.speeds.as_ref().is_some_and(|s| s.inertia.is_ok());
         let compared = match held == own {
             true => format!("M[{name}, {name}]"),
             false if led => format!("scale[{name}]"),

@@ -4,7 +4,7 @@ use crate::check::Analysis;
 use crate::check::hazards::Hazards;
 use crate::check::structure::{Linearity, Pattern, Structure};
 use crate::graph::{Dependence, Graph, Node, NodeId};
-use crate::mechanics::{Derivation, Equations, Model, Named, SpeedEquations, Withheld};
+use crate::mechanics::{Aside, Derivation, Equations, Model, Named, SpeedEquations, Withheld};
 use crate::schedule::Program;
 
 use super::formula::Formulas;
@@ -184,8 +184,9 @@ fn mass_matrix(model: &Model, equations: &Equations, structure: &Structure) -> S
 
 /// Whether the equations are those of the speeds, and with which inertia.
 fn solved_in(model: &Model, speeds: &SpeedEquations) -> String {
-    let Some(inertia) = &speeds.inertia else {
-        return "coordinates, which takes no more work than the speeds".to_owned();
+    let inertia = match &speeds.inertia {
+        Ok(inertia) => inertia,
+        Err(aside) => return format!("coordinates, {}", why(*aside)),
     };
     let g = &model.graph;
     let (size, all) = (inertia.len(), inertia.iter().flatten());
@@ -194,6 +195,16 @@ fn solved_in(model: &Model, speeds: &SpeedEquations) -> String {
     let shape = if apart && size > 1 { ", diagonal" } else { "" };
     let depends = what(depends).map_or_else(|| "constant".to_owned(), |on| format!("depends on {on}"));
     format!("the speeds, with inertia {size} x {size}{shape}, {depends}")
+}
+
+/// Why speeds do not lead.
+fn why(aside: Aside) -> &'static str {
+    match aside {
+        Aside::Constraints => "as constraints are switched or redundant",
+        Aside::General => "by the general solver",
+        Aside::Unsafe => "as the speeds could be singular where the mass matrix is not",
+        Aside::Longer => "which takes no more work than the speeds",
+    }
 }
 
 /// `coordinates and time`; `None` for nothing but parameters.

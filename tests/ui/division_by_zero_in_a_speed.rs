@@ -1,0 +1,28 @@
+use dynamics::prelude::*;
+
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, phi: rad)]
+#[speeds(v: [m / s; 2], spin: rad / s)]
+#[units(m: kg, j: kg * m^2)]
+struct Sleigh {
+    m: f64,
+    j: f64,
+}
+
+#[dynamics]
+impl Sleigh {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2)) + 0.5 * self.j * q.phi.dt().powi(2)
+    }
+    #[kinematic]
+    fn v(&self, q: &Coordinates<Self>) -> [Expr; 2] {
+        [q.x.dt() / 0.0, q.y.dt()]
+    }
+    #[kinematic]
+    fn spin(&self, q: &Coordinates<Self>) -> Expr {
+        q.phi.dt()
+    }
+}
+
+fn main() {}
