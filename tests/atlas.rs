@@ -278,7 +278,7 @@ fn backwards_in_time() {
     let end = there.end();
     let turned = end.model.clone();
     assert!(there.changes().len() > 1);
-    // Only the chart that was given is a start.
+    // Read anew in the chart that was given.
     let (rotation, omega) = (turned.body(&there.coordinates_at(10.0)).frame.rotation().value(), there.outputs_at(10.0));
     let mut back = model.start(rotation, Vec3::new(omega[3], omega[4], omega[5]));
     back.t = 10.0;
@@ -473,4 +473,131 @@ fn what_makes_no_atlas_is_refused() {
     let motion = Atlas::new(CRAFT);
     let motion = motion.simulate(start).until(1.0).run().expect("it does not lock before");
     assert!(motion.changes().is_empty() && motion.legs().len() == 1);
+}
+
+/// Instants late in time are known less closely than the distance to locking: a chart changes all the same, once each time.
+#[test]
+fn late_in_time() {
+    let model = Zxz::new(0.0, TUMBLING);
+    let mut start = model.state().angles([0.0, 1.5, 0.0]).angles_rate([300.0, 1000.0, 0.0]).build().expect("finite");
+    let changes = [0.0, 1e9].map(|time| {
+        start.t = time;
+        let atlas = model.clone().atlas();
+        let run = atlas.simulate(start).until(time + 0.03).with(|run, _| run.tolerance(1e-6).max_steps(2000));
+        run.run().map(|motion| motion.changes().len()).unwrap_or_else(|error| panic!("{error}"))
+    });
+    assert!(changes[0] > 3 && changes[0].abs_diff(changes[1]) <= 1, "{changes:?}");
+}
+
+/// A motion goes on from where another one ended, in the chart of that place.
+#[test]
+fn goes_on_from_a_place() {
+    let model = Zyx::new(1.5, TUMBLING);
+    let start = model.start(Mat3::euler(EulerSequence::Zyx, [0.4, 0.8, -0.6]), Vec3::new(2.0, -1.5, 1.0));
+    let atlas = model.atlas();
+    let whole = atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
+    let turned = whole.legs().iter().find(|leg| leg.chart == 1).expect("a part in the turned chart");
+    let time = 0.5 * (turned.motion.start_time() + turned.motion.end_time());
+    let place = whole.at(time);
+    let rest = atlas.resume(&place).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
+    assert_eq!((rest.legs()[0].chart, rest.start_time()), (1, time));
+    let wanted: Vec<f64> = whole.changes().iter().map(|change| change.time).filter(|t| *t > time).collect();
+    let found: Vec<f64> = rest.changes().iter().map(|change| change.time).collect();
+    assert!(found.len() == wanted.len() && found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-8), "{found:?}");
+    for (a, b) in whole.outputs_at(10.0).iter().zip(rest.outputs_at(10.0)) {
+        assert!((a - b).abs() < 1e-9, "{a} and {b}");
+    }
+    // Of an atlas without that chart it is no place.
+    let single = Atlas::new(place.model.clone());
+    let error = single.resume(&place).until(10.0).run().expect_err("another atlas").to_string();
+    assert!(error.contains("resume a motion with the atlas that made it"), "{error}");
+}
+
+/// A free body moves alike whichever way its reference is turned: a turn that is not the one that was asked for is seen from the parameter.
+#[test]
+fn another_turn_is_refused() {
+    let of = |turn: fn(&mut Craft, f64)| Atlas::new(CRAFT).turning("pitch", turn).map(|_| ());
+    for turn in [|m: &mut Craft, t: f64| m.reference = -t, |m: &mut Craft, t: f64| m.reference = t.to_degrees()] {
+        let error = of(turn).expect_err("another turn");
+        assert!(matches!(error, ChartError::NotTheTurn { parameter: "reference", .. }), "{error}");
+    }
+    let error = of(|m, t| m.reference = t * f64::NAN).expect_err("no turn").to_string();
+    assert!(error.contains("`reference` is set to NaN where the turn of the reference is 0"), "{error}");
+}
+
+/// What is given with the simulation has to be the same in all charts, too, however small it is beside others.
+#[test]
+fn closures_that_read_angles_are_refused() {
+    let atlas = Atlas::new(CRAFT).turning("pitch", right).expect("a set with a reference");
+    let start = CRAFT.state().pitch(0.3).pitch_rate(1.0).motor(0.0).build().expect("finite");
+    let run = atlas.simulate(start).until(3.0).with(|run, _| run.event("steep", |state| state.pitch() - 0.7));
+    let error = run.run().expect_err("the event depends on the chart");
+    assert!(matches!(&error.kind, AtlasErrorKind::Chart(ChartError::EventDisagrees { event, .. }) if event == "steep"));
+    assert!(error.to_string().contains("have it ask the model that `with` gives"), "{error}");
+    let place = |model: &Craft, state: &State<Craft>| {
+        let q = Craft::coordinates_with(state, &nalgebra::SVector::zeros(), &[]);
+        model.frame(&q).x().z.value() + 0.7
+    };
+    let run = atlas.simulate(start).until(3.0);
+    let run = run.with(|run, model| run.event("steep", move |state| place(model, state))).run();
+    let motion = run.unwrap_or_else(|error| panic!("{error}"));
+    assert!(!motion.changes().is_empty() && motion.events().any(|event| event.name == "steep"), "{}", motion.summary());
+}
+
+/// A body in angles and one in Euler parameters, whose mass matrix the constraint alone makes regular, and two inputs of different size.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(yaw: rad, pitch: rad, roll: rad, e: [_; 4], s)]
+#[inputs(motor, push)]
+struct Pair {
+    inertia: Vec3<f64>,
+    mass: f64,
+    spring: f64,
+    reference: f64,
+}
+#[dynamics]
+impl Pair {
+    fn frame(&self, q: &Coordinates<Self>) -> Frame {
+        Frame::turned(Mat3::rotation_y(self.reference) * Mat3::euler(EulerSequence::Zyx, [q.yaw, q.pitch, q.roll]))
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let [a, b, c] = self.inertia.to_array();
+        let other = Frame::turned(EulerParameters::new(q.e).rotation());
+        self.frame(q).rotation().rotational_energy(Mat3::diagonal(a, b, c))
+            + other.rotation().rotational_energy(Mat3::diagonal(a, b, c))
+            + 0.5 * self.mass * q.s.dt().powi(2)
+    }
+    #[potential]
+    fn bent(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.spring * q.pitch.powi(2)
+    }
+    #[force]
+    fn drive(&self, q: &Coordinates<Self>) -> Force {
+        let [a, b, c] = self.inertia.to_array();
+        let body = RigidBody::new(self.mass, Vec3::ZERO, Mat3::diagonal(a, b, c), self.frame(q));
+        body.moment(q.motor * Vec3::X) + Force::along(q.s, q.push)
+    }
+    #[holonomic]
+    fn unit(&self, q: &Coordinates<Self>) -> Expr {
+        EulerParameters::new(q.e).norm_constraint()
+    }
+}
+
+#[test]
+fn a_singular_mass_matrix_hides_nothing() {
+    let model = Pair { inertia: Vec3::new(2.0, 3.0, 4.0), mass: 1.0, spring: 0.0, reference: 0.0 };
+    let run = |model: Pair, small: f64| {
+        let atlas = Atlas::new(model).turning("pitch", |model, turn| model.reference = turn).expect("a set");
+        let start = atlas.charts()[0].state().pitch(0.3).pitch_rate(1.0).yaw_rate(0.2).e([1.0, 0.0, 0.0, 0.0]);
+        let start = start.e_rate([0.0, 0.2, 0.1, 0.0]).motor(0.0).push(0.0).build().expect("of norm 1");
+        let law = move |_: f64, state: &State<Pair>| [small * state.pitch(), 1e6];
+        let motion = atlas.simulate(start).until(3.0).with(|run, _| run.tolerance(1e-8).inputs(law)).run();
+        motion.map(|motion| motion.changes().len()).map_err(|error| match error.kind {
+            AtlasErrorKind::Chart(ChartError::Disagree { what, name, .. }) => (what, name),
+            _ => panic!("{error}"),
+        })
+    };
+    assert_eq!(run(model.clone(), 0.0), Ok(2));
+    assert_eq!(run(model.clone(), 1e-3), Err((Compared::Input, "motor")));
+    assert_eq!(run(Pair { spring: 0.1, ..model }, 0.0), Err((Compared::AngularAcceleration, "pitch")));
 }

@@ -204,6 +204,7 @@ catalogue! {
     zero_denominator() "something divides by an expression that is zero on every motion; check the denominators of outputs and events";
     not_quadratic(name) "`{name}` is not quadratic in the velocities; if it is meant so, write T − V as one `#[lagrangian]`";
     corner_in_position(name) "`{name}` has velocities of positions that are chosen (`if`, `min`, `max`): where they have a corner masses would be struck; make the position a smooth function, as a `CubicSpline` parameter with `.at(..)`, or leave contact to `#[holonomic(switched)]` or a force";
+    energy_jumps(name) "`{name}` jumps where a choice (`if`, `abs`, `signum`) changes: masses would be struck there, and their energy would not be accounted for; make the position or the mass a smooth function, as a `CubicSpline` parameter with `.at(..)`, or leave contact to `#[holonomic(switched)]` or a force";
     contains(role, name, what, reason) "the {role} `{name}` contains {what}; {reason}";
     no_effect(role, name, reason) "the {role} `{name}` {reason}; remove it or correct it";
     negative_inertia(direction, when) "the kinetic energy is negative where `{direction}` moves{when}; check its signs";

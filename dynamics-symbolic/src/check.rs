@@ -8,6 +8,7 @@ mod effect;
 mod finding;
 pub mod hazards;
 mod inertia;
+mod jumps;
 mod modular;
 mod quadratic;
 mod speeds;
@@ -40,6 +41,8 @@ pub fn one_by_one(model: &Model) -> Vec<Finding> {
     contents::contents(model, &mut found);
     // M q̈ + … is linear in q̈ with M(q, t) only for T of second degree.
     quadratic::quadratic(model, &mut found);
+    // Nor does it hold where T jumps.
+    jumps::jumps(model, &mut found);
     // An energy that depends on nothing that moves is a slip, not a choice.
     effect::without_effect(model, &mut found);
     // What holds the parts together has rules of its own.

@@ -125,6 +125,79 @@ fn kinetic_energy_is_quadratic_and_may_come_from_a_moving_frame() {
     let _ = m;
 }
 
+/// What jumps across the place of a choice is found, by whatever name the choice goes; what only looks like it is not.
+#[test]
+fn energies_do_not_jump() {
+    // T of a particle at (x, y + f), or its L, from f and from what m is multiplied by.
+    let found = |role: EnergyRole, make: &dyn Fn(&mut Builder, NodeId) -> [NodeId; 2]| {
+        let mut b = Builder::new("Ramp");
+        let (x, y, m) = (b.coordinate("x"), b.coordinate("y"), b.parameter("m"));
+        let [height, factor] = make(&mut b, x);
+        let (place, mass) = ([x, b.add(y, height)], b.mul(m, factor));
+        let t = b.kinetic(mass, &place);
+        b.energy("energy", role, t);
+        findings(b.model)
+    };
+    let jumps = vec![Finding::EnergyJumps { name: "energy".into(), origin: Origin(0) }];
+    let (kinetic, lagrangian) = (EnergyRole::Kinetic, EnergyRole::Lagrangian);
+    let abs = |b: &mut Builder, x: NodeId| [b.g().unary(Unary::Abs, x), b.ratio(1, 1)];
+    assert_eq!(found(kinetic, &abs), jumps);
+    assert_eq!(found(lagrangian, &abs), jumps);
+    let root = |b: &mut Builder, x: NodeId| {
+        let square = b.mul(x, x);
+        [b.g().unary(Unary::Sqrt, square), b.ratio(1, 1)]
+    };
+    assert_eq!(found(kinetic, &root), jumps);
+    // Somewhere else than at zero, and of no single coordinate.
+    let aside = |b: &mut Builder, x: NodeId| {
+        let (a, s) = (b.parameter("a"), b.sin(x));
+        let from = b.sub(s, a);
+        [b.g().unary(Unary::Abs, from), b.ratio(1, 1)]
+    };
+    let with_nominal = |role| {
+        let mut b = Builder::new("Ramp");
+        let (x, y, m) = (b.coordinate("x"), b.coordinate("y"), b.parameter("m"));
+        let [height, _] = aside(&mut b, x);
+        b.model.nominal.push((1, 0.3));
+        let place = [x, b.add(y, height)];
+        let t = b.kinetic(m, &place);
+        b.energy("energy", role, t);
+        findings(b.model)
+    };
+    assert_eq!(with_nominal(kinetic), jumps);
+    let heavier = |b: &mut Builder, x: NodeId| {
+        let (zero, one, two) = (b.g().zero(), b.ratio(1, 1), b.ratio(2, 1));
+        [zero, b.g().select(Comparison::Less, zero, x, two, one)]
+    };
+    assert_eq!(found(kinetic, &heavier), jumps);
+    // A base that sets off at once.
+    let pushed = |b: &mut Builder, _: NodeId| {
+        let time = b.g().symbol(Symbol::Time);
+        let one = b.ratio(1, 1);
+        let late = b.sub(time, one);
+        [b.g().unary(Unary::Abs, late), one]
+    };
+    assert_eq!(found(kinetic, &pushed), jumps);
+    // x|x| is smooth enough, and so is a mass that begins to grow, and a mass that is left behind.
+    let smooth = |b: &mut Builder, x: NodeId| {
+        let size = b.g().unary(Unary::Abs, x);
+        [b.mul(x, size), b.ratio(1, 1)]
+    };
+    assert_eq!(found(kinetic, &smooth), []);
+    let growing = |b: &mut Builder, x: NodeId| {
+        let (zero, one) = (b.g().zero(), b.ratio(1, 1));
+        let more = b.add(one, x);
+        [zero, b.g().select(Comparison::Less, zero, x, more, one)]
+    };
+    assert_eq!(found(kinetic, &growing), []);
+    let dropped = |b: &mut Builder, _: NodeId| {
+        let (zero, one, two) = (b.g().zero(), b.ratio(1, 1), b.ratio(2, 1));
+        let time = b.g().symbol(Symbol::Time);
+        [zero, b.g().select(Comparison::Less, time, one, two, one)]
+    };
+    assert_eq!(found(kinetic, &dropped), []);
+}
+
 #[test]
 fn energies_contain_what_they_may() {
     let (mut b, x, m) = particle();

@@ -66,11 +66,14 @@ impl<M: Simulate + Clone> Atlas<M> {
         Self { charts: [model].to_vec(), references: Vec::new() }
     }
 
-    /// Has the reference of a set turned when it comes near to locking. The set is named by its second angle; `turn` sets the turn of its reference about the set's
-    /// second axis, in rad.
+    /// Has the reference of a set turned when it comes near to locking. The set is named by its second angle; `turn` sets the parameter that is the turn of its reference
+    /// about the set's second axis, in rad, to what it is given.
+    ///
+    /// That the reference turns that way round, and about that axis, is seen from forces and outputs. A body that is free in all directions moves alike whichever way it is
+    /// turned: of that one declare an output that points somewhere, `self.body(q).frame.x()`.
     ///
     /// # Errors
-    /// Where no set has this second angle, there are too many, the model's reference is not 0, or `turn` changes nothing.
+    /// Where no set has this second angle, there are too many, the model's reference is not 0, or `turn` changes nothing, or sets a number to something else.
     pub fn turning(mut self, middle: &str, turn: impl Fn(&mut M, f64)) -> Result<Self, ChartError> {
         let reference = Reference::of::<M>(middle)?;
         if self.references.len() == MOST {
@@ -85,11 +88,15 @@ impl<M: Simulate + Clone> Atlas<M> {
                 let mut chart = model.clone();
                 turn(&mut chart, by);
                 let changed = changed(model, &chart);
+                if let Some((parameter, value)) = only_change(model, &chart).filter(|(_, value)| *value != by) {
+                    return Err(ChartError::NotTheTurn { parameter, value, turn: by });
+                }
                 match (expected, changed) {
                     (false, Some((parameter, value))) => return Err(ChartError::NotAtZero { parameter, value }),
                     (true, None) => return Err(ChartError::Unturned { name: reference.names[1] }),
-                    _ => turned.push(chart),
+                    _ => {}
                 }
+                turned.push(chart);
             }
         }
         self.charts = turned;
@@ -103,9 +110,14 @@ impl<M: Simulate + Clone> Atlas<M> {
         &self.charts
     }
 
-    /// Opens a simulation from a state of the model as it was given.
+    /// Opens a simulation from a state of the model as it was given. A state of a motion may be one of another chart: [`Atlas::resume`] goes on from it.
     pub fn simulate(&self, start: M::State) -> AtlasSimulation<'_, M> {
-        AtlasSimulation { atlas: self, start, end: None, options: Box::new(|run, _| run) }
+        AtlasSimulation { atlas: self, chart: 0, start, end: None, options: Box::new(|run, _| run) }
+    }
+
+    /// Opens a simulation from a place of a motion of this atlas, in the chart of that place.
+    pub fn resume(&self, from: &Placed<'_, M>) -> AtlasSimulation<'_, M> {
+        AtlasSimulation { chart: from.chart, ..self.simulate(from.state) }
     }
 
     /// The distance to locking of the set that is nearest to it in a chart, less the bound: a change is due where it is negative.
@@ -113,12 +125,14 @@ impl<M: Simulate + Clone> Atlas<M> {
         references.iter().map(|at| at.distance(state)).fold(f64::INFINITY, f64::min) - BOUND
     }
 
-    /// The chart in which every set is far from locking, and the state there.
-    fn change(&self, chart: usize, state: &M::State) -> Result<(usize, M::State), ChartError> {
+    /// The chart in which every set is far from locking, and the state there. Where a change is `due` there is one.
+    fn change(&self, chart: usize, state: &M::State, due: bool) -> Result<(usize, M::State), ChartError> {
         let (mut to, mut there) = (chart, *state);
+        let least = Self::margin(&self.references, state) + BOUND;
         for (k, reference) in self.references.iter().enumerate() {
-            // Where it has just been located the distance is the bound, but for rounding.
-            if reference.distance(state) < BOUND * (1.0 + 1e-6) {
+            // Where it has just been located the distance is the bound, but for what the rounding of a late time amounts to.
+            let distance = reference.distance(state);
+            if distance < BOUND * (1.0 + 1e-6) || due && distance <= least * (1.0 + 1e-6) {
                 let turned = chart >> k & 1 == 1;
                 reference.express(&mut there, turned, !turned)?;
                 to ^= 1 << k;
@@ -137,6 +151,15 @@ fn changed<M: Simulate>(from: &M, to: &M) -> Option<(&'static str, f64)> {
     })
 }
 
+/// The parameter that is another one, with its value, where it is only one.
+fn only_change<M: Simulate>(from: &M, to: &M) -> Option<(&'static str, f64)> {
+    let mut changes = M::PARAMETERS.iter().enumerate().filter_map(|(k, quantity)| {
+        let (before, after) = (from.parameter(k)?, to.parameter(k)?);
+        (before != after && !before.is_nan()).then_some((quantity.name, after))
+    });
+    changes.next().filter(|_| changes.next().is_none())
+}
+
 /// Options of one part of a motion: of a simulation of the model in one chart.
 type Options<'a, M> = Box<dyn Fn(Simulation<'a, M>, &'a M) -> Simulation<'a, M> + 'a>;
 
@@ -144,6 +167,8 @@ type Options<'a, M> = Box<dyn Fn(Simulation<'a, M>, &'a M) -> Simulation<'a, M> 
 #[must_use = "a simulation does nothing until `.run()`"]
 pub struct AtlasSimulation<'a, M: Simulate> {
     atlas: &'a Atlas<M>,
+    /// That of the start.
+    chart: usize,
     start: M::State,
     end: Option<f64>,
     options: Options<'a, M>,
@@ -156,8 +181,9 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
         self
     }
 
-    /// Options of every part of the motion: tolerance, method, inputs, events. Called once for each part with its simulation and the model in the chart of that part,
-    /// which closures should ask where things are: the angles of a state mean something in its chart only. Step limits are those of one part.
+    /// Options of every part of the motion: tolerance, method, inputs, events. Called for each part, and where charts are compared, with a simulation and the model in the chart of that part,
+    /// which closures should ask where things are: the angles of a state mean something in its chart only. Inputs and the functions of events are compared between charts;
+    /// what actions do to a state is not, and is to be said by the body's frame, or by [`Change`](super::Change)'s impacts. Step limits are those of one part.
     pub fn with(mut self, options: impl Fn(Simulation<'a, M>, &'a M) -> Simulation<'a, M> + 'a) -> Self {
         self.options = Box::new(options);
         self
@@ -168,37 +194,51 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
     /// # Errors
     /// Where a part does not come to its end, or charts do not describe the same motion; what was computed up to there is in the error.
     pub fn run(self) -> Result<AtlasMotion<'a, M>, AtlasError<M>> {
-        let (atlas, start) = (self.atlas, self.start);
+        let (atlas, chart, start) = (self.atlas, self.chart, self.start);
         let mut legs: Vec<Leg<'a, M>> = Vec::new();
         let end = self.end.unwrap_or(f64::NAN);
         let result = if end.is_nan() {
             Err(ChartError::NoEnd.into())
+        } else if chart >= atlas.charts.len() {
+            Err(ChartError::NoSuchChart { chart, charts: atlas.charts.len() }.into())
         } else {
-            atlas.check_at(&start).map_err(Into::into).and_then(|()| self.parts(end, &mut legs))
+            let pairs = 0..atlas.references.len();
+            let compared = pairs.into_iter().try_for_each(|k| self.compare(chart, chart ^ 1 << k, &start));
+            compared.map_err(Into::into).and_then(|()| self.parts(end, &mut legs))
         };
         match result {
-            Ok(()) => Ok(AtlasMotion { atlas, legs }),
-            Err(kind) => Err(AtlasError::new(kind, &start, legs)),
+            Ok(()) => Ok(AtlasMotion { atlas, first: chart, legs }),
+            Err(kind) => Err(AtlasError::new(kind, chart, &start, legs)),
         }
     }
 
     fn parts(&self, end: f64, legs: &mut Vec<Leg<'a, M>>) -> Result<(), AtlasErrorKind<M>> {
-        let (mut chart, mut state) = self.atlas.change(0, &self.start)?;
+        let (mut chart, mut state) = self.atlas.change(self.chart, &self.start, false)?;
         loop {
             let motion = self.part(chart, state, end)?;
-            self.join(chart, &motion, legs)?;
+            self.join(&motion, legs)?;
             let changes = motion.events().last().is_some_and(|event| event.stopped && event.name == CHANGE);
             let last = motion.trajectory.last().state;
             legs.push(Leg { chart, motion });
             if !changes || last.t() == end {
                 return Ok(());
             }
-            let (to, there) = self.atlas.change(chart, &last)?;
+            let (to, there) = self.atlas.change(chart, &last, true)?;
             // With the inputs that were in force.
             let complete = legs.last().map_or(last, |leg| leg.motion.end());
-            self.atlas.agree(chart, to, &complete)?;
+            self.compare(chart, to, &complete)?;
             (chart, state) = (to, there);
         }
+    }
+
+    /// Compares two charts near a state of the first one: the models, and the functions of the events that were given.
+    fn compare(&self, from: usize, to: usize, state: &M::State) -> Result<(), ChartError> {
+        let Some(states) = self.atlas.agree(from, to, state)? else { return Ok(()) };
+        let functions = [0, 1].map(|k| {
+            let model = &self.atlas.charts[[from, to][k]];
+            (self.options)(model.simulate(states[k]), model).ad_hoc_at(&states[k])
+        });
+        agree::same_functions(&functions, state.t())
     }
 
     /// The motion in one chart up to the end or to where another is due.
@@ -223,11 +263,10 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
     }
 
     /// What cannot be told from one part alone: inputs that jump with the chart, and an event that is met twice.
-    fn join(&self, chart: usize, motion: &Motion<'a, M>, legs: &[Leg<'a, M>]) -> Result<(), ChartError> {
+    fn join(&self, motion: &Motion<'a, M>, legs: &[Leg<'a, M>]) -> Result<(), ChartError> {
         let Some(before) = legs.last() else { return Ok(()) };
         let time = motion.start_time();
-        let [from, to] = [before.motion.end(), motion.start()];
-        self.atlas.same_inputs(&from, &to)?;
+        agree::same_inputs(&before.motion, motion)?;
         let at_the_start = motion.events().iter().take_while(|event| event.time() == time);
         for event in at_the_start {
             let ended = |other: &&super::EventRecord<M::State>| other.time() == time && other.name == event.name;
@@ -235,7 +274,6 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
                 return Err(ChartError::Coincident { event: String::from(&*event.name), time });
             }
         }
-        debug_assert!(chart != before.chart, "a part ends where another chart is due");
         Ok(())
     }
 }

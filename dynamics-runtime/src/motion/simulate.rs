@@ -304,6 +304,12 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
+    /// The functions of the events given here, at a state with its inputs, by name.
+    pub(super) fn ad_hoc_at(&self, state: &M::State) -> Vec<(String, f64)> {
+        let state = with_inputs::<M>(self.law.as_ref(), *state);
+        self.ad_hoc.iter().map(|event| (event.name.clone(), (event.function)(&state))).collect()
+    }
+
     /// Runs the simulation and keeps its motion.
     pub fn run(mut self) -> Result<Motion<'m, M>, SimulationError<M>> {
         let checked = self.check()?;

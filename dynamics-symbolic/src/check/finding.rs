@@ -51,6 +51,13 @@ pub enum Finding {
         /// Velocities in it are chosen, and not by velocities: a position has branches.
         chooses: bool,
     },
+    /// A kinetic energy that jumps where a choice by place, or a position chosen by time, changes.
+    EnergyJumps {
+        /// Name of the function.
+        name: String,
+        /// Its declaration.
+        origin: Origin,
+    },
     /// Something that its role cannot have: accelerations in an energy, velocities in a potential, inputs whose rates would be needed.
     Contains {
         /// The role: `kinetic energy`, `potential energy`, `Lagrangian`, `dissipation function`, `force`.

@@ -1,9 +1,11 @@
 //! Whether charts describe one model: the same accelerations, energy, outputs and events at the same place.
 
+use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 
 use super::super::conditioning::condition_number;
+use super::super::query::Motion;
 use super::super::simulate::Simulate;
 use super::Atlas;
 use super::error::{ChartError, Compared};
@@ -11,6 +13,11 @@ use crate::model::{ModelState, Vector};
 
 /// Roundings that may add up, in units of what one amounts to.
 const ROUNDINGS: f64 = 1e4;
+/// Conditioning of the mass matrix at most that differences are put down to: beyond it they are none of rounding.
+const MOST_CONDITIONING: f64 = 1e8;
+const MOST_OF_ENERGY: f64 = 1e3;
+/// What is given by closures agrees up to this part of it.
+const GIVEN: f64 = 1e-6;
 /// How far from where a motion happens to be the charts are compared, in rad: in equilibrium or at rest much is zero, and zeros prove nothing.
 const ASIDE: f64 = 0.3;
 
@@ -24,13 +31,8 @@ struct Pair {
 }
 
 impl<M: Simulate + Clone> Atlas<M> {
-    /// Compares the chart of a start with each that has one reference turned.
-    pub(super) fn check_at(&self, start: &M::State) -> Result<(), ChartError> {
-        (0..self.references.len()).try_for_each(|k| self.agree(0, 1 << k, start))
-    }
-
-    /// Compares two charts near a state of the first one.
-    pub(super) fn agree(&self, from: usize, to: usize, state: &M::State) -> Result<(), ChartError> {
+    /// Compares two charts near a state of the first one. Returns where, in both; `None` of a state that is not a number.
+    pub(super) fn agree(&self, from: usize, to: usize, state: &M::State) -> Result<Option<[M::State; 2]>, ChartError> {
         let aside = [1.0, -1.0, 2.0, -2.0, 3.0, -3.0].map(|times| self.aside(from, to, state, times * ASIDE));
         let regular = |states: &[M::State; 2]| {
             let distances = states.iter().flat_map(|state| self.references.iter().map(|at| at.distance(state)));
@@ -38,7 +40,7 @@ impl<M: Simulate + Clone> Atlas<M> {
         };
         // Where both are farthest from locking; none of a state that is not a number, which the run refuses.
         let best = aside.into_iter().flatten().max_by(|a, b| regular(a).total_cmp(&regular(b)));
-        let Some(states) = best else { return Ok(()) };
+        let Some(states) = best else { return Ok(None) };
         for Pair { what, name, values, scale } in self.pairs([from, to], &states) {
             // What is not a number has to be none in both.
             let apart = if values[0].is_nan() && values[1].is_nan() { 0.0 } else { (values[0] - values[1]).abs() };
@@ -46,7 +48,7 @@ impl<M: Simulate + Clone> Atlas<M> {
                 return Err(ChartError::Disagree { what, name, values, time: state.t() });
             }
         }
-        Ok(())
+        Ok(Some(states))
     }
 
     /// The same place in both charts, beside a state.
@@ -80,9 +82,12 @@ impl<M: Simulate + Clone> Atlas<M> {
         let models = charts.map(|chart| &self.charts[chart]);
         let both = [0, 1].map(|k| (models[k], &states[k]));
         let conditioning = both.map(|(model, state)| condition_number(model, state));
-        let rounding = ROUNDINGS * f64::EPSILON * (1.0 + conditioning[0].max(conditioning[1]));
+        let conditioning = conditioning[0].max(conditioning[1]);
         let mut pairs = Vec::new();
         let mut add = |what, name, values: [f64; 2], scale: f64| {
+            // A mass matrix that only the constraints make regular, as that of a body in Euler parameters beside, says nothing of rounding. Energies do not divide by it.
+            let worst = if what == Compared::Energy { MOST_OF_ENERGY } else { MOST_CONDITIONING };
+            let rounding = ROUNDINGS * f64::EPSILON * (1.0 + conditioning.min(worst));
             let scale = rounding * scale.max(values[0].abs()).max(values[1].abs());
             pairs.push(Pair { what, name, values, scale });
         };
@@ -134,17 +139,32 @@ impl<M: Simulate + Clone> Atlas<M> {
         }
         pairs
     }
+}
 
-    /// Whether the inputs go on as they were: a law that reads the angles themselves makes them jump.
-    pub(super) fn same_inputs(&self, from: &M::State, to: &M::State) -> Result<(), ChartError> {
-        for ((quantity, a), b) in M::INPUTS.iter().zip(from.inputs().as_slice()).zip(to.inputs().as_slice()) {
-            let size = from.inputs().as_slice().iter().fold(1e-3, |most: f64, x| most.max(x.abs()));
-            let apart = (a - b).abs();
-            if apart > 1e-6 * size || apart.is_nan() {
-                let (what, name) = (Compared::Input, quantity.name);
-                return Err(ChartError::Disagree { what, name, values: [*a, *b], time: from.t() });
-            }
+/// Whether the inputs go on as they were: a law that reads the angles themselves makes them jump. Each is measured by what it was itself in both parts.
+pub(super) fn same_inputs<M: Simulate>(before: &Motion<'_, M>, after: &Motion<'_, M>) -> Result<(), ChartError> {
+    let (from, to) = (before.end(), after.start());
+    for (k, quantity) in M::INPUTS.iter().enumerate() {
+        let of = |state: &M::State| state.inputs().as_slice()[k];
+        let (a, b) = (of(&from), of(&to));
+        let size = before.steps().chain(after.steps()).map(|state| of(&state).abs()).fold(0.0, f64::max);
+        let apart = (a - b).abs();
+        if apart > GIVEN * size || apart.is_nan() {
+            let (what, name) = (Compared::Input, quantity.name);
+            return Err(ChartError::Disagree { what, name, values: [a, b], time: from.t() });
         }
-        Ok(())
     }
+    Ok(())
+}
+
+/// Whether functions of events, given with the simulation, have the same values in both charts.
+pub(super) fn same_functions(functions: &[Vec<(String, f64)>; 2], time: f64) -> Result<(), ChartError> {
+    for ((event, a), (_, b)) in functions[0].iter().zip(&functions[1]) {
+        let apart = if a.is_nan() && b.is_nan() { 0.0 } else { (a - b).abs() };
+        // One that vanishes is rounding of what it is made of.
+        if apart > GIVEN * a.abs().max(b.abs()).max(1e-6) || apart.is_nan() {
+            return Err(ChartError::EventDisagrees { event: event.clone(), values: [*a, *b], time });
+        }
+    }
+    Ok(())
 }

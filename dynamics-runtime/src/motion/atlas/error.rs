@@ -66,6 +66,31 @@ pub enum ChartError {
         /// The second angle of the set.
         name: &'static str,
     },
+    /// A parameter was set to something else than the turn of the reference.
+    NotTheTurn {
+        /// The parameter.
+        parameter: &'static str,
+        /// What it was set to.
+        value: f64,
+        /// What was given, in rad.
+        turn: f64,
+    },
+    /// A place of a motion in another atlas.
+    NoSuchChart {
+        /// Its chart.
+        chart: usize,
+        /// How many there are here.
+        charts: usize,
+    },
+    /// The function of an event, given with the simulation, that is not the same in both charts.
+    EventDisagrees {
+        /// The event.
+        event: String,
+        /// Its values in both charts.
+        values: [f64; 2],
+        /// When.
+        time: f64,
+    },
     /// Angles that are no numbers.
     NoRotation {
         /// The second angle of the set.
@@ -123,6 +148,21 @@ impl fmt::Display for ChartError {
                 f,
                 "turning the reference of `{name}` changes no parameter; set the angle of a turn that stands before the set, as in \
                  `Mat3::rotation_x(self.reference) * Mat3::euler(EulerSequence::Zxz, q.angles)`"
+            ),
+            Self::NotTheTurn { parameter, value, turn } => write!(
+                f,
+                "parameter `{parameter}` is set to {value} where the turn of the reference is {turn}; set it to the turn as it is given, in rad, and have the model turn by it about \
+                 the axis of the second angle"
+            ),
+            Self::NoSuchChart { chart, charts } => {
+                write!(
+                    f,
+                    "there is no chart {chart} among the {charts} of this atlas; resume a motion with the atlas that made it"
+                )
+            }
+            Self::EventDisagrees { event, values: [a, b], time } => write!(
+                f,
+                "event `{event}` is {a:.6e} in one chart and {b:.6e} in another at t = {time}: its function reads the angles; have it ask the model that `with` gives where the body is"
             ),
             Self::NoRotation { name, error } => {
                 write!(f, "the set of `{name}` cannot be measured from another reference: {error}")
@@ -194,11 +234,12 @@ pub struct AtlasError<M: Model> {
     pub kind: AtlasErrorKind<M>,
     /// Time of the last good state; the start's where nothing has moved.
     pub time: f64,
+    first: usize,
     legs: Vec<(usize, Trajectory<M>)>,
 }
 
 impl<M: Simulate> AtlasError<M> {
-    pub(super) fn new(kind: AtlasErrorKind<M>, start: &M::State, legs: Vec<Leg<'_, M>>) -> Self {
+    pub(super) fn new(kind: AtlasErrorKind<M>, first: usize, start: &M::State, legs: Vec<Leg<'_, M>>) -> Self {
         let mut legs: Vec<_> = legs.into_iter().map(|leg| (leg.chart, leg.motion.trajectory)).collect();
         if let AtlasErrorKind::Run { chart, error } = &kind
             && let Some(trajectory) = &error.trajectory
@@ -206,7 +247,7 @@ impl<M: Simulate> AtlasError<M> {
             legs.push((*chart, (**trajectory).clone()));
         }
         let time = legs.last().map_or(start.t(), |(_, trajectory)| trajectory.last().state.t());
-        Self { kind, time, legs }
+        Self { kind, time, first, legs }
     }
 
     /// What was computed, in the charts of the atlas that it was computed with. Inputs closures are gone with the simulation, as of
@@ -219,7 +260,7 @@ impl<M: Simulate> AtlasError<M> {
             let motion = Motion::new(model, model.constants().ok()?, None, trajectory.clone());
             legs.push(Leg { chart: *chart, motion });
         }
-        (!legs.is_empty()).then_some(AtlasMotion { atlas, legs })
+        (!legs.is_empty()).then_some(AtlasMotion { atlas, first: self.first, legs })
     }
 }
 

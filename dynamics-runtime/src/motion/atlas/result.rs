@@ -28,6 +28,8 @@ pub struct Leg<'a, M: Simulate> {
 #[derive(Debug)]
 pub struct AtlasMotion<'a, M: Simulate> {
     pub(super) atlas: &'a Atlas<M>,
+    /// The chart of the start as it was given.
+    pub(super) first: usize,
     /// In the order of the motion; never empty.
     pub(super) legs: Vec<Leg<'a, M>>,
 }
@@ -88,7 +90,7 @@ impl<'a, M: Simulate> AtlasMotion<'a, M> {
         Placed { model: motion.model(), chart: *chart, state: motion.at(t) }
     }
 
-    /// The state at the end.
+    /// The state at the end with the model in its chart: [`Atlas::resume`] goes on from there.
     #[must_use]
     pub fn end(&self) -> Placed<'a, M> {
         let Leg { chart, motion } = &self.legs[self.legs.len() - 1];
@@ -138,7 +140,7 @@ impl<'a, M: Simulate> AtlasMotion<'a, M> {
     /// When charts changed, those changed before the first step included.
     #[must_use]
     pub fn changes(&self) -> Vec<ChartChange> {
-        let mut before = 0;
+        let mut before = self.first;
         let mut changes = Vec::new();
         for Leg { chart, motion } in &self.legs {
             let changed = self.atlas.references.iter().enumerate().filter(|(k, _)| (chart ^ before) >> k & 1 == 1);

@@ -1,0 +1,143 @@
+//! Kinetic energies do not jump where a choice (`if`, `abs`, `signum`) changes: the velocity of a position with a corner does, and so do masses that are chosen.
+//!
+//! Lagrange's equations know of no jump. What is struck there keeps its velocities q̇, and not its momentum or energy. That is looked for in numbers, on a few random lines
+//! across the place where the choice changes; an energy that comes out the same on both sides, as that of x|x|, has none.
+
+use crate::graph::{Bindings, Dependence, Fingerprint, FunctionId, Node, NodeId, Sampler, Symbol, Tape, Unary};
+use crate::mechanics::{EnergyRole, Model};
+
+use super::Finding;
+
+/// Number of random lines.
+const LINES: u64 = 6;
+/// How far a line goes to both sides, in sizes of random coordinates, and in how many parts.
+const REACH: f64 = 8.0;
+const PARTS: u32 = 128;
+/// Distance of both sides from where the choice changes.
+const BESIDE: f64 = 1e-11;
+/// What changes by less than this part across it does so by its slope.
+const JUMP: f64 = 1e-4;
+
+/// Kinetic energies, or Lagrangians as far as they depend on velocities, that jump.
+pub(super) fn jumps(model: &Model, found: &mut Vec<Finding>) {
+    for e in &model.energies {
+        let known = found.iter().any(|f| matches!(f, Finding::NotQuadratic { origin, .. } if *origin == e.origin));
+        if !known && matches!(e.role, EnergyRole::Kinetic | EnergyRole::Lagrangian) && jumps_somewhere(model, e.node) {
+            found.push(Finding::EnergyJumps { name: e.name.clone(), origin: e.origin });
+        }
+    }
+}
+
+fn jumps_somewhere(model: &Model, energy: NodeId) -> bool {
+    let g = &model.graph;
+    let chosen = g.cone(&[energy]).into_iter().filter_map(|id| match g.node(id) {
+        Node::Select { left, right, .. } => Some((left, Some(right))),
+        Node::Unary(Unary::Signum, a) => Some((a, None)),
+        // √(x²) is |x| by another name.
+        Node::Unary(Unary::Sqrt, square) => match g.node(square) {
+            Node::Mul(a, b) if a == b => Some((a, None)),
+            _ => None,
+        },
+        _ => None,
+    });
+    let mut chosen: Vec<(NodeId, Option<NodeId>)> = chosen.collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen.into_iter().any(|(left, right)| {
+        let on = |what| g.dependence(left).on(what) || right.is_some_and(|right| g.dependence(right).on(what));
+        // A choice by velocities is none of place.
+        let placed = on(Dependence::COORDINATES) || on(Dependence::TIME);
+        let by_time = !on(Dependence::COORDINATES);
+        let across = Across { model, energy, left, right, by_time };
+        placed && !on(Dependence::RATES) && (0..LINES).any(|line| across.jumps_on(line))
+    })
+}
+
+/// A choice, and an energy in which it is made.
+struct Across<'a> {
+    model: &'a Model,
+    energy: NodeId,
+    left: NodeId,
+    right: Option<NodeId>,
+    /// Whether time alone decides.
+    by_time: bool,
+}
+
+impl Across<'_> {
+    fn jumps_on(&self, line: u64) -> bool {
+        let Some(s) = self.crossing(line) else { return false };
+        let beside = BESIDE * (1.0 + s.abs());
+        let sides =
+            [s - beside, s + beside].map(|s| [1.0, 0.0, -1.0].map(|rates| self.value(self.energy, line, s, rates)));
+        let [forward, rest, back] = [0, 1, 2].map(|k| sides[1][k] - sides[0][k]);
+        let size: f64 = sides.iter().flatten().map(|x| x.abs()).sum();
+        // A mass that is left behind at some time takes its momentum along; a push at some time is one.
+        let jump = if self.by_time { forward - back } else { (forward - rest).abs().max((back - rest).abs()) };
+        // Not where anything is infinite or not a number.
+        size.is_finite() && jump.abs() > JUMP * size
+    }
+
+    /// Where on a line the choice changes.
+    fn crossing(&self, line: u64) -> Option<f64> {
+        let decider = |s: f64| {
+            let right = self.right.map_or(0.0, |right| self.value(right, line, s, 0.0));
+            self.value(self.left, line, s, 0.0) - right
+        };
+        let at = |k: u32| REACH * (2.0 * f64::from(k) / f64::from(PARTS) - 1.0);
+        let changes = |a: f64, b: f64| a < 0.0 && b >= 0.0 || a >= 0.0 && b < 0.0;
+        let part = (0..PARTS).find(|k| changes(decider(at(*k)), decider(at(k + 1))))?;
+        let (mut low, mut high) = (at(part), at(part + 1));
+        let first = decider(low);
+        for _ in 0..64 {
+            let middle = 0.5 * (low + high);
+            if changes(first, decider(middle)) { high = middle } else { low = middle }
+        }
+        Some(high)
+    }
+
+    fn value(&self, node: NodeId, line: u64, s: f64, rates: f64) -> f64 {
+        let (g, mut values) = (&self.model.graph, Vec::new());
+        let point = Point { sampler: Sampler::new(g, &[]), model: self.model, line, s, rates };
+        Tape::new(g, &[node]).run(g, &point, &mut values);
+        values[node.index()]
+    }
+}
+
+/// A state on a line; velocities are the same ones everywhere on it, but for a factor.
+struct Point<'a> {
+    sampler: Sampler<'a>,
+    model: &'a Model,
+    line: u64,
+    s: f64,
+    rates: f64,
+}
+
+impl Bindings for Point<'_> {
+    fn symbol(&self, symbol: Symbol) -> f64 {
+        // From 0 to 1.
+        let random = |k: u64| unit(self.sampler.random(symbol, 2 * self.line + k));
+        let along = |size: f64| size * (2.0 * random(0) - 1.0) + self.s * (2.0 * random(1) - 1.0);
+        match symbol {
+            Symbol::Parameter(i) => {
+                let given = self.model.nominal.iter().find(|(p, _)| *p == i);
+                given.map_or_else(|| 0.2 + 3.0 * random(0) * random(0), |(_, value)| *value)
+            }
+            Symbol::Rate(_) => self.rates * (2.0 * random(0) - 1.0),
+            _ => along(1.0),
+        }
+    }
+
+    /// Any smooth function: a sine.
+    fn smooth(&self, _: FunctionId, order: u8, x: f64) -> f64 {
+        match order % 4 {
+            0 => x.sin(),
+            1 => x.cos(),
+            2 => -x.sin(),
+            _ => -x.cos(),
+        }
+    }
+}
+
+fn unit(value: Fingerprint) -> f64 {
+    value.residue(0) as f64 / (1u64 << 61) as f64
+}
