@@ -20,6 +20,8 @@ use super::{StateSpace, VibrationError};
 const OFF: (f64, f64) = (2.0 * f64::EPSILON, 4.0);
 /// Terms of the series of an exponential: ½¹⁸/18! is 6e-22.
 const TERMS: u32 = 18;
+/// Terms of the square of an exponential that are smaller than those of the square of it less 1 by this: of what goes on swinging both are alike, and it is the slow that is to be kept.
+const LESS: f64 = 0.125;
 
 /// A load over time: straight between its points, zero before the first and after the last. Two points at one time are a jump.
 #[derive(Clone, Debug, PartialEq)]
@@ -208,7 +210,7 @@ fn off(m: &DMatrix<f64>) -> DMatrix<f64> {
 
 /// e^m by scaling and squaring (N. J. Higham, *Functions of Matrices*, §10.3), kept as itself, E, and as F = E − 1. What is slow beside something stiff changes by very little within m/2^s, ‖m‖/2^s ≤ ½, which
 /// beside the 1 of E would lose its digits: 2F + F² keeps them. What dies away has F near −1, which would lose those of what is left: E² keeps them. Of each element that is taken of which the
-/// terms are smaller. The series ends where terms no longer count.
+/// terms are clearly smaller. The series ends where terms no longer count.
 fn exponential(mut m: DMatrix<f64>) -> DMatrix<f64> {
     let n = m.nrows();
     // By powers of two, which rounds nothing.
@@ -237,7 +239,7 @@ fn squared(less_one: &DMatrix<f64>, whole: &DMatrix<f64>) -> (DMatrix<f64>, DMat
     for j in 0..f.ncols() {
         for i in 0..f.nrows() {
             let one = if i == j { 1.0 } else { 0.0 };
-            if terms[1][(i, j)] < terms[0][(i, j)] {
+            if terms[1][(i, j)] < LESS * terms[0][(i, j)] {
                 f[(i, j)] = e[(i, j)] - one;
             } else {
                 e[(i, j)] = f[(i, j)] + one;
