@@ -102,7 +102,7 @@ impl Stiffened {
 /// What depends on the folded coordinate may vanish on the section with another; what falls beside it is large.
 #[test]
 fn folds_are_judged_beside_the_section() {
-    let model = Stiffened { mass: 1.0, spring: 1.0, stiffened: 1.0, g: 9.81 };
+    let model = Stiffened { mass: 1.0, spring: 1.0, stiffened: 1.0, g: 9.81e6 };
     let start = model.state().x(0.5).theta(0.2).theta_rate(1.0).build().unwrap();
     let section = model.poincare(start).section(|s| s.x(), Direction::Rising).points(4).until(200.0);
     let said = section.fold("theta", TAU).run().unwrap_err();
