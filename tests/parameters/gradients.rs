@@ -273,8 +273,10 @@ fn motions_of_a_fixed_step_have_them_too() {
         let error = fixed(tolerance).err().unwrap_or_else(|| panic!("{tolerance} was taken")).to_string();
         assert!(error.contains("give a tolerance above 0"), "{error}");
     }
-    let data: Vec<(f64, f64)> =
-        (1..=40).map(|k| 0.05 * f64::from(k)).map(|t| (t, Oscillator::closed([2.0, 1.2, 50.0, 0.3, 0.0], t)[0])).collect();
+    let data: Vec<(f64, f64)> = (1..=40)
+        .map(|k| 0.05 * f64::from(k))
+        .map(|t| (t, Oscillator::closed([2.0, 1.2, 50.0, 0.3, 0.0], t)[0]))
+        .collect();
     let guess = Oscillator { stiffness: 45.0, ..Oscillator::PLAIN };
     for tolerance in [None, Some(1e-10)] {
         let fit = guess.fit(start).find(["stiffness"]).data("x", data.clone());

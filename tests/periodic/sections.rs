@@ -93,9 +93,7 @@ impl Stiffened {
     }
     #[potential]
     fn potential(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.spring * q.x.powi(2)
-            + 0.5 * self.stiffened * (q.x * q.theta).powi(2)
-            + self.mass * self.g * q.z
+        0.5 * self.spring * q.x.powi(2) + 0.5 * self.stiffened * (q.x * q.theta).powi(2) + self.mass * self.g * q.z
     }
 }
 

@@ -306,7 +306,10 @@ fn what_has_died_away_keeps_its_digits() {
         let found = space.impulse_response("force", "x", &[t]).unwrap();
         let exact = (-1.2 * t).exp() * (1.6 * t).sin() / 4.8;
         let off = (found.values[0] - exact).abs();
-        assert!(off < 1e-11 * exact.abs() && off <= found.uncertainty[0].max(1e-13 * exact.abs()), "{t}: {found:?} {exact:e}");
+        assert!(
+            off < 1e-11 * exact.abs() && off <= found.uncertainty[0].max(1e-13 * exact.abs()),
+            "{t}: {found:?} {exact:e}"
+        );
     }
 }
 
