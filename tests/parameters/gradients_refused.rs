@@ -90,6 +90,27 @@ impl Relay {
     }
 }
 
+/// Pushed from a given time on.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Clock {
+    mass: f64,
+    force: f64,
+    when: f64,
+}
+
+#[dynamics]
+impl Clock {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[force]
+    fn push(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, if q.t < self.when { Expr::ZERO } else { Expr::from(1.0) } * self.force)
+    }
+}
+
 const BALL: Ball = Ball { mass: 1.0, g: 9.81, stiffness: 2e3 };
 
 #[test]
@@ -113,6 +134,14 @@ fn jumps_are_refused_with_their_time() {
         let SensitivityError::Jump { time, .. } = error else { panic!("{error}") };
         assert!((time - 2f64.sqrt()).abs() < 1e-4, "{error}");
     }
+    // Also on the very instant at which a step is looked at.
+    let clock = Clock { mass: 1.0, force: 1.0, when: 0.505 };
+    let still = clock.state().build().unwrap();
+    let error = clock.objective(still).end("x", 1.0).until(1.0).with(|s| s.fixed_step(0.01)).run().err();
+    let Some(SensitivityError::Jump { time, .. }) = error else {
+        panic!("a jump within a step was not seen: {error:?}")
+    };
+    assert!((time - 0.505).abs() < 1e-9);
     // A corner is none.
     let bounced = || BALL.objective(start).end("height", 1.0).by(["g"]).until(0.6);
     let adaptive = bounced().run().unwrap().get("g").unwrap();

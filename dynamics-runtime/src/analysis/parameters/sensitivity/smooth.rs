@@ -100,9 +100,9 @@ fn refuse_within<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Res
     Ok(())
 }
 
-/// Whether a value has left what it was smooth within.
+/// Whether it is another branch, or piece. A value on the very edge belongs to one of them.
 fn changes(before: &Kink, after: &Kink) -> bool {
-    before.smooth != after.smooth && !(before.smooth[0]..=before.smooth[1]).contains(&after.value)
+    before.smooth != after.smooth
 }
 
 /// Whether a law of inputs jumps with the state between two times.
