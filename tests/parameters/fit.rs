@@ -246,6 +246,11 @@ fn experiments_that_make_no_sense_are_refused() {
     );
     let error = asked().data_with("x", 0.1, measured(0.0, 0)).run().unwrap_err();
     assert!(matches!(error, FitError::NoiseOfSome { .. }), "{error}");
+    let mut later = start;
+    later.t = 5.0;
+    let error = guess.fit(start).find(["damping"]).data("x", measured(0.0, 0)).experiment(later);
+    let error = error.data("x", measured(0.0, 0)).run().unwrap_err();
+    assert!(matches!(&error, FitError::BeforeStart { name, .. } if name == "x (experiment 2)"), "{error}");
     // Known everywhere, it says nothing.
     let known = guess.fit(start).known("damping", 1.2).find(["damping", "stiffness"]).data("x", measured(0.0, 0));
     let error = known.run().unwrap_err();

@@ -70,6 +70,47 @@ impl Ball {
     }
 }
 
+/// Drawn back by a force that jumps in the middle.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Relay {
+    mass: f64,
+    force: f64,
+}
+
+#[dynamics]
+impl Relay {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[force]
+    fn relay(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.force * q.x.signum())
+    }
+}
+
+/// Pushed from a given time on.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Clock {
+    mass: f64,
+    force: f64,
+    when: f64,
+}
+
+#[dynamics]
+impl Clock {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[force]
+    fn push(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, if q.t < self.when { Expr::ZERO } else { Expr::from(1.0) } * self.force)
+    }
+}
+
 const BALL: Ball = Ball { mass: 1.0, g: 9.81, stiffness: 2e3 };
 
 #[test]
@@ -83,6 +124,32 @@ fn jumps_are_refused_with_their_time() {
     let error = asked().with(|s| s.stop_at("low", Direction::Falling)).run().err().unwrap();
     let SensitivityError::EndsBefore { time, end } = error else { panic!("{error}") };
     assert!((time - at_low).abs() < 1e-9 && end == 0.4);
+    // Steps of a fixed size end at no change of branch.
+    let relay = Relay { mass: 1.0, force: 1.0 };
+    let middle = relay.state().x(1.0).build().unwrap();
+    let forward = relay.sensitivities(middle).by(["force"]).until(2.5).with(|s| s.fixed_step(0.01)).run().err();
+    let back = relay.objective(middle).end("x", 1.0).until(2.5).with(|s| s.fixed_step(0.01)).run().err();
+    for error in [forward, back] {
+        let error = error.expect("a jump within a step was not seen");
+        let SensitivityError::Jump { time, .. } = error else { panic!("{error}") };
+        assert!((time - 2f64.sqrt()).abs() < 1e-4, "{error}");
+    }
+    // Also on the very instant at which a step is looked at.
+    let clock = Clock { mass: 1.0, force: 1.0, when: 0.505 };
+    let still = clock.state().build().unwrap();
+    let error = clock.objective(still).end("x", 1.0).until(1.0).with(|s| s.fixed_step(0.01)).run().err();
+    let Some(SensitivityError::Jump { time, .. }) = error else {
+        panic!("a jump within a step was not seen: {error:?}")
+    };
+    assert!((time - 0.505).abs() < 1e-9);
+    // A corner is none.
+    let bounced = || BALL.objective(start).end("height", 1.0).by(["g"]).until(0.6);
+    let adaptive = bounced().run().unwrap().get("g").unwrap();
+    let off = [1e-3, 1e-4].map(|h| {
+        let found = bounced().with(move |s| s.fixed_step(h)).run().unwrap();
+        (found.get("g").unwrap() / adaptive - 1.0).abs()
+    });
+    assert!(off[0] < 1e-2 && off[1] < 0.1 * off[0], "{off:?}");
     for output in ["lit", "flash"] {
         let error = asked().integral(output, 1.0).run().err().unwrap_or_else(|| panic!("{output} was integrated"));
         let SensitivityError::Jump { time, what } = &error else { panic!("{error}") };

@@ -75,6 +75,38 @@ fn folds_that_are_none_and_motions_that_end_are_said() {
     assert!(*points > 3 && *points < 50 && found.len() == *points, "{said}");
 }
 
+/// Held to x = 0 by a spring that an angle stiffens: on the section nobody sees the angle.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, theta, z)]
+struct Stiffened {
+    mass: f64,
+    spring: f64,
+    stiffened: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Stiffened {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec3(q.x, q.theta, q.z).dt().norm_squared()
+    }
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.spring * q.x.powi(2) + 0.5 * self.stiffened * (q.x * q.theta).powi(2) + self.mass * self.g * q.z
+    }
+}
+
+/// What depends on the folded coordinate may vanish on the section with another; what falls beside it is large.
+#[test]
+fn folds_are_judged_beside_the_section() {
+    let model = Stiffened { mass: 1.0, spring: 1.0, stiffened: 1.0, g: 9.81e6 };
+    let start = model.state().x(0.5).theta(0.2).theta_rate(1.0).build().unwrap();
+    let section = model.poincare(start).section(|s| s.x(), Direction::Rising).points(4).until(200.0);
+    let said = section.fold("theta", TAU).run().unwrap_err();
+    assert!(matches!(said, PeriodicError::NotAlike { turned: "theta", .. }), "{said}");
+}
+
 #[test]
 fn a_swing_of_little_energy_lies_on_a_curve() {
     // θ₁ = 0 rising: of a regular motion the points lie on a closed curve, and energy is that of the start on all of them.

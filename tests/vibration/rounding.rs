@@ -4,6 +4,7 @@ use dynamics::analysis::{Banded, Campbell, StateSpace, VibrationError, lowest_mo
 use dynamics::prelude::*;
 use nalgebra::DMatrix;
 
+use crate::models::Oscillator;
 use crate::normal::Chain;
 
 /// A free rod, pushed and sprung at a distance from its end.
@@ -294,4 +295,31 @@ fn inputs_without_a_value_are_named() {
     let rod = Rod { m: 1.0, length: 1.0, k: 1.0, at: 0.3 };
     let said = rod.state_space(&rod.state().y(0.1).build().unwrap()).unwrap_err();
     assert_eq!(said, VibrationError::Linearize(LinearizeError::InputNotSet { input: "push" }));
+}
+
+/// What is left of a response that has died away has its digits in one step as in many, and an error that is said.
+#[test]
+fn what_has_died_away_keeps_its_digits() {
+    // x̃ = e^{−1.2 t} sin(1.6 t)/(3 · 1.6) of the oscillator with ω = 2, ζ = 0.6.
+    let space = Oscillator::damped(0.6).space();
+    for t in [5.0, 25.0, 50.0, 100.0_f64] {
+        let found = space.impulse_response("force", "x", &[t]).unwrap();
+        let exact = (-1.2 * t).exp() * (1.6 * t).sin() / 4.8;
+        let off = (found.values[0] - exact).abs();
+        assert!(
+            off < 1e-11 * exact.abs() && off <= found.uncertainty[0].max(1e-13 * exact.abs()),
+            "{t}: {found:?} {exact:e}"
+        );
+    }
+}
+
+/// At 0 rad/s a free body is named as such, and not by what rounding leaves of its eigenvalue.
+#[test]
+fn what_is_free_has_no_response_to_what_stays() {
+    let mut chain = Chain::between([0.0, 0.0], 0.03, 0.0);
+    (1..10).for_each(|i| chain.k[i] = 1.0 + 0.3 * (i as f64).sin());
+    let space = chain.state_space(&chain.rest()).unwrap();
+    let said = space.frequency_response("x[0]", "x[1]", &[0.0]).unwrap_err();
+    assert!(matches!(said, VibrationError::Free { .. }) && said.to_string().contains("free to move"), "{said}");
+    assert!(space.frequency_response("x[0]", "x[1]", &[0.1]).is_ok());
 }

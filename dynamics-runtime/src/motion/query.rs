@@ -272,6 +272,12 @@ impl<'m, M: Simulate> Motion<'m, M> {
         self.trajectory.has_law
     }
 
+    /// Whether its steps were of a fixed size, so that none of them ends where the model changes its branch.
+    #[cfg(feature = "std")]
+    pub(crate) fn is_fixed(&self) -> bool {
+        self.trajectory.fixed
+    }
+
     /// What depends on parameters alone.
     #[cfg(feature = "std")]
     pub(crate) fn constants(&self) -> &M::Constants {

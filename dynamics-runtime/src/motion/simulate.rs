@@ -131,6 +131,21 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
+    /// This tolerance, of what is near zero another, unless tolerances or a fixed step were asked for. What is none is said in either case.
+    #[cfg(feature = "std")]
+    pub(crate) fn or_tolerance(mut self, tolerance: f64, absolute: Option<f64>) -> Self {
+        let known = self.tolerances.is_some() || self.fixed.is_some();
+        match absolute {
+            _ if !(tolerance > 0.0 && tolerance < 1.0) => {
+                self.fixed = None;
+                self.tolerance(tolerance)
+            }
+            _ if known => self,
+            Some(absolute) => self.tolerances(absolute, tolerance),
+            None => self.tolerance(tolerance),
+        }
+    }
+
     /// Overrides the choice of the method: one of [`crate::methods`].
     ///
     /// Without it: RK4 where a fixed step is given, else Tsitouras 5(4) for tolerances above 1e-4, Verner 9(8) below 1e-6 without constraints, else DOP853; where the motion turns out to be

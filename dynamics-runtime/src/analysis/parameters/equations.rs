@@ -51,8 +51,12 @@ pub(super) fn fourth_order(values: [DVector<f64>; 4], h: f64) -> DVector<f64> {
 const WEAK: f64 = 1e-6;
 /// Differences of order 2 and 4 that are farther apart than this part know nothing of the derivative.
 const COARSE: f64 = 1e-3;
-/// How much longer, or shorter, the next step is then, and how often each is tried.
-const OTHER: (f64, usize, usize) = (1e3, 6, 3);
+/// Those that are nearer than this have 10 digits: what is left of order 4 is as the square of what is left of order 2.
+const FINE: f64 = 1e-5;
+/// How much longer the next step is where values hardly moved, and how often it is tried.
+const LONGER: (f64, usize) = (1e3, 6);
+/// How much shorter where they are coarse: rounding grows with it, so that steps are left no shorter than they have to be.
+const SHORTER: (f64, usize) = (1.0 / 32.0, 6);
 
 /// Differences with one step.
 struct Stage {
@@ -84,14 +88,14 @@ pub(super) fn differences(
     let mut best: Stage = stage(first)?;
     let all = 0..sizes.len();
     let weak: Vec<usize> = all.clone().filter(|i| best.weak[*i]).collect();
-    let coarse = |i: &usize| !best.weak[*i] && best.off[*i] > COARSE * best.found[*i].abs();
-    let coarse: Vec<usize> = all.filter(coarse).collect();
+    let is_coarse = |i: usize, stage: &Stage| stage.off[i] > FINE * stage.found[i].abs();
+    let coarse: Vec<usize> = all.filter(|i| !best.weak[*i] && is_coarse(*i, &best)).collect();
     let nearer = |factor: f64, i: usize, next: &Stage, best: &Stage| {
         let part = |stage: &Stage| stage.off[i] / stage.found[i].abs();
         // Shorter ones are to agree: differences of rounding grow with the derivative.
         if factor > 1.0 { next.off[i] < best.off[i] } else { part(next) < part(best).min(COARSE) }
     };
-    for (mut open, factor, count) in [(weak, OTHER.0, OTHER.1), (coarse, 1.0 / OTHER.0, OTHER.2)] {
+    for (mut open, factor, count) in [(weak, LONGER.0, LONGER.1), (coarse, SHORTER.0, SHORTER.1)] {
         let mut h = first;
         for _ in 0..count {
             h *= factor;
@@ -103,6 +107,8 @@ pub(super) fn differences(
             }
             if factor > 1.0 {
                 open.retain(|i| taken.contains(i) && next.weak[*i]);
+            } else {
+                open.retain(|i| is_coarse(*i, &best));
             }
         }
     }

@@ -141,16 +141,12 @@ impl Asked<'_> {
         options: Option<&dyn Fn(Simulation<'m, M>) -> Simulation<'m, M>>,
     ) -> Result<Motion<'m, M>, SensitivityError> {
         let simulation = model.simulate(start).until(self.end);
-        let simulation = match self.absolute {
-            Some(absolute) => simulation.tolerances(absolute, self.tolerance),
-            // The simulation's own: said, it would contradict a fixed step among the options.
-            None if self.tolerance == TOLERANCE => simulation,
-            None => simulation.tolerance(self.tolerance),
-        };
         let simulation = match options {
             Some(options) => options(simulation),
             None => simulation,
         };
+        // Not before the options: beside a fixed step among them tolerances say nothing, and those among them count.
+        let simulation = simulation.or_tolerance(self.tolerance, self.absolute);
         simulation.run().map_err(|error| SensitivityError::Motion(RunFailure::from(error)))
     }
 

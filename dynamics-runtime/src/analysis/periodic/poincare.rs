@@ -175,10 +175,16 @@ impl<'m, M: Simulate> Poincare<'m, M> {
     fn check_fold(&self, points: &[M::State], coordinate: usize, by: f64) -> Result<(), PeriodicError> {
         let n = M::Vector::LEN;
         let (mut changes, mut largest) = (alloc::vec![0.0; n], alloc::vec![0.0; n]);
-        for point in points.iter().step_by(points.len().div_ceil(12).max(1)) {
-            // Beside the section, on which what depends on the coordinate may vanish; constraints hold it there.
+        let last = points.last().map_or(self.start.t(), ModelState::t);
+        let apart = (last - self.start.t()) / points.len().max(1) as f64;
+        for point in points.iter().step_by(points.len().div_ceil(12).max(1)).chain([&self.start]) {
+            // Beside the section, on which what depends on the coordinate may vanish, also by another that is zero there, and goes through it; constraints hold it there.
             let mut beside = *point;
-            beside.q_mut()[coordinate] += if M::ROWS.is_empty() { BESIDE * by } else { 0.0 };
+            if M::ROWS.is_empty() {
+                let moved = point.u().as_slice().iter().map(|u| BESIDE * apart * u);
+                beside.q_mut().as_mut_slice().iter_mut().zip(moved).for_each(|(q, by)| *q += by);
+                beside.q_mut()[coordinate] += BESIDE * by;
+            }
             let mut further = beside;
             further.q_mut()[coordinate] += by;
             let [Ok(here), Ok(there)] = [&beside, &further].map(|state| self.model.accelerations(state)) else {

@@ -56,6 +56,11 @@ pub enum VibrationError {
         /// The condition number of iω − A there.
         conditioning: f64,
     },
+    /// The response to what stays as it is has no bound, or is not distinguishable from it: nothing holds what is pushed.
+    Free {
+        /// The condition number of A.
+        conditioning: f64,
+    },
     /// Something does not die away, so that there is no steady response, no norm, and no optimum.
     Unstable {
         /// The eigenvalue with the largest real part, in 1/s.
@@ -172,6 +177,11 @@ impl fmt::Display for VibrationError {
                 "at {frequency:.9e} rad/s the response is infinite, or not to be told: it is the frequency of a mode without damping ({}, condition number {conditioning:.1e}); \
                  ask beside it, or give the mode damping",
                 Value(*eigenvalue)
+            ),
+            Self::Free { conditioning } => write!(
+                f,
+                "at 0 rad/s the response is infinite, or not to be told: something is free to move, or held too weakly (condition number {conditioning:.1e}); \
+                 ask above 0 rad/s, or hold it"
             ),
             Self::Unstable { eigenvalue } => write!(
                 f,

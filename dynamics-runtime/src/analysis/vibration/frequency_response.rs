@@ -163,7 +163,8 @@ impl StateSpace {
     /// frequencies in rad/s: receptance, mobility and accelerance are those of coordinates, rates and accelerations to forces.
     ///
     /// # Errors
-    /// Names that are not known, frequencies that are not 0 or positive, and [`VibrationError::Resonance`] on the frequency of a mode without damping.
+    /// Names that are not known, frequencies that are not 0 or positive, and [`VibrationError::Resonance`] on the frequency of a mode without damping,
+    /// [`VibrationError::Free`] at 0 where something is free to move.
     pub fn frequency_response(
         &self,
         input: impl Into<Excitation>,
@@ -201,6 +202,8 @@ impl StateSpace {
         }
         match channel.at(frequency) {
             Ok(found) => Ok(found),
+            // What is free has the eigenvalue 0, or what rounding leaves of it, which is no mode to be named.
+            Err(conditioning) if frequency == 0.0 => Err(VibrationError::Free { conditioning }),
             Err(conditioning) => {
                 let beside = |x: &Complex<f64>| (x - Complex::new(0.0, frequency)).norm();
                 let found = self.eigenvalues()?;

@@ -20,6 +20,8 @@ use super::{StateSpace, VibrationError};
 const OFF: (f64, f64) = (2.0 * f64::EPSILON, 4.0);
 /// Terms of the series of an exponential: ½¹⁸/18! is 6e-22.
 const TERMS: u32 = 18;
+/// Terms of the square of an exponential that are smaller than those of the square of it less 1 by this: of what goes on swinging both are alike, and it is the slow that is to be kept.
+const LESS: f64 = 0.125;
 
 /// A load over time: straight between its points, zero before the first and after the last. Two points at one time are a jump.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,7 +128,7 @@ impl StateSpace {
         let columns = loads.iter().map(|load| self.input(&load.input)).collect::<Result<Vec<_>, _>>()?;
         for load in loads {
             if load.points.len() < 2 {
-                let what = "points of a load, which is zero beyond them,";
+                let what = "points of a load, which is zero beyond them";
                 return Err(VibrationError::TooFew { what, count: load.points.len(), needed: 2 });
             }
             ascending(load.points.iter().map(|point| point.0), f64::NEG_INFINITY)?;
@@ -206,8 +208,9 @@ fn off(m: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (1.0 + sign(i, j)))
 }
 
-/// e^m by F ← 2F + F² from F = e^{m/2^s} − 1, ‖m‖/2^s ≤ ½: what is slow beside something stiff changes by very little within m/2^s, which beside the 1 of the exponential itself would lose its digits
-/// (N. J. Higham, *Functions of Matrices*, §10.3, for scaling and squaring). The series ends where terms no longer count.
+/// e^m by scaling and squaring (N. J. Higham, *Functions of Matrices*, §10.3), kept as itself, E, and as F = E − 1. What is slow beside something stiff changes by very little within m/2^s, ‖m‖/2^s ≤ ½, which
+/// beside the 1 of E would lose its digits: 2F + F² keeps them. What dies away has F near −1, which would lose those of what is left: E² keeps them. Of each element that is taken of which the
+/// terms are clearly smaller. The series ends where terms no longer count.
 fn exponential(mut m: DMatrix<f64>) -> DMatrix<f64> {
     let n = m.nrows();
     // By powers of two, which rounds nothing.
@@ -221,13 +224,29 @@ fn exponential(mut m: DMatrix<f64>) -> DMatrix<f64> {
         term = &term * &m / f64::from(k);
         less_one += &term;
     }
+    let mut whole = &less_one + DMatrix::identity(n, n);
     for _ in 0..halvings as usize {
-        less_one = &less_one * 2.0 + &less_one * &less_one;
+        (less_one, whole) = squared(&less_one, &whole);
     }
-    DMatrix::from_fn(n, n, |i, j| {
-        let x = less_one[(i, j)] + if i == j { 1.0 } else { 0.0 };
-        x * scale[i] / scale[j]
-    })
+    DMatrix::from_fn(n, n, |i, j| whole[(i, j)] * scale[i] / scale[j])
+}
+
+/// F and E of twice the time.
+fn squared(less_one: &DMatrix<f64>, whole: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+    let sizes = [less_one.abs(), whole.abs()];
+    let terms = [&sizes[0] * 2.0 + &sizes[0] * &sizes[0], &sizes[1] * &sizes[1]];
+    let (mut f, mut e) = (less_one * 2.0 + less_one * less_one, whole * whole);
+    for j in 0..f.ncols() {
+        for i in 0..f.nrows() {
+            let one = if i == j { 1.0 } else { 0.0 };
+            if terms[1][(i, j)] < LESS * terms[0][(i, j)] {
+                f[(i, j)] = e[(i, j)] - one;
+            } else {
+                e[(i, j)] = f[(i, j)] + one;
+            }
+        }
+    }
+    (f, e)
 }
 
 fn finite(what: &'static str, value: f64) -> Result<(), VibrationError> {

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::sensitivity::{Measured, Sensitivities, SensitivityError};
 use super::FitError;
+use super::experiment::named;
 use crate::model::{ModelState, Parameters};
 use crate::motion::{Motion, Simulate};
 
@@ -28,11 +29,12 @@ pub(in super::super) struct Series {
     pub(in super::super) sigma: f64,
 }
 
-/// The data, checked, and the time at which they end.
-pub(super) fn read<M: Simulate>(data: &[Given], start: f64) -> Result<(Vec<Series>, f64), FitError> {
+/// The data of the experiment of this index, checked, and the time at which they end.
+pub(super) fn read<M: Simulate>(data: &[Given], start: f64, index: usize) -> Result<(Vec<Series>, f64), FitError> {
     let mut found = Vec::new();
     for Given { name, points, sigma } in data {
         let quantity = Measured::of::<M>(name).map_err(FitError::Motion)?;
+        let name = named(name, index);
         if points.is_empty() {
             return Err(FitError::NoData { name: name.clone() });
         }

@@ -70,8 +70,7 @@ impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
             known.push(variable);
         }
         let start = told.start;
-        let (mut series, end) = data::read::<M>(&told.data, start.t())?;
-        series.iter_mut().for_each(|series| series.name = named(&series.name, index));
+        let (series, end) = data::read::<M>(&told.data, start.t(), index)?;
         // No finer than rounding of what else moves lets it be.
         let largest = start.q().as_slice().iter().chain(start.u().as_slice()).fold(0.0, |m: f64, x| m.max(x.abs()));
         let size = data::least_size(&series).map(|size| size.max(SPAN * largest)).filter(|size| *size < 1.0);

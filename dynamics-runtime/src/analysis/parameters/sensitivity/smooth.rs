@@ -1,19 +1,22 @@
 //! Sensitivities jump where velocities or accelerations do: motions that are none of it.
 //!
-//! Events with resets, constraints that engage or let go, and branches of the model are known by the motion. What a law of inputs does is not: it is looked at between the ends and the middle
+//! Events with resets, constraints that engage or let go, and branches of the model are known by the motion, whose steps end at them; those of a fixed size do not, and are looked through
+//! for branches that change within. What a law of inputs does is not: it is looked at between the ends and the middle
 //! of every step at one time, so that jumps at given times, which move nothing, do not count, and a difference that does not shrink with the distance is a jump.
 
 use alloc::string::ToString;
 
 use super::SensitivityError;
 use crate::analysis::LinearizeError;
-use crate::model::{ModelState, Vector};
+use crate::model::{Kink, MOST_KINKS, ModelState, Vector};
 use crate::motion::{Motion, Simulate};
 
 /// A difference of inputs, in parts of the largest of its input on both sides, that is looked at more closely.
 const STEEP: f64 = 1e-3;
 /// How often a distance is halved, and what has to be left of a difference for it to be a jump: a slope leaves 1e-9.
 const HALVED: (usize, f64) = (30, 0.3);
+/// How often a step of a fixed size is looked at.
+const LOOKS: usize = 8;
 
 /// That a motion has nothing of it.
 pub(in super::super) fn refuse_jumps<M: Simulate>(
@@ -31,6 +34,9 @@ pub(in super::super) fn refuse_jumps<M: Simulate>(
         }
         if k > 0 && M::KINKS > 0 {
             refuse_jump(motion, from, (from - knots[k - 1].t()).abs().min((to - from).abs()))?;
+        }
+        if motion.is_fixed() && M::KINKS > 0 {
+            refuse_within(motion, from, to)?;
         }
         if motion.has_law() {
             refuse_law(motion, from, to)?;
@@ -62,6 +68,41 @@ fn refuse_jump<M: Simulate>(motion: &Motion<'_, M>, t: f64, h: f64) -> Result<()
         return Err(SensitivityError::Jump { time: t, what: "an acceleration".into() });
     }
     Ok(())
+}
+
+/// Whether accelerations jump within a step, where any branch changes between two looks at it.
+fn refuse_within<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Result<(), SensitivityError> {
+    let mut sampler = motion.sampler();
+    let mut kinks = |t: f64| {
+        let mut kinks = [Kink::NONE; MOST_KINKS];
+        motion.model().kinks(&sampler.at(t), &mut kinks);
+        kinks
+    };
+    let at = |k: usize| if k == LOOKS { to } else { from + (to - from) * k as f64 / LOOKS as f64 };
+    let mut before = kinks(from);
+    for look in 0..LOOKS {
+        let after = kinks(at(look + 1));
+        for i in (0..M::KINKS).filter(|i| changes(&before[*i], &after[*i])) {
+            let (mut ends, mut first) = ([at(look), at(look + 1)], before[i]);
+            for _ in 0..HALVED.0 {
+                let half = 0.5 * (ends[0] + ends[1]);
+                let kink = kinks(half)[i];
+                if changes(&first, &kink) {
+                    ends[1] = half;
+                } else {
+                    (ends[0], first) = (half, kink);
+                }
+            }
+            refuse_jump(motion, 0.5 * (ends[0] + ends[1]), (to - from).abs())?;
+        }
+        before = after;
+    }
+    Ok(())
+}
+
+/// Whether it is another branch, or piece. A value on the very edge belongs to one of them.
+fn changes(before: &Kink, after: &Kink) -> bool {
+    before.smooth != after.smooth
 }
 
 /// Whether a law of inputs jumps with the state between two times.
