@@ -11,6 +11,7 @@ use alloc::string::String;
 use core::fmt;
 
 use super::change::ChangeError;
+use super::formulation::Formulation;
 use super::locking::Locking;
 use super::record::Trajectory;
 use crate::constrain::Involved;
@@ -280,6 +281,8 @@ pub struct Over {
     pub tolerance: Option<f64>,
     /// The tolerance is given in place of a fixed step.
     pub fixed: bool,
+    /// Another formulation: one that leaves no drift, by which the rows contradict each other there.
+    pub formulation: Option<Formulation>,
 }
 
 /// What a constraint asks to jump.

@@ -238,21 +238,19 @@ impl fmt::Display for Over {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let instead = if self.fixed { " in place of the fixed step" } else { "" };
         match (self.method, self.tolerance) {
-            (Some(method), None) => write!(f, "use methods::{method:?}, whose steps go over such positions"),
+            (Some(method), None) => write!(f, "use methods::{method:?}")?,
             (Some(method), Some(tolerance)) => {
-                write!(
-                    f,
-                    "use methods::{method:?} with a tolerance of {tolerance:e}{instead}, whose steps go over such positions"
-                )
+                write!(f, "use methods::{method:?} with a tolerance of {tolerance:e}{instead}")?
             }
-            (None, Some(tolerance)) if self.fixed => {
-                write!(f, "give a tolerance of {tolerance:e}{instead}, so that steps go over such positions")
-            }
-            (None, Some(tolerance)) => {
-                write!(f, "loosen the tolerance to {tolerance:e}, so that steps go over such positions")
-            }
-            (None, None) => Ok(()),
+            (None, Some(tolerance)) if self.fixed => write!(f, "give a tolerance of {tolerance:e}{instead}")?,
+            (None, Some(tolerance)) => write!(f, "loosen the tolerance to {tolerance:e}")?,
+            (None, None) => {}
         }
+        if let Some(other) = self.formulation {
+            let and = if self.method.is_some() || self.tolerance.is_some() { " and " } else { "" };
+            write!(f, "{and}choose `Formulation::{other:?}`")?;
+        }
+        f.write_str(if self.method.is_some() { ", whose steps go over such positions" } else { ", so that steps go over such positions" })
     }
 }
 
