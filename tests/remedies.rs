@@ -136,10 +136,7 @@ impl Snakeboard {
     fn skates(&self, q: &Coordinates<Self>) -> [Expr; 2] {
         let (front, rear) = (q.theta + q.phi, q.theta - q.phi);
         let arm = self.l * q.theta.dt() * q.phi.cos();
-        [
-            q.y.dt() * front.cos() - q.x.dt() * front.sin() + arm,
-            q.y.dt() * rear.cos() - q.x.dt() * rear.sin() - arm,
-        ]
+        [q.y.dt() * front.cos() - q.x.dt() * front.sin() + arm, q.y.dt() * rear.cos() - q.x.dt() * rear.sin() - arm]
     }
 }
 

@@ -164,6 +164,13 @@ pub enum SimulationErrorKind {
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
+    /// The motion starts at rest in a corner of a constraint, and accelerations do not say to which side it goes.
+    RestsInCorner {
+        /// The row.
+        row: &'static str,
+        /// They lead away from it on both sides; otherwise back to it from both.
+        leads_away: bool,
+    },
     /// A reaction grows without bounds toward a place just ahead, from which on the equations with friction have no answer (Painlevé's paradox).
     FrictionGrows {
         /// The reaction that decides there, `floor`.
