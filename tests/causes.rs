@@ -218,6 +218,37 @@ mod corners {
         (what, jump)
     }
 
+    /// Steps of implicit methods came back to the corner, ever shorter, 100,000 times; the motion on a peak went to the side that is called positive.
+    #[test]
+    fn rest_in_a_corner_is_told_before_any_step() {
+        let methods: [methods::Any<Bent>; 3] =
+            [methods::Dop853.into(), methods::Radau5.into(), methods::Esdirk4.into()];
+        let cases = [(9.81, false, "lead back from both sides"), (-9.81, true, "lead away on both sides")];
+        for ((g, away, words), formulation) in cases.iter().flat_map(|case| FORMULATIONS.map(|f| (*case, f))) {
+            let model = Bent { m: 1.0, g };
+            for method in &methods {
+                let run = model.simulate(model.state().build().unwrap()).until(5.0).method(method);
+                let error = run.formulation(formulation).run().map(|motion| motion.end()).unwrap_err();
+                let message = error.to_string();
+                let SimulationErrorKind::RestsInCorner { row: "wire", leads_away } = error.kind else {
+                    panic!("{message}")
+                };
+                assert!(leads_away == away && message.contains(words), "{message}");
+                assert_eq!(error.state.t(), 0.0);
+            }
+        }
+        // Without weight nothing leads anywhere; beside the corner of a peak it goes down its own side.
+        let floats = Bent { m: 1.0, g: 0.0 };
+        let motion = floats.simulate(floats.state().build().unwrap()).until(5.0).run().unwrap();
+        assert_eq!((motion.end().x(), motion.end().y()), (0.0, 0.0));
+        let peak = Bent { m: 1.0, g: -9.81 };
+        for side in [-1.0, 1.0] {
+            let start = peak.state().x(side * 1e-9).y(1e-9).build().unwrap();
+            let motion = peak.simulate(start).until(1.0).run().unwrap();
+            assert!((motion.end().x() - side * 9.81 / 4.0).abs() < 1e-7, "{}", motion.end().x());
+        }
+    }
+
     /// Down the right side at v/√2 in both directions, where the left side asks for −v/√2 in y.
     #[test]
     fn a_corner_in_a_wire_is_named() {

@@ -110,3 +110,71 @@ fn motions_without_impacts_lose_no_negative_nothing() {
     let lost = motion.summary().energy_lost;
     assert!(lost == 0.0 && lost.is_sign_positive());
 }
+
+/// A board on two skates that are steered against each other, and a rotor that the rider turns; Bloch, Nonholonomic Mechanics and Control, 2nd ed. 2015, 1.11.
+/// Where both stand at right angles to the board they are parallel and hold the same velocity.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, theta: rad, psi: rad, phi: rad)]
+#[units(m: kg, l: m, j: kg * m^2, rotor: kg * m^2, wheels: kg * m^2)]
+struct Snakeboard {
+    m: f64,
+    l: f64,
+    j: f64,
+    rotor: f64,
+    wheels: f64,
+}
+
+#[dynamics]
+impl Snakeboard {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let board = 0.5 * self.m * vec2(q.x, q.y).dt().norm_squared() + 0.5 * self.j * q.theta.dt().powi(2);
+        let rotor = 0.5 * self.rotor * (q.theta.dt() + q.psi.dt()).powi(2);
+        board + rotor + self.wheels * (q.theta.dt().powi(2) + q.phi.dt().powi(2))
+    }
+    #[nonholonomic]
+    fn skates(&self, q: &Coordinates<Self>) -> [Expr; 2] {
+        let (front, rear) = (q.theta + q.phi, q.theta - q.phi);
+        let arm = self.l * q.theta.dt() * q.phi.cos();
+        [q.y.dt() * front.cos() - q.x.dt() * front.sin() + arm, q.y.dt() * rear.cos() - q.x.dt() * rear.sin() - arm]
+    }
+}
+
+/// Velocities that have drifted make rows contradict each other where they should repeat each other. Along the board it moves with v, and lateral not at all: v sin φ = l θ̇ cos φ. With
+/// v = w l cos φ, θ̇ = w sin φ the energies of the rotor's constant momentum and of the steering, which nothing moves, stay, and so does w² (m l² cos² φ + (j + 2 wheels) sin² φ).
+#[test]
+fn velocities_that_contradict_each_other_by_drift_are_to_be_projected() {
+    let board = Snakeboard { m: 2.0, l: 0.3, j: 0.1, rotor: 0.05, wheels: 0.01 };
+    let (phi, along, end) = (0.4f64, 0.5, 3.0);
+    let w = along / (board.l * phi.cos());
+    let start = board.state().phi(phi).phi_rate(1.0).psi_rate(3.0).x_rate(along).theta_rate(w * phi.sin());
+    let start = start.build().unwrap();
+    let run = |formulation| board.simulate(start).until(end).formulation(formulation).tolerance(1e-9).run();
+    let gains = Formulation::Baumgarte { alpha: 5.0, beta: 5.0 };
+    for drifts in [Formulation::Augmented, gains] {
+        let error = run(drifts).expect_err("skates that contradict each other");
+        assert!((error.state.t() - (0.5 * core::f64::consts::PI - phi)).abs() < 1e-6, "{error}");
+        says(
+            Err::<(), _>(error),
+            "choose `Formulation::Projected`, so that steps go over such positions; if the mechanism cannot move on here, change",
+        );
+    }
+    for formulation in [Formulation::Projected, Formulation::Embedded] {
+        let state = run(formulation).unwrap_or_else(|error| panic!("{formulation:?}: {error}")).end();
+        let inertia = |phi: f64| {
+            let (s, c) = phi.sin_cos();
+            board.m * (board.l * c).powi(2) + (board.j + 2.0 * board.wheels) * s * s
+        };
+        let (s, c) = state.phi().sin_cos();
+        let w = w * (inertia(phi) / inertia(state.phi())).sqrt();
+        let (sine, cosine) = state.theta().sin_cos();
+        let expected = [
+            (state.phi(), phi + end),
+            (state.theta_rate(), w * s),
+            (state.x_rate(), w * board.l * c * cosine),
+            (state.y_rate(), w * board.l * c * sine),
+            (state.theta_rate() + state.psi_rate(), start.theta_rate() + start.psi_rate()),
+        ];
+        assert!(expected.iter().all(|(is, wanted)| (is - wanted).abs() < 1e-7), "{formulation:?}: {expected:?}");
+    }
+}

@@ -203,6 +203,35 @@ fn a_repetition_on_the_manifold_is_found() {
     assert_eq!((analysis.rank, analysis.superfluous), (1, vec![1]));
 }
 
+/// Two circles about one point: gradients are parallel in every state, and none is on both.
+#[test]
+fn rows_with_parallel_gradients_that_vanish_on_other_sets_contradict_each_other() {
+    let (mut b, q) = particles(&["x", "y"]);
+    let l = b.parameter("l");
+    let square = b.norm_squared(&q);
+    let norm = b.g().unary(Unary::Sqrt, square);
+    let (rod, ll) = (b.sub(norm, l), b.mul(l, l));
+    constrain(&mut b, "rod", HOLONOMIC, &[rod]);
+    let with_square = |b: &mut Builder, k: i128| {
+        b.model.constraints.truncate(1);
+        let factor = b.ratio(k, 1);
+        let far = b.mul(factor, ll);
+        let circle = b.sub(square, far);
+        constrain(b, "circle", HOLONOMIC, &[circle]);
+    };
+    for nominal in [None, Some(1.0), Some(1e-3), Some(400.0)] {
+        nominal.into_iter().for_each(|value| {
+            b.model.nominal.clear();
+            b.nominal(0, value);
+        });
+        with_square(&mut b, 4);
+        let contradicts = Fault::Contradicts { name: "circle".into(), with: of(&["rod"]), origin: Origin(1001) };
+        assert_eq!(faults(&b.model), [contradicts], "{nominal:?}");
+        with_square(&mut b, 1);
+        assert_eq!(faults(&b.model), repeats("circle", of(&["rod"]), true, 1001), "{nominal:?}");
+    }
+}
+
 #[test]
 fn more_rows_than_coordinates_are_too_many() {
     let (mut b, q) = particles(&["x"]);

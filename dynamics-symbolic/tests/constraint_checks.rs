@@ -6,7 +6,7 @@ use common::Builder;
 use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain};
 use dynamics_symbolic::check::constraints::ConstraintFinding as Fault;
 use dynamics_symbolic::check::{Finding, declared};
-use dynamics_symbolic::graph::{Comparison, NodeId, Origin, Symbol};
+use dynamics_symbolic::graph::{Binary, Comparison, NodeId, Origin, Symbol, Unary};
 use dynamics_symbolic::mechanics::{EnergyRole, Event, Input, Model};
 
 /// A free particle in the plane, with its symbols x, y.
@@ -151,4 +151,70 @@ fn choices_between_linear_rows_are_linear() {
     };
     assert_eq!(declared(&kinked(false)), []);
     assert_eq!(fault(&kinked(true)), Fault::NotLinear { name: name("track"), origin: ORIGIN });
+}
+
+/// √f and ∛f are zero where their gradient is infinite, f^1.5 where it vanishes; what only contains a root is sound.
+#[test]
+fn rows_that_are_roots_are_found_whatever_they_are_multiplied_by() {
+    let row = |of: &dyn Fn(&mut Builder, NodeId, NodeId) -> NodeId, switched: bool| {
+        let (mut b, x, y) = particle();
+        let (square, l) = (b.norm_squared(&[x, y]), b.parameter("l"));
+        let ll = b.mul(l, l);
+        let inside = b.sub(square, ll);
+        let node = of(&mut b, inside, l);
+        constrain(&mut b, "rod", HOLONOMIC, &[node]).switched = switched;
+        declared(&b.model)
+    };
+    let root = |b: &mut Builder, x: NodeId| b.g().unary(Unary::Sqrt, x);
+    let power = |b: &mut Builder, x: NodeId, n: i128| {
+        let exponent = b.ratio(n, 2);
+        b.g().binary(Binary::Powf, x, exponent)
+    };
+    type Row<'r> = &'r dyn Fn(&mut Builder, NodeId, NodeId) -> NodeId;
+    let faulty: [Row<'_>; 6] = [
+        &|b, x, _| root(b, x),
+        &|b, x, _| b.g().unary(Unary::Cbrt, x),
+        &|b, x, _| power(b, x, 3),
+        &|b, x, l| {
+            let product = root(b, x);
+            b.mul(l, product)
+        },
+        &|b, x, l| {
+            let product = root(b, x);
+            b.g().div(product, l).unwrap()
+        },
+        &|b, x, _| {
+            let negative = root(b, x);
+            b.neg(negative)
+        },
+    ];
+    let gone = Finding::Constraint(Fault::GradientVanishes { name: name("rod"), origin: ORIGIN });
+    for (i, of) in faulty.iter().enumerate() {
+        for switched in [false, true] {
+            assert_eq!(row(*of, switched), [gone.clone()], "{i} {switched}");
+        }
+    }
+    let sound: [Row<'_>; 4] = [
+        // √(x² + y² − l²) − l.
+        &|b, x, l| {
+            let distance = root(b, x);
+            b.sub(distance, l)
+        },
+        // √f f: zero to the power of 3/2, and for another check to see.
+        &|b, x, _| {
+            let distance = root(b, x);
+            b.mul(distance, x)
+        },
+        &|b, x, l| {
+            let length = root(b, l);
+            b.mul(length, x)
+        },
+        &|b, x, l| {
+            let length = power(b, l, 1);
+            b.g().div(x, length).unwrap()
+        },
+    ];
+    for (i, of) in sound.iter().enumerate() {
+        assert_eq!(row(*of, false), [], "{i}");
+    }
 }

@@ -4,6 +4,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use super::error::{Jumping, Over, SimulationErrorKind as Kind};
+use super::formulation::Formulation;
 use super::jumps;
 use super::locking;
 use super::run::{Halt, Plan};
@@ -35,23 +36,28 @@ pub(super) struct Way {
     method: Method,
     tightest: f64,
     fixed: bool,
+    /// Whether what drifts is put back onto the constraints.
+    exact: bool,
 }
 
 impl Way {
-    pub(super) fn of(method: Method, options: &StepOptions) -> Self {
+    pub(super) fn of(method: Method, options: &StepOptions, formulation: Option<Formulation>) -> Self {
         let Tolerances { absolute, relative } = options.tolerances;
         let tightest = if relative > 0.0 { absolute.min(relative) } else { absolute };
-        Self { method, tightest, fixed: options.fixed.is_some() }
+        Self { method, tightest, fixed: options.fixed.is_some(), exact: formulation.is_none_or(Formulation::is_exact) }
     }
 
     /// How change points are gone over where this way did not: in long steps of an explicit method whose stages lie anywhere, as a tolerance that rounding does not
-    /// count against permits them. `None` where that is what was done.
+    /// count against permits them, and with constraints that have not drifted: they contradict each other where they should repeat each other. `None` where that is
+    /// what was done.
     pub(super) fn over(self) -> Option<Over> {
         let explicit = matches!(self.method, Method::Dop853);
         let least = if explicit || self.fixed { PASSES } else { TIGHTEST };
         let tolerance = (self.tightest < least || self.fixed).then_some(least);
         let method = (!explicit).then_some(Method::Dop853);
-        (tolerance.is_some() || method.is_some()).then_some(Over { method, tolerance, fixed: self.fixed })
+        let formulation = (!self.exact).then_some(Formulation::Projected);
+        let other = tolerance.is_some() || method.is_some() || formulation.is_some();
+        other.then_some(Over { method, tolerance, fixed: self.fixed, formulation })
     }
 }
 
@@ -62,7 +68,7 @@ pub(super) fn explained<M: Simulate>(
     Halt { kind, h }: Halt,
     method: Method,
 ) -> Halt {
-    let way = Way::of(method, &plan.options);
+    let way = Way::of(method, &plan.options, plan.plant.upkeep.formulation);
     // What an evaluation met has no step of its own.
     let direction = if plan.end < at.t() { -1.0 } else { 1.0 };
     let h = if h == 0.0 { plan.options.fixed.map_or(0.0, |fixed| direction * fixed.abs()) } else { h };

@@ -11,6 +11,7 @@ use alloc::string::String;
 use core::fmt;
 
 use super::change::ChangeError;
+use super::formulation::Formulation;
 use super::locking::Locking;
 use super::record::Trajectory;
 use crate::constrain::Involved;
@@ -163,6 +164,13 @@ pub enum SimulationErrorKind {
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
+    /// The motion starts at rest in a corner of a constraint, and accelerations do not say to which side it goes.
+    RestsInCorner {
+        /// The row.
+        row: &'static str,
+        /// They lead away from it on both sides; otherwise back to it from both.
+        leads_away: bool,
+    },
     /// A reaction grows without bounds toward a place just ahead, from which on the equations with friction have no answer (Painlevé's paradox).
     FrictionGrows {
         /// The reaction that decides there, `floor`.
@@ -280,6 +288,8 @@ pub struct Over {
     pub tolerance: Option<f64>,
     /// The tolerance is given in place of a fixed step.
     pub fixed: bool,
+    /// Another formulation: one that leaves no drift, by which the rows contradict each other there.
+    pub formulation: Option<Formulation>,
 }
 
 /// What a constraint asks to jump.

@@ -12,6 +12,7 @@ mod watched;
 use super::causes::{self, Corner, explained};
 use super::creep::Creep;
 use super::driver::Driver;
+use super::edges;
 use super::error::SimulationErrorKind as Kind;
 use super::pace;
 use super::plant::{EvaluationError, Plant};
@@ -23,6 +24,8 @@ use super::touching::{Touch, Touching};
 use super::upkeep::Drifted;
 use super::watch::{Flow, Watch};
 use crate::constrain::Involved;
+use crate::constrain::assemble::at_time;
+use crate::constrain::held::active_rows;
 use crate::constrain::weakness::{Weakness, weakness};
 use crate::integrate::{Dense, Hermite, Knot, Phase, Step, StepError, StepOptions, Tolerances};
 use crate::math;
@@ -34,6 +37,9 @@ pub(crate) use steps::{Made, Steps, Tally};
 const WEAK: f64 = 5.0;
 /// Part of a motion that drift may decide where none is known to be near: a single row says nothing of its size, and loses its direction where its gradient vanishes.
 const TURNED: f64 = 0.1;
+
+/// Time that a motion that rests does so at least, in parts of 1 + |t|.
+const RESTS: f64 = 1e-3;
 
 /// What a run needs to know.
 pub(crate) struct Plan<'r, 'm, M: Simulate> {
@@ -226,7 +232,23 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             let resumed = self.now();
             self.plan.watch.begin(&resumed).map_err(at)?;
         }
-        Ok(())
+        self.rests_in_corner().map_or(Ok(()), |kind| Err(at(kind)))
+    }
+
+    /// Where a motion rests in a corner of a constraint steps come back to it, ever shorter, or leave it to a side that nothing chose.
+    fn rests_in_corner(&mut self) -> Option<Kind> {
+        if !M::HAS_KINKS || M::IS_FREE {
+            return None;
+        }
+        let now = self.now();
+        let mut later = at_time(&now, now.t() + RESTS * (1.0 + now.t().abs()));
+        (0..M::Vector::LEN).for_each(|i| later.q_mut()[i] += (later.t() - now.t()) * now.u()[i]);
+        let Plan { plant, watch, .. } = &mut *self.plan;
+        let ruled = |row: &usize| watch.guards().any(|(_, guard)| guard.constraint.first == *row);
+        let rows = active_rows::<M>(now.modes(), true).filter(|row| !ruled(row));
+        let upkeep = (plant.constants, &mut plant.upkeep);
+        let (row, leads_away) = edges::rests_in(plant.model, upkeep, [&now, &later], rows)?;
+        Some(Kind::RestsInCorner { row: M::ROWS[row].name, leads_away })
     }
 
     /// Ends the motion where branches of a constraint touch and it went over to another one, or may have: see [`super::touching`].

@@ -16,6 +16,7 @@ mod loops;
 mod manifold;
 mod newton;
 mod orthogonal;
+mod roots;
 mod rows;
 mod sample;
 mod tangent;
@@ -38,6 +39,8 @@ pub(super) fn declared(model: &Model, found: &mut Vec<Finding>) {
     effect::without_effect(model, &mut faults);
     // A q̇ + b: Appell's and Chetaev's rule, and with it the reaction Aᵀλ, hold for rows linear in the velocities.
     linear::linear(model, &mut faults);
+    // Where √f = 0 holds its gradient is infinite: no multiplier is the reaction.
+    roots::roots(model, &mut faults);
     found.extend(faults.into_iter().map(Finding::Constraint));
 }
 

@@ -134,6 +134,15 @@ impl fmt::Display for SimulationErrorKind {
                 "the motion comes to rest on a jump of its accelerations, of {coordinates}, which lead to it from both sides, as friction does; let what sticks there be a switched \
                  constraint, or smooth the jump. The method met: {cause}"
             ),
+            Self::RestsInCorner { row, leads_away: true } => write!(
+                f,
+                "the motion starts at rest in a corner of constraint `{row}`, from which accelerations lead away on both sides: to which it goes is open; start beside it, or smooth it"
+            ),
+            Self::RestsInCorner { row, .. } => write!(
+                f,
+                "the motion starts at rest in a corner of constraint `{row}`, to which accelerations lead back from both sides: what holds it there lies between the gradients of the two; smooth it, or let \
+                 each side be a `(switched)` constraint, with a `.contact(..)` of its own where it is one of the ground"
+            ),
             Self::FrictionGrows { row, ahead, cause } => write!(
                 f,
                 "the reaction of `{row}` and friction by it grow without bounds: {ahead:.1e} ahead the equations with friction have no answer (Painlevé's paradox), and the \
@@ -238,21 +247,23 @@ impl fmt::Display for Over {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let instead = if self.fixed { " in place of the fixed step" } else { "" };
         match (self.method, self.tolerance) {
-            (Some(method), None) => write!(f, "use methods::{method:?}, whose steps go over such positions"),
+            (Some(method), None) => write!(f, "use methods::{method:?}")?,
             (Some(method), Some(tolerance)) => {
-                write!(
-                    f,
-                    "use methods::{method:?} with a tolerance of {tolerance:e}{instead}, whose steps go over such positions"
-                )
+                write!(f, "use methods::{method:?} with a tolerance of {tolerance:e}{instead}")?
             }
-            (None, Some(tolerance)) if self.fixed => {
-                write!(f, "give a tolerance of {tolerance:e}{instead}, so that steps go over such positions")
-            }
-            (None, Some(tolerance)) => {
-                write!(f, "loosen the tolerance to {tolerance:e}, so that steps go over such positions")
-            }
-            (None, None) => Ok(()),
+            (None, Some(tolerance)) if self.fixed => write!(f, "give a tolerance of {tolerance:e}{instead}")?,
+            (None, Some(tolerance)) => write!(f, "loosen the tolerance to {tolerance:e}")?,
+            (None, None) => {}
         }
+        if let Some(other) = self.formulation {
+            let and = if self.method.is_some() || self.tolerance.is_some() { " and " } else { "" };
+            write!(f, "{and}choose `Formulation::{other:?}`")?;
+        }
+        f.write_str(if self.method.is_some() {
+            ", whose steps go over such positions"
+        } else {
+            ", so that steps go over such positions"
+        })
     }
 }
 

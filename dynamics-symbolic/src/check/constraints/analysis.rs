@@ -5,7 +5,6 @@
 //! leave free is told, as a model starts with all of them on, but no solver is chosen by it.
 
 use crate::check::Finding;
-use crate::graph::{Node, Unary};
 use crate::mechanics::Model;
 
 use super::finding::{Combination, ConstraintFinding};
@@ -288,11 +287,6 @@ impl Set<'_> {
         look
     }
 
-    /// Whether a row is a root, so that its gradient is infinite wherever it holds.
-    fn is_root(&self, row: usize) -> bool {
-        matches!(self.rows.graph.node(self.rows.values[row]), Node::Unary(Unary::Cbrt | Unary::Sqrt, _))
-    }
-
     fn on_manifold(&mut self, look: &Look, own: &[usize]) {
         let Some(manifold) = &look.manifold else { return };
         for r in manifold.vanishing.iter().filter(|r| own.contains(r)) {
@@ -304,12 +298,6 @@ impl Set<'_> {
         if let Some(rows) = manifold.nowhere.as_ref().filter(|_| always)
             && let Some((last, _)) = rows.last()
         {
-            // Newton's method turns away from where its slope is infinite.
-            if let Some((root, _)) = rows.iter().find(|(row, _)| self.is_root(*row)) {
-                let (name, origin) = self.named(*root);
-                self.faults.push(ConstraintFinding::GradientVanishes { name, origin });
-                return;
-            }
             let missed = rows.iter().map(|(row, distance)| (self.named(*row).0, *distance)).collect();
             self.faults.push(ConstraintFinding::Unsatisfiable { missed, origin: self.named(*last).1 });
         }
@@ -355,7 +343,10 @@ impl Set<'_> {
     fn open(&self, look: &Look, d: &Dependent) -> ConstraintFinding {
         let (coordinates, rows) = (self.rows.coordinates, look.order.iter().filter(|r| !self.redundant(**r)).count());
         if look.rank < coordinates {
-            return self.repeats(d.row, d.of.clone(), false);
+            return match manifold::misses(self.model, self.rows, &d.others, d.row) {
+                true => self.contradicts(d.row, d.of.clone()),
+                false => self.repeats(d.row, d.of.clone(), false),
+            };
         }
         let (name, origin) = self.named(d.row);
         ConstraintFinding::TooMany { rows, coordinates, name, origin }

@@ -27,6 +27,8 @@ const VANISHED: f64 = 1e-2;
 const AWAY: f64 = 0.03;
 /// How far to both sides of a state, likewise, gradients are compared: where they are opposite the row has a kink there.
 const BESIDE: f64 = 1e-3;
+/// A row that is constant where others hold is zero there up to this part of what its terms change it by: those are found to 1e-12.
+const CONSTANT: f64 = 1e-8;
 
 /// The manifold of some rows.
 #[derive(Clone, Debug, Default)]
@@ -270,6 +272,21 @@ fn vanishes(rows: &Rows, sample: &Sample, scale: &[f64], r: usize) -> bool {
         norm(&slopes(rows, &away, &[r])[0])
     });
     here < VANISHED * around.fold(0.0, f64::max)
+}
+
+/// Whether a row that depends on others in every state, so that it is constant where these hold, is zero nowhere among them: it contradicts them. Not where no
+/// state was found in which they hold, and not of rows that bind velocities.
+pub(super) fn misses(model: &Model, rows: &Rows, others: &[usize], row: usize) -> bool {
+    if others.iter().chain([&row]).any(|r| *r >= rows.holonomic) {
+        return false;
+    }
+    let found = Manifold::of(model, rows, others).samples;
+    let off = |sample: &Sample| {
+        let (value, slope) = (evaluate(&rows.graph, sample, &[rows.values[row]])[0], &slopes(rows, sample, &[row])[0]);
+        let size = slope.iter().zip(&sample.q).map(|(d, q)| (d * q).abs()).fold(0.0, f64::max);
+        value.abs() > CONSTANT * size
+    };
+    !found.is_empty() && found.iter().all(off)
 }
 
 /// Rank of some rows at a state.
