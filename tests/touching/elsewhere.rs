@@ -220,3 +220,43 @@ fn rattle_names_change_points() {
     }
     assert!(named >= 8, "{named}");
 }
+
+/// A ball on a rope that may be slack, beside something that oscillates.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y, beside)]
+struct Slack {
+    mass: f64,
+    stiffness: f64,
+    rope: f64,
+}
+
+#[dynamics]
+impl Slack {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec3(q.x, q.y, q.beside).dt().norm_squared()
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiffness * q.beside.powi(2)
+    }
+    #[holonomic(switched)]
+    fn rope(&self, q: &Coordinates<Self>) -> Expr {
+        self.rope * self.rope - q.x.powi(2) - q.y.powi(2)
+    }
+}
+
+/// Gradients of what does not hold say nothing: that of a slack rope vanishes where it is fixed, and stays so.
+#[test]
+fn what_is_released_touches_nothing() {
+    let model = Slack { mass: 1.0, stiffness: 4.0, rope: 1.0 };
+    let start = model.state().x(0.0).y(0.0).beside(1.0).release("rope").build().unwrap();
+    for formulation in EXACT {
+        for method in methods() {
+            let run = model.simulate(start).until(20.0).method(&method).formulation(formulation);
+            let motion = run.tolerance(1e-8).run().unwrap_or_else(|error| panic!("{formulation} {method}: {error}"));
+            let off = (motion.end().beside() - 40f64.cos()).abs();
+            assert!(off < 1e-5, "{formulation} {method}: {off:e}");
+        }
+    }
+}

@@ -203,6 +203,10 @@ impl<M: Constraints> Touching<M> {
         let n = self.seen.len();
         for k in 0..self.rows.len() {
             let row = self.rows[k];
+            // A slack rope leads nobody, wherever its gradient is.
+            if !holds::<M>(plant.modes, row) {
+                continue;
+            }
             let at = |i: usize| self.seen[i].lengths[row];
             let least = |i: usize| {
                 let (before, after) = (i.checked_sub(1).map(at), (i + 1 < n).then(|| at(i + 1)));

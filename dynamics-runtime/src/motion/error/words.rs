@@ -212,7 +212,9 @@ impl fmt::Display for SimulationErrorKind {
                 match changed {
                     true =>
                         "they have a tangent in common, and steps beside it ended on another branch than that of the motion",
-                    false => "on which of them the motion goes on, if on any, is not decided",
+                    false => {
+                        "on which of them the motion goes on, if on any, is not decided (a gradient that only fades, to 1e-5 of its longest, looks the same: divide the row by its size)"
+                    }
                 }
             ),
             Self::SlipsBack { constraint, slip, at, sticks: true, .. } => write!(
