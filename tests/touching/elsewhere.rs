@@ -260,3 +260,37 @@ fn what_is_released_touches_nothing() {
         }
     }
 }
+
+/// A circle whose row fades with time.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+struct Fading {
+    mass: f64,
+    rate: f64,
+}
+
+#[dynamics]
+impl Fading {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[holonomic]
+    fn way(&self, q: &Coordinates<Self>) -> Expr {
+        (-self.rate * q.t).exp() * (q.x.powi(2) + q.y.powi(2) - 1.0)
+    }
+}
+
+#[test]
+fn what_only_fades_touches_nothing() {
+    let model = Fading { mass: 1.0, rate: 1.0 };
+    let start = model.state().x(1.0).y(0.0).x_rate(0.0).y_rate(1.0).build().unwrap();
+    for formulation in EXACT {
+        for method in methods() {
+            let run = model.simulate(start).until(20.0).method(&method).formulation(formulation);
+            let motion = run.tolerance(1e-8).run().unwrap_or_else(|error| panic!("{formulation} {method}: {error}"));
+            let off = (motion.end().x() - 20f64.cos()).abs();
+            assert!(off < 1e-4, "{formulation} {method}: {off:e}");
+        }
+    }
+}

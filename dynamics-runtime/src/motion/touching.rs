@@ -214,8 +214,9 @@ impl<M: Constraints> Touching<M> {
                 before.is_none_or(|x| x >= at(i)) && after.is_none_or(|x| x >= at(i)) && at(i) < (1.0 - RISES) * beside
             };
             let suspects = [n.checked_sub(2), if last { n.checked_sub(1) } else { None }];
-            let tiny = at(n - 1) <= RESTS.0 * self.most.0[row];
-            let here = if tiny { Some(n - 1) } else { None };
+            // One that only fades, and nobody comes to rest, does not vanish.
+            let stops = at(n - 1) <= RESTS.0 * self.most.0[row] && self.is_slow(&self.seen[n - 1].knot);
+            let here = if stops { Some(n - 1) } else { None };
             let Some(i) = suspects.into_iter().flatten().find(|i| least(*i)).or(here) else { continue };
             let (from, to) = (i.saturating_sub(1), (i + 1).min(n - 1));
             let found = (from..to).map(|i| self.least_between(plant, row, i));
@@ -265,8 +266,11 @@ impl<M: Constraints> Touching<M> {
     fn rests(&self, plant: &Plant<'_, '_, M>, pending: &Pending) -> bool {
         let Some(now) = self.seen.back() else { return false };
         let held = holds::<M>(plant.modes, pending.row);
-        held && now.lengths[pending.row] <= RESTS.0 * self.most.0[pending.row]
-            && self.length(&now.knot.y.u) <= RESTS.1 * self.most.1
+        held && now.lengths[pending.row] <= RESTS.0 * self.most.0[pending.row] && self.is_slow(&now.knot)
+    }
+
+    fn is_slow(&self, now: &Knot<M::Vector>) -> bool {
+        self.length(&now.y.u) <= RESTS.1 * self.most.1
     }
 
     /// The last state before a time.
