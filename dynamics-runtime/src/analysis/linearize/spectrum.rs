@@ -88,8 +88,13 @@ fn by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeError> {
     Ok((values, vectors))
 }
 
-/// The eigenvalues of any matrix. Parts that do not know of each other are taken apart first: what is rounding beside something stiff is not beside what is coupled.
-pub(in crate::analysis) fn general(a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
+/// The eigenvalues of any matrix. Parts that do not know of each other are taken apart first: what is rounding beside something stiff is not beside what is coupled. All are balanced as one: beside
+/// nothing but rounding, balancing would make that as large as the rest.
+pub(in crate::analysis) fn general(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
+    if a.is_empty() {
+        return Ok(Vec::new());
+    }
+    balancing::balance_parlett_reinsch(&mut a);
     let mut found = Vec::with_capacity(a.nrows());
     for block in blocks(&a) {
         let part = DMatrix::from_fn(block.len(), block.len(), |i, j| a[(block[i], block[j])]);
@@ -98,9 +103,8 @@ pub(in crate::analysis) fn general(a: DMatrix<f64>) -> Result<Vec<Complex<f64>>,
     Ok(found)
 }
 
-/// The eigenvalues of a matrix whose rows are coupled, if only by rounding.
+/// The eigenvalues of a balanced matrix whose rows are coupled, if only by rounding.
 fn coupled(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
-    balancing::balance_parlett_reinsch(&mut a);
     drop_rounding(&mut a);
     let mut found = Vec::with_capacity(a.nrows());
     for block in blocks(&a) {
