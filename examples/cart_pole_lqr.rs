@@ -74,21 +74,20 @@ fn main() -> common::Outcome {
     println!("let go at 34° it stands after 8 s within {:.1e} rad, {:.1e} m", end.theta().abs(), end.x().abs());
     assert!(end.theta().abs() < 1e-4 && end.x().abs() < 1e-3);
 
-    // Tilt and rate from which it comes back, the cart at rest in the middle.
+    // Tilt and rate from which it comes back, the cart at rest in the middle: on all cores where the feature `parallel` is there.
+    let sweep = model.sweep(upright).over("theta", (-24..=24).map(|i| f64::from(i) * 0.06));
+    let sweep = sweep.over("theta_rate", (-16..=16).map(|j| f64::from(j) * 0.5));
+    let sweep = sweep.run(["stands"], |model, start| {
+        let run = model.simulate(start).until(6.0).tolerance(1e-6).inputs(|_, s| control.inputs_at(s));
+        let run = run.event("fallen", |s| 1.5 - s.theta().abs()).stop_at("fallen", Direction::Falling);
+        let end = run.run_with(|_| {})?;
+        Ok([f64::from(end.t() == 6.0 && end.theta().abs() < 0.05)])
+    })?;
     let (mut back, mut lost) = (Vec::new(), Vec::new());
-    let fallen = |s: &State<CartPole>| 1.5 - s.theta().abs();
-    for i in -24..=24 {
-        for j in -16..=16 {
-            let (tilt, rate) = (f64::from(i) * 0.06, f64::from(j) * 0.5);
-            let run = model.simulate(start(tilt, rate)?).until(6.0).tolerance(1e-6);
-            let motion = run
-                .inputs(|_, s| control.inputs_at(s))
-                .event("fallen", fallen)
-                .stop_at("fallen", Direction::Falling)
-                .run()?;
-            let stands = motion.end_time() == 6.0 && motion.end().theta().abs() < 0.05;
-            if stands { &mut back } else { &mut lost }.push((tilt, rate));
-        }
+    for (k, result) in sweep.results.iter().enumerate() {
+        let [stands] = result.as_ref().map_err(Clone::clone)?;
+        let [tilt, rate] = sweep.at(k)[..] else { return Err("two axes".into()) };
+        if *stands == 1.0 { &mut back } else { &mut lost }.push((tilt, rate));
     }
     println!("{} of {} starts come back", back.len(), back.len() + lost.len());
     // What comes back from one side does from the other: the model has no sides.

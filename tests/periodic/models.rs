@@ -285,3 +285,50 @@ impl Skate {
         q.y.dt() * q.phi.cos() - q.x.dt() * q.phi.sin()
     }
 }
+
+/// A spring whose stiffness jumps in the rhythm of a sine (Meissner 1918).
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(m: kg, k: N / m, depth: 1, omega: rad / s)]
+pub(crate) struct Meissner {
+    pub(crate) m: f64,
+    pub(crate) k: f64,
+    pub(crate) depth: f64,
+    pub(crate) omega: f64,
+}
+
+#[dynamics]
+impl Meissner {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn spring(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.k * (1.0 + self.depth * (self.omega * q.t).sin().signum()) * q.x)
+    }
+}
+
+/// The same by a choice.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(m: kg, k: N / m, depth: 1, omega: rad / s)]
+pub(crate) struct Chosen {
+    pub(crate) m: f64,
+    pub(crate) k: f64,
+    pub(crate) depth: f64,
+    pub(crate) omega: f64,
+}
+
+#[dynamics]
+impl Chosen {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[force]
+    fn spring(&self, q: &Coordinates<Self>) -> Force {
+        let depth = if (self.omega * q.t).sin() > 0.0 { Expr::from(self.depth) } else { Expr::from(-self.depth) };
+        Force::along(q.x, -self.k * (1.0 + depth) * q.x)
+    }
+}

@@ -1,12 +1,14 @@
 //! Floquet multipliers: published thresholds, volumes, differences of the motion, constraints, forces that jump.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use dynamics::analysis::{Floquet, FloquetVerdict, Threshold};
 use dynamics::prelude::*;
 use nalgebra::{DMatrix, Matrix2};
 
-use crate::models::{Beside, Duffing, Hilltop, Pendulum, Relay, Shaken, ShakenInPlane, Skate, TwiceHeld, VanDerPol};
+use crate::models::{
+    Beside, Chosen, Duffing, Hilltop, Meissner, Pendulum, Relay, Shaken, ShakenInPlane, Skate, TwiceHeld, VanDerPol,
+};
 
 /// The upright pendulum with Mathieu's a = −4g/(lΩ²) and q = 2A/l.
 fn mathieu(a: f64, q: f64) -> Shaken {
@@ -289,6 +291,28 @@ fn a_slow_coordinate_that_does_not_repeat_is_seen_beside_a_fast_one() {
     let model = Beside { stiff: 1e8, soft: 1e-4, frequency: 1.3 };
     let said = model.floquet(&model.state().build().unwrap(), 1.0).unwrap_err();
     assert!(matches!(said, PeriodicError::NotPeriodic { coordinate: "y", .. }), "{said}");
+}
+
+/// Meissner's equation: half a period with each stiffness, so that the trace is known (E. Meissner, Schweizerische Bauzeitung 72 (1918) 95; Magnus & Winkler, *Hill's Equation*, §8.1).
+#[test]
+fn a_stiffness_that_jumps_is_judged_from_every_start() {
+    let (a, b) = (1.3f64.sqrt(), 0.7f64.sqrt());
+    let (pa, pb) = (a * PI, b * PI);
+    let trace = 2.0 * pa.cos() * pb.cos() - (a / b + b / a) * pa.sin() * pb.sin();
+    for t0 in [0.3, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0] {
+        let model = Meissner { m: 1.0, k: 1.0, depth: 0.3, omega: 1.0 };
+        let judged = model.floquet(&model.state().at_time(t0).build().unwrap(), TAU).unwrap();
+        assert!((judged.monodromy.trace() - trace).abs() < 1e-9, "{t0}: {judged}");
+        let model = Chosen { m: 1.0, k: 1.0, depth: 0.3, omega: 1.0 };
+        let start = model.state().at_time(t0).build().unwrap();
+        let judged = model.floquet(&start, TAU).unwrap();
+        assert!((judged.monodromy.trace() - trace).abs() < 1e-9, "{t0}: {judged}");
+        // What is no period is refused as before, also where jumps fall on jumps.
+        for wrong in [PI, 4.0, 3.0 * PI] {
+            let said = model.floquet(&start, wrong).unwrap_err();
+            assert!(matches!(said, PeriodicError::NotPeriodic { coordinate: "x", .. }), "{t0} {wrong}: {said}");
+        }
+    }
 }
 
 /// In a long period disturbances leave the range of numbers: they have died away.

@@ -173,7 +173,9 @@ fn loads_and_times_that_cannot_be_are_refused() {
     assert!(matches!(load(vec![(0.0, 1.0), (-1.0, 1.0)]), VibrationError::Value { .. }));
     assert!(matches!(load(vec![(0.0, f64::INFINITY), (1.0, 1.0)]), VibrationError::Value { .. }));
     // A load is zero beyond its points: of one it would be zero always.
-    assert!(matches!(load(vec![(0.0, 5.0)]), VibrationError::TooFew { needed: 2, .. }));
+    let few = load(vec![(0.0, 5.0)]);
+    assert!(matches!(few, VibrationError::TooFew { needed: 2, .. }));
+    assert_eq!(few.to_string(), "too few points of a load: 1; at least 2 are needed");
     // An acceleration contains the impulse itself.
     let refused = space.impulse_response("force", "felt", &[0.0]).unwrap_err();
     assert!(matches!(refused, VibrationError::Feedthrough { .. }), "{refused}");
@@ -216,6 +218,47 @@ fn spectra_show_amplitudes() {
     assert!(matches!(Spectrum::of(&[1.0; 3], 0.1, Window::Hann), Err(VibrationError::TooFew { .. })));
     assert!(matches!(Spectrum::of(&[1.0, 2.0, f64::NAN, 1.0], 0.1, Window::Hann), Err(VibrationError::Value { .. })));
     assert!(matches!(Spectrum::of(&[1.0; 9], 0.0, Window::Hann), Err(VibrationError::Value { .. })));
+}
+
+/// A mean shows in as many bins as its window has cosines: it is no peak, however large, and hides none beyond them.
+#[test]
+fn a_mean_is_no_peak() {
+    let (n, interval) = (1000, 0.01);
+    let resolution = TAU / 10.0;
+    let of = |mean: f64, bin: f64, phase: f64, window: Window| {
+        let sine = |k: i32| mean + 0.1 * (bin * resolution * interval * f64::from(k) + phase).sin();
+        Spectrum::of(&(0..n).map(sine).collect::<Vec<_>>(), interval, window).unwrap()
+    };
+    // Scalloping at most, and the bins of the lobe.
+    for (window, least, lobe) in [(Window::Rectangular, 0.6, 1), (Window::Hann, 0.84, 2), (Window::FlatTop, 0.9989, 5)]
+    {
+        for mean in [0.0, 5.0, -5.0, 1e4] {
+            let spectrum = of(mean, 7.77 / resolution, 0.0, window);
+            let (frequency, amplitude) = spectrum.highest(1)[0];
+            assert!((frequency - 7.77).abs() < 0.51 * resolution, "{window:?} {mean}: {frequency}");
+            // Leakage of the negative frequency, too, where nothing fades.
+            assert!(amplitude > 0.1 * least && amplitude < 0.1004, "{window:?} {mean}: {amplitude}");
+            assert!((spectrum.mean - mean).abs() < 0.1 / (PI * 12.0), "{}", spectrum.mean);
+            // Only rounding of what was added differs from what is there without it.
+            let alone = of(0.0, 7.77 / resolution, 0.0, window).highest(3);
+            for ((f, a), (g, b)) in spectrum.highest(3).into_iter().zip(alone) {
+                assert!(f == g && (a - b).abs() < 1e-14 * (1.0 + mean.abs()), "{window:?} {mean}: {f} {a}, {g} {b}");
+            }
+            // Right beside the lobe it is seen, within it nothing is, not even its flank.
+            for phase in [0.0, 0.4, 1.0, 1.6, 2.5, 4.0] {
+                let seen = of(mean, lobe as f64, phase, window);
+                let (frequency, amplitude) = seen.highest(1)[0];
+                assert_eq!(frequency, seen.frequencies[lobe], "{window:?} {mean} {phase}");
+                assert!((amplitude - 0.1).abs() < 1e-11, "{window:?} {mean} {phase}: {amplitude}");
+                let hidden = of(mean, lobe as f64 - 1.0, phase, window);
+                let most = hidden.highest(1).first().map_or(0.0, |peak| peak.1);
+                assert!(most < 1e-10, "{window:?} {mean} {phase}: {most}");
+            }
+        }
+        // The chart leaves it out as well.
+        let drawn = |mean: f64| of(mean, 7.77 / resolution, 0.0, window).chart("x", []).to_svg();
+        assert_eq!(drawn(5.0), drawn(0.0), "{window:?}");
+    }
 }
 
 /// A simulated steady motion beside the analytic response.

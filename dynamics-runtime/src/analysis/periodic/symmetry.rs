@@ -23,6 +23,8 @@ use crate::model::{Constraints, ModelState, Powers, Vector};
 /// Where accelerations at one time and another are compared: no fractions of any period.
 const LATER: [f64; 3] = [0.137_035_9, 0.529_177_2, 0.866_025_4];
 
+/// How far before and after a time it is looked whether what differs there does so beside it, in periods.
+const ASIDE: f64 = 1e-6;
 /// Accelerations that differ by less, in parts of the largest of their coordinate, are the same.
 pub(super) const SAME: f64 = 1e-9;
 /// Accelerations that are smaller, in parts of the largest of all, may be what rounding leaves of these: below 1e-15 of them nothing is compared.
@@ -70,10 +72,17 @@ pub(super) fn is_autonomous<M: Constraints>(
         let mut further = beside;
         further.q_mut().as_mut_slice().iter_mut().zip(advance.iter()).for_each(|(q, by)| *q += by);
         let Some(then) = at(flow, &further, state.t() + period) else { continue };
+        let mut differs: Vec<f64> = now.iter().zip(&then).map(|(a, b)| (a - b).abs()).collect();
+        // Where something jumps at this very time rounding decides on which side each of both is: what differs does so a little before and after, too.
+        for aside in [-ASIDE * period, ASIDE * period] {
+            let sides = (at(flow, &beside, state.t() + aside), at(flow, &further, state.t() + period + aside));
+            let (Some(a), Some(b)) = sides else { continue };
+            differs.iter_mut().zip(a.iter().zip(&b)).for_each(|(by, (a, b))| *by = by.min((a - b).abs()));
+        }
         changes.resize(now.len(), 0.0);
         largest.resize(now.len(), 0.0);
         for (i, (a, b)) in now.iter().zip(&then).enumerate() {
-            changes[i] = changes[i].max((a - b).abs());
+            changes[i] = changes[i].max(differs[i]);
             largest[i] = largest[i].max(a.abs()).max(b.abs());
         }
     }

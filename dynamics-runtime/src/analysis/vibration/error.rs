@@ -220,7 +220,10 @@ impl fmt::Display for VibrationError {
                 f,
                 "the {matrix} matrix is not positive definite, as row {row} shows; every coordinate needs inertia"
             ),
-            Self::TooFew { what, count, needed } => write!(f, "there are {count} {what}; at least {needed} are needed"),
+            Self::TooFew { what, count, needed } => {
+                let are = if *needed == 1 { "is" } else { "are" };
+                write!(f, "too few {what}: {count}; at least {needed} {are} needed")
+            }
             Self::BeyondNyquist { frequency, nyquist } => write!(
                 f,
                 "{frequency:.6e} rad/s is beyond half the sampling rate, {nyquist:.6e} rad/s, where samples cannot tell it from a lower one; sample more often"

@@ -35,6 +35,11 @@ impl Window {
         }
     }
 
+    /// Bins from 0 on in which a mean shows: the main lobe. In those beyond it a sum of cosines has none of it, exactly.
+    fn lobe(self) -> usize {
+        self.cosines().len()
+    }
+
     /// n values, one period of the window.
     #[must_use]
     pub fn values(self, n: usize) -> Vec<f64> {
@@ -54,10 +59,12 @@ impl Window {
 pub struct Spectrum {
     /// ω of each bin, from 0 to half the sampling rate, in rad/s.
     pub frequencies: Vec<f64>,
-    /// The amplitude of a sine there: 2|X|/Σw.
+    /// The amplitude of a sine there: 2|X|/Σw. The first bins show the mean as well, 1 of a rectangular window, 2 of Hann's, 5 of the flat top.
     pub amplitudes: Vec<f64>,
     /// Its phase at the first sample in rad, of a cosine.
     pub phases: Vec<f64>,
+    /// The arithmetic mean of the samples.
+    pub mean: f64,
     /// Distance of the bins, in rad/s.
     pub resolution: f64,
     /// Equivalent noise bandwidth of the window, in rad/s.
@@ -96,13 +103,14 @@ impl Spectrum {
             frequencies: (0..bins).map(|k| k as f64 * resolution).collect(),
             amplitudes: (0..bins).map(|k| sides(k) * values[k].norm() / sum).collect(),
             phases: (0..bins).map(|k| values[k].arg()).collect(),
+            mean: samples.iter().map(|x| x / n as f64).sum(),
             resolution,
             noise_bandwidth: resolution * n as f64 * weights.iter().map(|w| w * w).sum::<f64>() / (sum * sum),
             window,
         })
     }
 
-    /// The amplitude in the bin nearest to a frequency in rad/s.
+    /// The amplitude in the bin nearest to a frequency in rad/s; in the first bins the mean is part of it, see [`Self::amplitudes`].
     ///
     /// # Errors
     /// A frequency beyond half the sampling rate, and one that is not 0 or positive.
@@ -121,20 +129,33 @@ impl Spectrum {
         }
     }
 
-    /// Frequencies and amplitudes of the `count` highest peaks, highest first; each is the bin at which it stands.
+    /// Frequencies and amplitudes of the `count` highest peaks, highest first; each is the bin at which it stands. The mean is none of them: peaks are sought beyond the bins in which it shows,
+    /// the first 1 of a rectangular window, 2 of Hann's, 5 of the flat top. What is slower than these is not told apart from it; sample for longer.
     #[must_use]
     pub fn highest(&self, count: usize) -> Vec<(f64, f64)> {
         let a = &self.amplitudes;
-        let is_peak = |k: &usize| (*k == 0 || a[*k] > a[k - 1]) && (k + 1 == a.len() || a[*k] >= a[k + 1]);
-        let mut peaks: Vec<usize> = (0..a.len()).filter(is_peak).collect();
+        let first = self.window.lobe();
+        let before = |k: usize| if k == first { self.without_mean(k - 1) } else { a[k - 1] };
+        let is_peak = |k: &usize| a[*k] > before(*k) && (k + 1 == a.len() || a[*k] >= a[k + 1]);
+        let mut peaks: Vec<usize> = (first..a.len()).filter(is_peak).collect();
         peaks.sort_by(|i, j| a[*j].total_cmp(&a[*i]));
         peaks.into_iter().take(count).map(|k| (self.frequencies[k], a[k])).collect()
     }
 
-    /// Amplitudes over frequency, both by their logarithms, beside a curve that is known otherwise (an empty one is left out).
+    /// What a bin of the lobe shows without the mean. What is slow has a share in the arithmetic mean unless whole periods of it were sampled, and what is within the lobe in the windowed one:
+    /// the larger of what these leave, so that the flank of something slow is not taken for a peak.
+    fn without_mean(&self, bin: usize) -> f64 {
+        let cosines = self.window.cosines();
+        let share = if bin % 2 == 0 { cosines[bin] } else { -cosines[bin] } / cosines[0];
+        let of = |k: usize| Complex::from_polar(self.amplitudes[k], self.phases[k]);
+        [self.mean, of(0).re].iter().map(|mean| (of(bin) - share * mean).norm()).fold(0.0, f64::max)
+    }
+
+    /// Amplitudes over frequency, both by their logarithms, from the first bin on in which no mean shows (see [`Self::highest`]), beside a curve that is known otherwise (an empty one is left out).
     #[must_use]
     pub fn chart(&self, title: &str, known: impl IntoIterator<Item = (f64, f64)>) -> Chart {
-        let points = self.frequencies.iter().copied().zip(self.amplitudes.iter().copied()).skip(1);
+        let points = self.frequencies.iter().copied().zip(self.amplitudes.iter().copied());
+        let points = points.skip(self.window.lobe());
         let panel = Panel::new(Axis::log("ω in rad/s"), Axis::log("amplitude")).series(Series::new("samples", points));
         let known: Vec<(f64, f64)> = known.into_iter().collect();
         let panel = if known.is_empty() { panel } else { panel.series(Series::new("analytic", known)) };

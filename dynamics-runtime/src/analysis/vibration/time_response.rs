@@ -128,7 +128,7 @@ impl StateSpace {
         let columns = loads.iter().map(|load| self.input(&load.input)).collect::<Result<Vec<_>, _>>()?;
         for load in loads {
             if load.points.len() < 2 {
-                let what = "points of a load, which is zero beyond them";
+                let what = "points of a load";
                 return Err(VibrationError::TooFew { what, count: load.points.len(), needed: 2 });
             }
             ascending(load.points.iter().map(|point| point.0), f64::NEG_INFINITY)?;
