@@ -8,6 +8,7 @@ mod hencky;
 mod later;
 #[path = "../models/parallelogram.rs"]
 mod parallelogram;
+mod published;
 #[path = "../models/rolling_disk.rs"]
 mod rolling_disk;
 mod routh;

@@ -183,13 +183,13 @@ fn a_sleeping_top() {
 }
 
 /// The plane restricted problem of three bodies, in the frame that turns with two of them; V. Szebehely, *Theory of Orbits*.
-mod moon {
+pub(super) mod moon {
     use super::*;
 
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(x, y)]
-    pub(super) struct Moon {
-        pub(super) mu: f64,
+    pub(crate) struct Moon {
+        pub(crate) mu: f64,
     }
     #[dynamics]
     impl Moon {
