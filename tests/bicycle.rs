@@ -143,3 +143,28 @@ fn the_published_eigenvalues() {
         assert_eq!(found.iter().filter(|x| **x == Complex::new(0.0, 0.0)).count(), 6, "{found:?}");
     }
 }
+
+#[test]
+fn the_published_speeds() {
+    let at = |speed: f64| lean_and_steer(speed).eigenvalues().expect("straight running is steady");
+    // At the weave speed a pair lies on the axis.
+    let weave = at(4.292_382_536_341_104);
+    let nearest =
+        weave.iter().map(|x| (x - Complex::new(0.0, 3.435_033_848_661_436_3)).norm()).fold(f64::INFINITY, f64::min);
+    assert!(nearest < 1e-12, "{nearest:.1e}: {weave:?}");
+    // Where two real ones meet each has the root of rounding, their mean has not; a pair above, two apart below.
+    let (double, value) = (0.684_283_078_892_455_8, 3.782_904_051_293_202_9);
+    for part in [1.0 - 1e-9, 1.0, 1.0 + 1e-9] {
+        let found = at(double * part);
+        let two: Vec<_> = found.iter().filter(|x| (**x - value).norm() < 1e-2).collect();
+        assert_eq!(two.len(), 2, "{part}: {found:?}");
+        let (mean, half) = (0.5 * (two[0] + two[1]), 0.5 * (two[0] - two[1]));
+        // The mean itself moves with the speed, by less than 1e-9 of it.
+        assert!((mean / value - 1.0).norm() < if part == 1.0 { 1e-10 } else { 1e-8 }, "{part}: {mean}");
+        match part.total_cmp(&1.0) {
+            core::cmp::Ordering::Less => assert!(half.im == 0.0 && half.re.abs() > 1e-6, "{half}"),
+            core::cmp::Ordering::Equal => assert!(half.norm() < 1e-6, "{half}"),
+            core::cmp::Ordering::Greater => assert!(half.re.abs() < 1e-12 && half.im.abs() > 1e-6, "{half}"),
+        }
+    }
+}
