@@ -1,5 +1,7 @@
 //! Published values of stability in full digits: small damping in unequal parts, loads that come at once, chains of many links, frequencies about L4.
 
+#![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
+
 use std::f64::consts::PI;
 
 use dynamics::analysis::{Banded, SpecialKind, lowest_modes};
