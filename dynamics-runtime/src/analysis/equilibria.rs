@@ -320,6 +320,22 @@ fn check_all_times<M: Constraints>(
     Ok(())
 }
 
+/// That what balances does so at other times, too, of models in which time stands: at three of them, or at `all` that [`find`] looks at.
+pub(super) fn check_time<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    statics: &Statics<M::Rows>,
+    all: bool,
+) -> Result<(), EquilibriumError> {
+    if !M::EXPLICIT_TIME {
+        return Ok(());
+    }
+    let allowed = allowed(model, state, statics)?;
+    check_rest(model, state)?;
+    check_later(model, state, Asked { moving: true, frozen: false }, statics, &allowed)?;
+    if all { check_all_times(model, state, statics, &allowed) } else { Ok(()) }
+}
+
 /// A row that does not hold at a state, by more than rounding, and by how much.
 fn left<M: Constraints>(model: &M, state: &M::State, rate: f64) -> Option<(&'static str, f64)> {
     let sizes = scales(M::COORDINATES, state.q().as_slice());

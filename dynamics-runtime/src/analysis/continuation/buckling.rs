@@ -18,9 +18,13 @@ use nalgebra::{DMatrix, DVector};
 
 use super::locate::null_plane;
 use super::problem::{Balance, Direction, Problem, difference};
-use super::trace::shape;
+use super::trace::{Tracer, shape};
 use super::{Continuation, ContinuationError};
+use crate::analysis::equilibria::EquilibriumError;
 use crate::model::{Constraints, ModelState, Powers, Quantity};
+
+/// Parts of the way to the first load at which forces must not change with time.
+const ON_THE_WAY: [f64; 3] = [1e-3, 0.5, 1.0];
 
 /// Loads at which a structure buckles, by linear theory.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,9 +58,34 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self.traced(|problem, _| {
             let first = self.begin(problem, if forward { 1.0 } else { -1.0 })?;
             let loads = critical(problem, &first.balance, if forward { 1.0 } else { -1.0 })?;
+            if let Err(reason) = timeless(problem, &first.balance, loads[0].parameter) {
+                let mut tracer = Tracer::new(problem, &self.options, &[]);
+                tracer.push(&first, 0.0);
+                return Err(tracer.ends_in_time(1, reason));
+            }
             Ok(Buckling { loads, parameter: self.options.name.clone(), coordinates: M::COORDINATES })
         })
     }
+}
+
+/// That forces do not change with time on the way to the first load: on the branch, or where that is not found, on its straight continuation.
+fn timeless<M: Constraints>(problem: &Problem<'_, M>, balance: &Balance<M>, load: f64) -> Result<(), EquilibriumError> {
+    if !M::EXPLICIT_TIME {
+        return Ok(());
+    }
+    let Some([way, _]) = null_plane(problem, balance) else { return Ok(()) };
+    let whole = way.scaled((load - balance.place.p[0]) / way.p[0]);
+    let normal = Direction { q: &way.q * 0.0, p: [1.0, 0.0] };
+    for part in ON_THE_WAY {
+        let step = whole.scaled(part);
+        let guess = problem.moved(&balance.place, &step);
+        let coordinates = &balance.statics.tangent.coordinates;
+        let found = problem.solve(&guess, coordinates, Some((&normal, &guess)), None, 0.5 * problem.norm(&step));
+        let straight = || problem.placed(&guess, &balance.statics);
+        let Some(place) = found.ok().map(|found| found.balance.place).or_else(straight) else { continue };
+        problem.check_times(&place)?;
+    }
+    Ok(())
 }
 
 fn critical<M: Constraints>(

@@ -82,7 +82,8 @@ impl<S: ModelState> Plan<S> {
         let start = problem.solve(&self.place, &[], Some((&along, &self.place)), Some(&singular), 1e-2);
         let Ok(start) = start else { return Err(none) };
         let Some(tangent) = problem.tangent(&start.balance, &along, Some(&singular)) else { return Err(none) };
-        Ok(self.follow(&problem, start, tangent, condition))
+        start.balance.check_time(true)?;
+        Ok(timeless(&problem, self.follow(&problem, start, tangent, condition)))
     }
 
     fn follow<M: Constraints<State = S> + Powers>(
@@ -142,6 +143,23 @@ impl<S: ModelState> Plan<S> {
     }
 }
 
+/// The curve up to where forces change with time: its last point is looked at as the first one was, and where that shows anything, all are.
+fn timeless<M: Constraints>(
+    problem: &Problem<'_, M>,
+    (mut curve, lost): Followed<M::State>,
+) -> Followed<M::State> {
+    let at = |(p, state): &([f64; 2], M::State)| {
+        let found = problem.check_times(&Place { state: *state, p: *p });
+        found.err().filter(EquilibriumError::is_of_time)
+    };
+    let Some(of_last) = curve.points.last().and_then(at) else { return (curve, lost) };
+    let first = curve.points.iter().enumerate().find_map(|(k, point)| Some((k, at(point)?)));
+    let (known, reason) = first.unwrap_or((curve.points.len() - 1, of_last));
+    curve.points.truncate(known);
+    curve.turns.retain(|turn| *turn < known);
+    (curve, Some(Some(reason)))
+}
+
 fn step<M: Constraints>(
     problem: &Problem<'_, M>,
     here: &Balance<M>,
@@ -153,6 +171,7 @@ fn step<M: Constraints>(
     let coordinates = &here.statics.tangent.coordinates;
     let singular = condition(here).ok_or(Missed::Far)?;
     let next = problem.solve(&guess, coordinates, Some((tangent, &guess)), Some(&singular), 0.5 * h)?;
+    next.balance.check_time(false).map_err(Missed::Model)?;
     let along = problem.tangent(&next.balance, tangent, Some(&singular)).ok_or(Missed::Far)?;
     if problem.dot(tangent, &along).clamp(-1.0, 1.0).acos() > TURN {
         return Err(Missed::Far);

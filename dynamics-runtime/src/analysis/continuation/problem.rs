@@ -16,7 +16,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::analysis::equilibria::{EquilibriumError, Statics};
+use crate::analysis::equilibria::{EquilibriumError, Statics, check_time};
 use crate::constrain::held::active_rows;
 use crate::error::StateError;
 use crate::model::{Constraints, ModelState, Vector};
@@ -121,6 +121,14 @@ impl<M: Constraints> Problem<'_, M> {
         preferred: &[usize],
     ) -> Result<Statics<M::Rows>, EquilibriumError> {
         Statics::of(&self.model(place.p)?, &place.state, preferred)
+    }
+
+    /// That forces which balance at a place do so at all times that are looked at of an equilibrium.
+    pub(super) fn check_times(&self, place: &Place<M::State>) -> Result<(), EquilibriumError> {
+        if !M::EXPLICIT_TIME {
+            return Ok(());
+        }
+        check_time(&self.model(place.p)?, &place.state, &self.statics(place, &[])?, true)
     }
 
     /// Positions among the independent coordinates of those that are not held.
@@ -229,6 +237,11 @@ impl<M: Constraints> Balance<M> {
     /// F_p of a parameter.
     pub(super) fn by_parameter(&self, k: usize) -> DVector<f64> {
         self.jacobian.column(self.size() + k).into_owned()
+    }
+
+    /// That it does not change with time, at a few times or at `all` that are looked at of an equilibrium.
+    pub(super) fn check_time(&self, all: bool) -> Result<(), EquilibriumError> {
+        check_time(&self.model, &self.place.state, &self.statics, all)
     }
 
     /// That balance is left by no more than rounding of the forces.

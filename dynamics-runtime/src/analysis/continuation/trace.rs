@@ -16,7 +16,7 @@ use super::error::ContinuationError;
 use super::newton::{Missed, Singular};
 use super::problem::{Balance, Direction, Place, Problem};
 use super::watch::Watch;
-use crate::analysis::equilibria::Equilibria;
+use crate::analysis::equilibria::{Equilibria, EquilibriumError};
 use crate::model::{Constraints, ModelState, Powers, Vector};
 use crate::motion::progress::Progress;
 
@@ -173,7 +173,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
                 + self.problem.distance(middle.place(), next.place());
             if !last && self.closes(&origin, &direction, &here, &next) {
                 self.close(here.place());
-                return Ok(self.finish(BranchEnd::Closed));
+                return self.timeless(BranchEnd::Closed);
             }
             self.push(&next, gone);
             if !leaving {
@@ -181,10 +181,10 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             }
             (here, h) = (*next, after.min(self.options.longest));
             if last {
-                return Ok(self.finish(BranchEnd::Range));
+                return self.timeless(BranchEnd::Range);
             }
         }
-        Ok(self.finish(BranchEnd::Points))
+        self.timeless(BranchEnd::Points)
     }
 
     /// One step of length h, or what is left of it up to the end of the range.
@@ -223,6 +223,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         if !leaving && (angle > TURN || self.leaps(here, &middle, &next)) {
             return Err(Missed::Far);
         }
+        // Shorter steps then go up to where that begins.
+        next.balance.check_time(false).map_err(Missed::Model)?;
         if last {
             return Ok(Step::Last(Box::new(middle), Box::new(next)));
         }
@@ -310,7 +312,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         self.points.push(BranchPoint { arclength, state, ..first });
     }
 
-    fn push(&mut self, sample: &Sample<M>, gone: f64) {
+    pub(super) fn push(&mut self, sample: &Sample<M>, gone: f64) {
         let arclength = self.points.last().map_or(0.0, |last| last.arclength) + gone;
         let (place, model) = (sample.place(), &sample.balance.model);
         self.unsure = self.unsure.max(sample.balance.unsure);
@@ -339,9 +341,48 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         }
     }
 
+    /// The branch, if nothing on it changes with time: its last point and its special ones are looked at as the start was, and where that shows anything, all are.
+    fn timeless(self, end: BranchEnd) -> Result<Branch<M::State>, ContinuationError<M::State>> {
+        match self.changing() {
+            None => Ok(self.finish(end)),
+            Some((known, reason)) => Err(self.ends_in_time(known, reason)),
+        }
+    }
+
+    /// How many points there are before forces change with time, and what these do there.
+    fn changing(&self) -> Option<(usize, EquilibriumError)> {
+        let at = |state: M::State, parameter: f64| {
+            let found = self.problem.check_times(&Place { state, p: [parameter, 0.0] });
+            found.err().filter(EquilibriumError::is_of_time)
+        };
+        let last = self.points.last().and_then(|point| at(point.state, point.parameter));
+        let special = || self.special.iter().find_map(|one| Some((one.arclength, at(one.state, one.parameter)?)));
+        let (arclength, reason) = last.map(|reason| (f64::INFINITY, reason)).or_else(special)?;
+        let first = self.points.iter().enumerate().find_map(|(k, one)| Some((k, at(one.state, one.parameter)?)));
+        let before = self.points.iter().filter(|point| point.arclength <= arclength).count();
+        Some(first.filter(|(k, _)| *k <= before).unwrap_or((before, reason)))
+    }
+
+    /// Ends after so many points, as forces change with time beyond.
+    pub(super) fn ends_in_time(mut self, known: usize, reason: EquilibriumError) -> ContinuationError<M::State> {
+        self.points.truncate(known);
+        let Some(last) = self.points.last() else { return ContinuationError::Start(reason) };
+        let (parameter, arclength) = (last.parameter, last.arclength);
+        self.special.retain(|one| one.arclength <= arclength);
+        ContinuationError::Model { parameter, reason, branch: Box::new(self.finish(BranchEnd::Points)) }
+    }
+
     /// Why no step can be taken.
     fn ended(self, here: &Sample<M>, step: f64, missed: Missed) -> ContinuationError<M::State> {
         let parameter = here.place().p[0];
+        let missed = match (missed, self.changing()) {
+            (Missed::Model(reason), None) if reason.is_of_time() => {
+                let known = self.points.len();
+                return self.ends_in_time(known, reason);
+            }
+            (_, Some((known, reason))) => return self.ends_in_time(known, reason),
+            (missed, None) => missed,
+        };
         if self.options.load_control
             && let Some((limit, at)) = self.limit(here)
         {

@@ -118,6 +118,13 @@ pub enum EquilibriumError {
     },
 }
 
+impl EquilibriumError {
+    /// Whether it says that what balances now does not later.
+    pub(in crate::analysis) fn is_of_time(&self) -> bool {
+        matches!(self, Self::DependsOnTime { .. } | Self::Moving { .. } | Self::NotSteady { .. })
+    }
+}
+
 impl fmt::Display for EquilibriumError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

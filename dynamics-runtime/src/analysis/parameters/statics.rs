@@ -18,6 +18,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use super::equations::{by_parameter, differences, step};
 use super::sensitivity::SensitivityError;
 use super::variable::{Variable, VariableError, moved};
+use crate::analysis::equilibria::{Asked, find};
 use crate::analysis::linearize::{Linearization, SmallMotions};
 use crate::constrain::{project_positions, solve_once, with_workspace};
 use crate::error::SolveError;
@@ -84,7 +85,34 @@ pub(super) fn equilibrium_by<M: Simulate + Parameters + Clone>(
         // Nonholonomic constraints leave whole families of equilibria.
         return Err(SensitivityError::Fold { coordinate: linear.coordinates[0].name, ratio: 0.0 });
     }
-    change_of(model, state, parameter, &linear)
+    let change = change_of(model, state, parameter, &linear)?;
+    if M::EXPLICIT_TIME {
+        check_times(model, state, parameter, &change)?;
+    }
+    Ok(change)
+}
+
+/// That forces do not change with time, with this value of the parameter and with values beside it: there may be an equilibrium at this one alone.
+fn check_times<M: Simulate + Parameters + Clone>(
+    model: &M,
+    state: &M::State,
+    parameter: usize,
+    change: &EquilibriumChange,
+) -> Result<(), SensitivityError> {
+    let moving = state.u().as_slice().iter().any(|u| *u != 0.0);
+    let value = model.parameter(parameter);
+    let h = step(value.ok_or(SensitivityError::NotTold { name: M::PARAMETERS[parameter].name })?);
+    for by in [0.0, h, -h] {
+        let Some(beside) = moved(model, parameter, by) else { continue };
+        let mut start = *state;
+        start.q_mut().as_mut_slice().iter_mut().zip(change.by.iter()).for_each(|(q, d)| *q += by * d);
+        // What else ends a search beside it, as a value that is none, does not touch the derivative.
+        match find(&beside, &start, Asked { moving, ..Asked::REST }) {
+            Err(error) if error.is_of_time() => return Err(error.into()),
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 fn change_of<M: Simulate + Parameters + Clone>(
