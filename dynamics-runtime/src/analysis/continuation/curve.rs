@@ -144,10 +144,7 @@ impl<S: ModelState> Plan<S> {
 }
 
 /// The curve up to where forces change with time: its last point is looked at as the first one was, and where that shows anything, all are.
-fn timeless<M: Constraints>(
-    problem: &Problem<'_, M>,
-    (mut curve, lost): Followed<M::State>,
-) -> Followed<M::State> {
+fn timeless<M: Constraints>(problem: &Problem<'_, M>, (mut curve, lost): Followed<M::State>) -> Followed<M::State> {
     let at = |(p, state): &([f64; 2], M::State)| {
         let found = problem.check_times(&Place { state: *state, p: *p });
         found.err().filter(EquilibriumError::is_of_time)
