@@ -14,6 +14,9 @@ mod meeting;
 mod models;
 mod scales;
 mod several;
+#[path = "../models/shaken.rs"]
+mod shaken;
+mod shaken_by_time;
 #[path = "../models/turned_hoop.rs"]
 mod turned_hoop;
 #[path = "../models/ziegler.rs"]

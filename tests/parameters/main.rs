@@ -11,6 +11,8 @@ mod models;
 mod rolling_disk;
 mod sensitivities;
 mod sensitivities_refused;
+#[path = "../models/shaken.rs"]
+mod shaken;
 mod statics;
 mod sweep;
 #[path = "../models/turned_hoop.rs"]

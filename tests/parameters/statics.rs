@@ -1,9 +1,10 @@
 //! Equilibria and natural frequencies by parameters, against closed forms; folds and equal frequencies.
 
-use dynamics::analysis::{FrequencyChange, SensitivityError};
+use dynamics::analysis::{EquilibriumError, FrequencyChange, SensitivityError};
 use dynamics::prelude::*;
 
 use super::models::{Angle, Oscillator, once, twice};
+use super::shaken::{STILL, Shaken};
 use super::turned_hoop::TurnedHoop;
 
 #[test]
@@ -177,4 +178,25 @@ fn what_is_small_in_its_unit_counts() {
         let error = damped.frequencies_by(&state, "wire").unwrap_err();
         assert!(matches!(error, SensitivityError::NotConservative { part } if (part - 2.0).abs() < 1e-9), "{error}");
     }
+}
+
+#[test]
+fn forces_that_change_with_time_leave_no_equilibrium_to_change() {
+    let refused = |model: &Shaken, x: f64, name: &str| {
+        let error = model.equilibrium_by(&model.state().x(x).build().unwrap(), name).unwrap_err();
+        let of_time =
+            matches!(error, SensitivityError::Equilibrium(EquilibriumError::DependsOnTime { coordinate: "x", .. }));
+        assert!(of_time, "{name}: {error}");
+    };
+    // In balance at t = 0 alone: by cos 2t at x = 0.5, by sin 3t at 0.
+    refused(&Shaken { even: 0.5, ..STILL }, 0.5, "stiffness");
+    refused(&Shaken { even: 0.5, ..STILL }, 0.5, "even");
+    refused(&Shaken { odd: 0.3, load: 0.3, cubic: 1.0, ..STILL }, 0.0, "pull");
+    // In balance at all times, but with no other value of the parameter.
+    refused(&STILL, 0.0, "even");
+    refused(&STILL, 0.0, "odd");
+    refused(&STILL, 0.0, "late");
+    // What does not shake it has a derivative, though time stands in the model.
+    let by = STILL.equilibrium_by(&STILL.state().build().unwrap(), "pull").unwrap();
+    assert!((by.by[0] - 1.0).abs() < 1e-12, "{by:?}");
 }

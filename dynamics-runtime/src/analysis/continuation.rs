@@ -12,6 +12,9 @@
 //! parameter, which only the closure knows, derivatives are differences of exact forces, with a measured error; they steer steps and say in which direction
 //! branches go, but where an equilibrium is, and where its stiffness is singular, is told by forces and stiffness alone.
 //!
+//! Time stands still: where forces change with it, and be it at later times alone, there is no equilibrium, and branches and curves end. Three times are looked at in each point, all those of
+//! [`super::Equilibria::equilibrium`] in the last one and in special ones.
+//!
 //! Terms are those of AUTO, MatCont and BifurcationKit: folds (limit points), branch points, Hopf points; natural continuation is load control. Switched constraints
 //! are as the start has them. R. Seydel, *Practical Bifurcation and Stability Analysis*; E. L. Allgower & K. Georg, *Introduction to Numerical Continuation Methods*.
 

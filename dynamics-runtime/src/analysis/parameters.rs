@@ -48,7 +48,7 @@ pub trait Vary: Simulate + Parameters + Clone {
     /// How an equilibrium moves with a parameter.
     ///
     /// # Errors
-    /// A name that is none; a state that is no equilibrium; one that has no derivative, as in a fold.
+    /// A name that is none; a state that is no equilibrium; one that has no derivative, as in a fold; forces that change with time, there or with values of the parameter beside it.
     fn equilibrium_by(&self, state: &Self::State, parameter: &str) -> Result<EquilibriumChange, SensitivityError> {
         statics::equilibrium_by(self, state, parameter)
     }

@@ -52,7 +52,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// The loads at which the structure buckles, from stiffness and its change with the parameter at the start.
     ///
     /// # Errors
-    /// A start that is no equilibrium, or none that is stable; forces without a potential, or no buckling in this direction.
+    /// A start that is no equilibrium, or none that is stable; forces without a potential, or that change with time on the way; no buckling in this direction.
     pub fn buckling(&self) -> Result<Buckling<M::State>, ContinuationError<M::State>> {
         let forward = self.forward.unwrap_or(self.value < self.options.range[1]);
         self.traced(|problem, _| {

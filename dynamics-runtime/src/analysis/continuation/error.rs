@@ -64,7 +64,7 @@ pub enum ContinuationError<S: ModelState> {
         /// What was computed up to there.
         branch: Box<Branch<S>>,
     },
-    /// The model stops being one: forces that are not numbers, inertia that is not positive, constraints that cannot hold.
+    /// The model stops being one: forces that are not numbers, or that change with time, inertia that is not positive, constraints that cannot hold.
     Model {
         /// The last value of the parameter at which all was well.
         parameter: f64,
