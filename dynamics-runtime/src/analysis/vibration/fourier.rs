@@ -146,7 +146,8 @@ impl Spectrum {
     /// the larger of what these leave, so that the flank of something slow is not taken for a peak.
     fn without_mean(&self, bin: usize) -> f64 {
         let cosines = self.window.cosines();
-        let share = if bin.is_multiple_of(2) { cosines[bin] } else { -cosines[bin] } / cosines[0];
+        let sign = if bin.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let share = sign * cosines[bin] / cosines[0];
         let of = |k: usize| Complex::from_polar(self.amplitudes[k], self.phases[k]);
         [self.mean, of(0).re].iter().map(|mean| (of(bin) - share * mean).norm()).fold(0.0, f64::max)
     }
