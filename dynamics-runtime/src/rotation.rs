@@ -88,7 +88,11 @@ impl Mat3 {
     #[inline]
     #[must_use]
     pub fn axis_angle(axis: impl Into<Vec3>, angle: impl Into<Expr>) -> Self {
-        let (n, (s, c)) = (axis.into().normalize(), angle.into().sin_cos());
+        let axis = axis.into();
+        let largest = axis.value().to_array().into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        // Squares of other lengths overflow, or vanish.
+        let axis = if (1e-140..1e140).contains(&largest) { axis } else { axis / largest };
+        let (n, (s, c)) = (axis.normalize(), angle.into().sin_cos());
         Self::outer((1.0 - c) * n, n) + Self::skew(s * n) + Self::diagonal(c, c, c)
     }
 
