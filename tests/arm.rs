@@ -266,6 +266,11 @@ impl Wings {
         let frame = self.left(q, self.mirror.into()).frame;
         [frame.angular_velocity(), frame.angular_velocity_in_body()]
     }
+    #[output]
+    fn angular_momentum(&self, q: &Coordinates<Self>) -> Vec3 {
+        let said = self.left(q, Mat3::diagonal(Expr::ONE, -Expr::ONE, Expr::ONE)).angular_momentum(Vec3::ZERO);
+        said + self.left(q, self.mirror.into()).angular_momentum(Vec3::ZERO)
+    }
 }
 
 proptest! {
@@ -284,9 +289,18 @@ proptest! {
         let jets = Wings::coordinates_with(&state, &accelerations, &[]);
         let (compiled, seen) = (wings.kinetic_energy(&state), wings.kinetic(&jets).value());
         prop_assert!((compiled - seen).abs() < 1e-13 * (1.0 + seen), "{compiled} and {seen}");
-        let mut compiled = [f64::NAN; 6];
+        let mut compiled = [f64::NAN; 9];
         wings.outputs(&state, &mut compiled).expect("regular");
-        let seen = wings.spins(&jets).map(|spin| spin.value().to_array()).concat();
+        let momentum = wings.angular_momentum(&jets);
+        let seen = wings.spins(&jets).into_iter().chain([momentum]).flat_map(|v| v.value().to_array());
+        let seen: Vec<f64> = seen.collect();
+        // All turns about z with the body, and no force does: L_z is the momentum of its angle, which comes from T alone, and stays.
+        let of_angle = (wings.mass_matrix(&state) * state.u)[0];
+        prop_assert!((momentum.z.value() - of_angle).abs() < 1e-13 * 10.0, "{} and {of_angle}", momentum.z.value());
+        prop_assert!(momentum.z.rate().abs() < 1e-12 * 10.0, "{} is left", momentum.z.rate());
+        // R Rᵀω is ω, whatever R mirrors.
+        let back = wings.left(&jets, mirror.into()).frame.vector(Vec3::new(compiled[3], compiled[4], compiled[5]));
+        prop_assert!((back.value() - Vec3::new(compiled[0], compiled[1], compiled[2])).norm() < 1e-13);
         for (compiled, seen) in compiled.iter().zip(&seen) {
             prop_assert!((compiled - seen).abs() < 1e-13, "{compiled} and {seen}");
         }

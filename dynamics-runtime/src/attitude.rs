@@ -84,16 +84,21 @@ impl Mat3<f64> {
         if self.determinant() < 0.0 { Err(NotARotation::Mirrors) } else { Ok(()) }
     }
 
-    /// The rotation nearest to this matrix: its orthogonal polar factor (Newton's iteration: N. J. Higham, *SIAM J. Sci. Stat. Comput.* 7 (1986) 1160).
+    /// The rotation nearest to this matrix, of any size: its orthogonal polar factor (Newton's iteration: N. J. Higham, *SIAM J. Sci. Stat. Comput.* 7 (1986) 1160).
     ///
     /// # Errors
-    /// Where there is none: the determinant is not positive, or the iteration does not settle, as for matrices that are next to singular.
+    /// Where there is none: the determinant is negative or 0, or the iteration does not settle, as for matrices that are next to singular.
     pub fn nearest_rotation(self) -> Result<Self, NotARotation> {
-        let mut r = self;
+        let largest = self.to_array().into_iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+        // Iterations halve what is large one by one, and the determinant of what is small is none.
+        let mut r = if (0.5..=2.0).contains(&largest) || largest == 0.0 { self } else { self / largest };
         for _ in 0..50 {
             let determinant = r.determinant();
-            if determinant <= 0.0 {
+            if determinant < 0.0 {
                 return Err(NotARotation::Mirrors);
+            }
+            if determinant == 0.0 {
+                break;
             }
             // R ← ½(R + R⁻ᵀ); the cofactors are the cross products of the rows.
             let cofactors =
@@ -342,5 +347,37 @@ mod tests {
         let turn = 0.5 * (error - error.transpose());
         assert!(distance(mended, rotation * (Mat3::IDENTITY.value() + turn)) < 3e-12);
         assert!(distance((rotation * 1.7).nearest_rotation().expect("a multiple"), rotation) < 1e-15);
+        for size in [1e-300, 1e-200, 1e-20, 1e20, 1e200, 1e300] {
+            let found = (rotation * size).nearest_rotation().expect("a multiple");
+            assert!(distance(found, rotation) < 1e-15, "{size:e}");
+            let mirror = Mat3::diagonal(size, size, -size);
+            assert_eq!(mirror.nearest_rotation(), Err(NotARotation::Mirrors));
+        }
+        for singular in [Mat3::<f64>::default(), Mat3::diagonal(1.0, 1.0, 0.0), Mat3::diagonal(1.0, f64::INFINITY, 1.0)]
+        {
+            assert!(matches!(singular.nearest_rotation(), Err(NotARotation::NotOrthonormal(_))));
+        }
+    }
+
+    /// An axis has a direction whatever its length; squares of long ones overflow, those of short ones vanish.
+    #[test]
+    fn axes_of_any_length() {
+        let axis = Vec3::new(1.0, 2.0, -2.0);
+        let turned = Mat3::axis_angle(axis, 0.7).value();
+        for size in [1e-320, 1e-300, 1e-200, 1e-160, 1e160, 1e200, 8e307] {
+            let found = Mat3::axis_angle(axis * size, 0.7).value();
+            // Subnormal numbers have few digits left.
+            let tolerance = if size < 1e-310 { 1e-3 } else { 1e-15 };
+            assert!(distance(found, turned) < tolerance, "{size:e}: {found:?}");
+        }
+        for axis in [Vec3::new(0.0, 0.0, 0.0), Vec3::new(f64::INFINITY, 0.0, 0.0)] {
+            assert!(Mat3::axis_angle(axis, 0.7).value().check_rotation().is_err());
+        }
+        // The rate of an axis that moves does not depend on its length either.
+        let moving = |size: f64| {
+            let x = crate::Expr::coordinate(0.3 * size, 0.4 * size, 0.0);
+            Mat3::axis_angle(crate::Vec3 { x, y: size.into(), z: (0.2 * size).into() }, 0.7).rate()
+        };
+        assert!(distance(moving(1e200), moving(1.0)) < 1e-15 && distance(moving(1e-200), moving(1.0)) < 1e-15);
     }
 }

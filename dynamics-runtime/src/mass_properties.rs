@@ -36,10 +36,17 @@ pub struct MassProperties {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum UnphysicalInertia {
-    /// The mass is negative or not a number.
+    /// The mass is negative or not a finite number.
     Mass(f64),
     /// An element is not a finite number.
     NotFinite,
+    /// A coordinate of the center of mass is not a finite number.
+    Center([f64; 3]),
+    /// There is inertia, yet no mass.
+    WithoutMass {
+        /// The largest element of the inertia.
+        inertia: f64,
+    },
     /// The elements (i, j) and (j, i) differ.
     NotSymmetric {
         /// Row of the one element.
@@ -64,10 +71,20 @@ pub enum UnphysicalInertia {
 impl fmt::Display for UnphysicalInertia {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Mass(mass) => write!(f, "a body cannot have the mass {mass}; give a number that is not negative"),
+            Self::Mass(mass) => {
+                write!(f, "a body cannot have the mass {mass}; give a finite number that is not negative")
+            }
             Self::NotFinite => {
                 write!(f, "an inertia matrix has an element that is no finite number; check how it was made")
             }
+            Self::Center([x, y, z]) => write!(
+                f,
+                "a body cannot have its center of mass at ({x}, {y}, {z}); check how it was made, perhaps of masses whose sum is zero"
+            ),
+            Self::WithoutMass { inertia } => write!(
+                f,
+                "a body without mass has no inertia, yet an element of it is {inertia}; give the mass, or check what was taken out"
+            ),
             Self::NotSymmetric { i, j, elements: [a, b] } => write!(
                 f,
                 "an inertia matrix is symmetric, yet its elements ({i}, {j}) and ({j}, {i}) are {a} and {b}; write the products of inertia with one sign on both sides"
@@ -135,7 +152,7 @@ impl MassProperties {
         self.inertia + Inertia::offset(self.mass, self.center - point).value()
     }
 
-    /// Checks that some body has this mass and inertia: symmetric, no negative principal moment, none larger than the sum of the others; each to 1e-9 of
+    /// Checks that some body has this mass, center and inertia: finite, no inertia without mass, symmetric, no negative principal moment, none larger than the sum of the others; each to 1e-9 of
     /// the largest element.
     ///
     /// # Errors
@@ -152,11 +169,18 @@ impl MassProperties {
         if !(self.mass >= 0.0 && self.mass.is_finite()) {
             return Err(UnphysicalInertia::Mass(self.mass));
         }
+        let center = self.center.to_array();
+        if center.iter().any(|x| !x.is_finite()) {
+            return Err(UnphysicalInertia::Center(center));
+        }
         let m = self.inertia.to_array();
         if m.iter().flatten().any(|x| !x.is_finite()) {
             return Err(UnphysicalInertia::NotFinite);
         }
         let scale = m.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        if self.mass == 0.0 && scale > 0.0 {
+            return Err(UnphysicalInertia::WithoutMass { inertia: scale });
+        }
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
             if (m[i][j] - m[j][i]).abs() > TOLERANCE * scale {
                 return Err(UnphysicalInertia::NotSymmetric { i, j, elements: [m[i][j], m[j][i]] });
@@ -249,7 +273,17 @@ pub enum MeshError {
         /// The vertices of the edge.
         edge: [usize; 2],
     },
-    /// The volume is not positive: all triangles are seen counter-clockwise from inside.
+    /// The volume is nothing beside what rounding of the coordinates makes of one: the surface is flat, or encloses as much from outside as from inside, or is
+    /// too far from the origin for its size.
+    Flat {
+        /// The volume.
+        volume: f64,
+        /// What rounding may make of it.
+        rounding: f64,
+    },
+    /// The density is zero or negative.
+    Density(f64),
+    /// The volume is negative: all triangles are seen counter-clockwise from inside.
     Inverted {
         /// The volume.
         volume: f64,
@@ -273,6 +307,14 @@ impl fmt::Display for MeshError {
                 f,
                 "the triangles enclose the volume {volume}; give their vertices counter-clockwise as seen from outside"
             ),
+            Self::Flat { volume, rounding } => write!(
+                f,
+                "the triangles enclose the volume {volume:e}, where rounding makes up to {rounding:e}; give a body that is not flat, with coordinates from a point near it"
+            ),
+            Self::Density(density) => write!(
+                f,
+                "a body cannot have the density {density}; give a positive one, and take holes out by `without`"
+            ),
             Self::NotFinite => {
                 write!(f, "a coordinate or the density is no finite number; check how the mesh was made")
             }
@@ -294,11 +336,22 @@ impl MassProperties {
     /// Where the triangles bound no body.
     pub fn mesh(density: f64, vertices: &[Vec3<f64>], triangles: &[[usize; 3]]) -> Result<Self, MeshError> {
         check_closed(vertices.len(), triangles)?;
+        if !(density.is_finite() && vertices.iter().all(|v| v.to_array().iter().all(|x| x.is_finite()))) {
+            return Err(MeshError::NotFinite);
+        }
+        if density <= 0.0 {
+            return Err(MeshError::Density(density));
+        }
         // From amid the vertices, not from an origin that may be far away: nothing cancels.
         let origin = vertices.iter().sum::<Vec3<f64>>() / (vertices.len().max(1) as f64);
         let (mut volume, mut first, mut second) = (0.0, Vec3::new(0.0, 0.0, 0.0), Mat3::<f64>::default());
+        // Twice the area; the farthest corner, from amid the vertices and from where coordinates are counted.
+        let (mut area, mut reach) = (0.0, 0.0_f64);
         for triangle in triangles {
-            let [a, b, c] = triangle.map(|k| vertices[k] - origin);
+            let corners = triangle.map(|k| vertices[k]);
+            let [a, b, c] = corners.map(|corner| corner - origin);
+            area += (b - a).cross(c - a).norm();
+            reach = corners.into_iter().chain([a, b, c]).fold(reach, |reach, corner| reach.max(corner.norm()));
             let six = a.dot(b.cross(c));
             volume += six / 6.0;
             let sum = a + b + c;
@@ -307,10 +360,15 @@ impl MassProperties {
             let squares = Mat3::outer(a, a) + Mat3::outer(b, b) + Mat3::outer(c, c) + Mat3::outer(sum, sum);
             second += squares * (six / 120.0);
         }
-        if !(volume.is_finite() && density.is_finite() && second.trace().is_finite()) {
+        // Corners are where they are to ε·reach, and the surface sweeps that much.
+        let rounding = 16.0 * f64::EPSILON * area * reach;
+        if !(volume.is_finite() && rounding.is_finite() && second.trace().is_finite()) {
             return Err(MeshError::NotFinite);
         }
-        if volume <= 0.0 {
+        if volume.abs() <= rounding || area == 0.0 {
+            return Err(MeshError::Flat { volume, rounding });
+        }
+        if volume < 0.0 {
             return Err(MeshError::Inverted { volume });
         }
         let center = first / volume;
@@ -409,6 +467,12 @@ mod tests {
         assert_eq!(check(product), Err(refused));
         assert_eq!(check(Mat3::diagonal(1.0, f64::NAN, 1.0)), Err(UnphysicalInertia::NotFinite));
         assert_eq!(MassProperties::new(-1.0, Mat3::default()).check(), Err(UnphysicalInertia::Mass(-1.0)));
+        let body = MassProperties::new(1.0, Mat3::diagonal(1.0, 1.0, 1.0));
+        let nowhere = body.moved(Vec3::new(f64::NAN, 0.0, 0.0));
+        assert!(matches!(nowhere.check(), Err(UnphysicalInertia::Center([x, ..])) if x.is_nan()));
+        let massless = MassProperties { mass: 0.0, ..body };
+        assert_eq!(massless.check(), Err(UnphysicalInertia::WithoutMass { inertia: 1.0 }));
+        MassProperties::new(0.0, Mat3::default()).check().expect("nothing is a body");
         // Plates and rods are on the boundary, to rounding.
         for thin in [Inertia::plate(0.7, 0.3, 1.1), Inertia::rod(1.3, 0.7)] {
             let r = rotation();
@@ -465,5 +529,30 @@ mod tests {
         beyond[0][1] = 8;
         assert_eq!(MassProperties::mesh(0.5, &vertices, &beyond), Err(MeshError::NoVertex { triangle: 0, vertex: 8 }));
         assert_eq!(MassProperties::mesh(f64::NAN, &vertices, &triangles), Err(MeshError::NotFinite));
+    }
+
+    /// Rounding gives a flat surface a volume of either sign; what is thin has one.
+    #[cfg(feature = "alloc")]
+    #[test]
+    fn flat_meshes_are_refused_in_every_attitude() {
+        for k in 0..200 {
+            let k = f64::from(k);
+            let axis = Vec3::new(1.0 + k, -2.0 + 0.3 * k, 0.5 - 0.7 * k);
+            let r = Mat3::axis_angle(axis, 0.37 * k).value();
+            for size in [1e-30, 1.0, 1e30] {
+                let place = r * Vec3::new(0.3 * k, 1.0, -k) * size;
+                let (vertices, triangles) = cuboid([size, 2.0 * size, 0.0], r, place);
+                let found = MassProperties::mesh(1.0, &vertices, &triangles);
+                assert!(matches!(found, Err(MeshError::Flat { .. })), "{k}, {size:e}: {found:?}");
+            }
+            let (vertices, triangles) = cuboid([1.0, 2.0, 1e-9], r, Vec3::new(0.0, 0.0, 0.0));
+            let thin = MassProperties::mesh(1.0, &vertices, &triangles).expect("a foil is a body");
+            assert!((thin.mass - 2e-9).abs() < 1e-6 * 2e-9, "{k}: {}", thin.mass);
+        }
+        let (vertices, triangles) = cuboid([1.0, 2.0, 3.0], rotation(), Vec3::new(0.0, 0.0, 0.0));
+        for density in [-6.0, 0.0] {
+            assert_eq!(MassProperties::mesh(density, &vertices, &triangles), Err(MeshError::Density(density)));
+        }
+        assert!(matches!(MassProperties::mesh(1.0, &[], &[]), Err(MeshError::Flat { .. })));
     }
 }

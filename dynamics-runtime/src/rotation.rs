@@ -2,7 +2,8 @@
 //!
 //! Rotations are active and right-handed: R r is r turned. Where R carries the components in a body into those in the world,
 //! the angular velocity ω of the body has the skew matrix Ṙ Rᵀ in the world's components and Rᵀ Ṙ in the body's
-//! (A. A. Shabana, *Dynamics of Multibody Systems*, 5th ed., Cambridge 2020, chapter 2).
+//! (A. A. Shabana, *Dynamics of Multibody Systems*, 5th ed., Cambridge 2020, chapter 2). Where R mirrors, det R = −1, the components along the body's axes
+//! are still Rᵀω, but Rᵀ Ṙ = −(Rᵀω)×.
 
 use crate::expr::Expr;
 use crate::matrix::Mat3;
@@ -87,7 +88,11 @@ impl Mat3 {
     #[inline]
     #[must_use]
     pub fn axis_angle(axis: impl Into<Vec3>, angle: impl Into<Expr>) -> Self {
-        let (n, (s, c)) = (axis.into().normalize(), angle.into().sin_cos());
+        let axis = axis.into();
+        let largest = axis.value().to_array().into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        // Squares of other lengths overflow, or vanish.
+        let axis = if (1e-140..1e140).contains(&largest) { axis } else { axis / largest };
+        let (n, (s, c)) = (axis.normalize(), angle.into().sin_cos());
         Self::outer((1.0 - c) * n, n) + Self::skew(s * n) + Self::diagonal(c, c, c)
     }
 
@@ -98,7 +103,9 @@ impl Mat3 {
     #[inline]
     #[must_use]
     pub fn rotational_energy(self, inertia: impl Into<Self>) -> Expr {
-        let omega = self.angular_velocity_in_body();
+        // Squared, the sign that Rᵀ Ṙ has behind a mirror is gone.
+        let (rate, [x, y, z]) = (self.dt(), [self.column(0), self.column(1), self.column(2)]);
+        let omega = Vec3 { x: z.dot(rate.column(1)), y: x.dot(rate.column(2)), z: y.dot(rate.column(0)) };
         0.5 * omega.dot(inertia.into() * omega)
     }
 }
@@ -154,7 +161,7 @@ impl<T: Scalar> Mat3<T> {
     }
 
     /// Angular velocity of what this rotation turns, in the components of the world: ω with ω× = Ṙ Rᵀ. In rad per unit of time; meaningless for a
-    /// matrix that is no rotation.
+    /// matrix that neither turns nor mirrors.
     #[inline]
     #[must_use]
     pub fn angular_velocity(self) -> Vec3<T> {
@@ -162,12 +169,11 @@ impl<T: Scalar> Mat3<T> {
         Vec3 { x: rate.row(2).dot(rows[1]), y: rate.row(0).dot(rows[2]), z: rate.row(1).dot(rows[0]) }
     }
 
-    /// Angular velocity of what this rotation turns, in its own components: ω with ω× = Rᵀ Ṙ. In rad per unit of time; meaningless for a matrix
-    /// that is no rotation.
+    /// Angular velocity of what this rotation turns, in its own components: Rᵀω, along its axes also where they are left-handed. In rad per unit of time;
+    /// meaningless for a matrix that neither turns nor mirrors.
     #[inline]
     #[must_use]
     pub fn angular_velocity_in_body(self) -> Vec3<T> {
-        let (rate, columns) = (self.dt(), [self.column(0), self.column(1), self.column(2)]);
-        Vec3 { x: columns[2].dot(rate.column(1)), y: columns[0].dot(rate.column(2)), z: columns[1].dot(rate.column(0)) }
+        self.transpose() * self.angular_velocity()
     }
 }

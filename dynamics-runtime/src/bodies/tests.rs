@@ -123,6 +123,30 @@ fn a_rigid_body_is_a_cloud_of_points() {
     same(turned, in_body.dot(inertia * in_body), "turned inertia");
 }
 
+/// Said in a left-handed frame, with its center and inertia in that, a body is the same body.
+#[test]
+fn a_body_in_a_mirrored_frame_is_the_same_body() {
+    let exchange: Mat3<f64> = Mat3::from([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+    let inertia: Mat3<f64> = Mat3::from([[0.5, 0.1, -0.05], [0.1, 0.7, 0.02], [-0.05, 0.02, 0.9]]);
+    let center: Vec3<f64> = Vec3::new(0.1, 0.4, -0.1);
+    let body = RigidBody::new(0.7, center, inertia, frame());
+    // The last two mirror nothing.
+    for mirror in [exchange, Mat3::diagonal(1.0, -1.0, 1.0), Mat3::diagonal(-1.0, -1.0, 1.0), Mat3::IDENTITY.value()] {
+        let left = Frame::new(body.frame.origin(), body.frame.rotation() * mirror);
+        let turned = mirror.transpose() * inertia * mirror;
+        let other = RigidBody::new(0.7, mirror.transpose() * center, turned, left);
+        let about = vec3(coordinate(20), 0.7, coordinate(21));
+        close(other.angular_velocity(), body.angular_velocity(), "angular velocity");
+        close(left.vector(left.angular_velocity_in_body()), body.angular_velocity(), "angular velocity in its axes");
+        close(other.angular_momentum(about), body.angular_momentum(about), "angular momentum");
+        close(other.angular_momentum(about).dt(), body.angular_momentum(about).dt(), "its rate");
+        close(other.momentum(), body.momentum(), "momentum");
+        assert!((other.kinetic_energy() - body.kinetic_energy()).value().abs() < 1e-14, "kinetic energy");
+        let moment = vec3(0.4, -1.1, 0.6);
+        assert!((other.moment(moment).power() - body.moment(moment).power()).abs() < 1e-13, "power of a moment");
+    }
+}
+
 /// Components along the unit vectors, put together again, are the derivatives of the point.
 #[test]
 fn curvilinear_coordinates() {

@@ -25,7 +25,7 @@ impl Elaborator<'_> {
         let turns = self.turns(m).unwrap_or_else(|| Rc::new(vec![Turn { rows: m.clone(), by: By::Matrix }]));
         let velocity = match components {
             Components::World => self.in_the_world(&turns, name),
-            Components::Body => self.along_the_turns(&turns, name),
+            Components::Body => self.along_the_turns(&turns, name).and_then(|v| self.unmirrored(&turns, v, name)),
         };
         velocity.map_or(Value::Poison, |v| Value::Vector(v.to_vec()))
     }
@@ -163,12 +163,27 @@ impl Elaborator<'_> {
         if !matches!(turn.by, By::Matrix) {
             return Some(m.clone());
         }
-        let Value::Vector(normal) = self.cross(&m[1], &m[2], at) else { return None };
-        let determinant = self.dot(&m[0], &normal, at)?;
+        let determinant = self.determinant_of(m, at)?;
         if self.model.graph.is_one(determinant.node) {
             return Some(m.clone());
         }
         Some(Rc::new(m.each_ref().map(|row| row.each_ref().map(|x| self.product(&determinant, x)))))
+    }
+
+    /// Rᵀω of what the turns make of Rᵀ Ṙ: the sign of every mirror among them is taken back.
+    fn unmirrored(&mut self, turns: &[Turn], mut velocity: [Scalar; 3], name: &Ident) -> Option<[Scalar; 3]> {
+        for turn in turns.iter().filter(|turn| matches!(turn.by, By::Matrix)) {
+            let determinant = self.determinant_of(&turn.rows, name.span())?;
+            if !self.model.graph.is_one(determinant.node) {
+                velocity = velocity.each_ref().map(|x| self.product(&determinant, x));
+            }
+        }
+        Some(velocity)
+    }
+
+    fn determinant_of(&mut self, m: &Rows, at: Span) -> Option<Scalar> {
+        let Value::Vector(normal) = self.cross(&m[1], &m[2], at) else { return None };
+        self.dot(&m[0], &normal, at)
     }
 
     /// A turn's own angular velocity, in the components before it or after it.
