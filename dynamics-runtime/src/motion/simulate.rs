@@ -319,6 +319,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
+    /// A state with the inputs that the law given here has there.
+    pub(super) fn complete(&self, state: M::State) -> M::State {
+        with_inputs::<M>(self.law.as_ref(), state)
+    }
+
     /// The functions of the events given here, at a state with its inputs, by name.
     pub(super) fn ad_hoc_at(&self, state: &M::State) -> Vec<(String, f64)> {
         let state = with_inputs::<M>(self.law.as_ref(), *state);

@@ -17,38 +17,52 @@ const ROUNDINGS: f64 = 1e4;
 const MOST_CONDITIONING: f64 = 1e8;
 const MOST_OF_ENERGY: f64 = 1e3;
 /// What is given by closures agrees up to this part of it.
-const GIVEN: f64 = 1e-6;
+pub(super) const GIVEN: f64 = 1e-6;
 /// How far from where a motion happens to be the charts are compared, in rad: in equilibrium or at rest much is zero, and zeros prove nothing.
 const ASIDE: f64 = 0.3;
 
 /// A quantity in two charts.
-struct Pair {
-    what: Compared,
-    name: &'static str,
-    values: [f64; 2],
+pub(super) struct Pair {
+    pub(super) what: Compared,
+    pub(super) name: &'static str,
+    pub(super) values: [f64; 2],
+    /// The part of its size that is put down to rounding.
+    pub(super) rounding: f64,
     /// What its rounding is measured by.
-    scale: f64,
+    pub(super) size: f64,
+}
+
+impl Pair {
+    /// Whether the values differ by more than rounding, of the size here or of one met elsewhere.
+    pub(super) fn apart(&self, size: f64) -> bool {
+        let [a, b] = self.values;
+        // What is not a number has to be none in both.
+        let apart = if a.is_nan() && b.is_nan() { 0.0 } else { (a - b).abs() };
+        apart > self.rounding * self.size.max(size) || apart.is_nan()
+    }
 }
 
 impl<M: Simulate + Clone> Atlas<M> {
     /// Compares two charts near a state of the first one. Returns where, in both; `None` of a state that is not a number.
     pub(super) fn agree(&self, from: usize, to: usize, state: &M::State) -> Result<Option<[M::State; 2]>, ChartError> {
+        // None of a state that is not a number, which the run refuses.
+        let Some(states) = self.beside([from, to], state) else { return Ok(None) };
+        if let Some(Pair { what, name, values, .. }) =
+            self.pairs([from, to], &states).into_iter().find(|pair| pair.apart(0.0))
+        {
+            return Err(ChartError::Disagree { what, name, values, time: state.t() });
+        }
+        Ok(Some(states))
+    }
+
+    /// The place beside a state where both charts are farthest from locking, in both; `None` of a state that is not a number.
+    pub(super) fn beside(&self, [from, to]: [usize; 2], state: &M::State) -> Option<[M::State; 2]> {
         let aside = [1.0, -1.0, 2.0, -2.0, 3.0, -3.0].map(|times| self.aside(from, to, state, times * ASIDE));
         let regular = |states: &[M::State; 2]| {
             let distances = states.iter().flat_map(|state| self.references.iter().map(|at| at.distance(state)));
             distances.fold(f64::INFINITY, f64::min)
         };
-        // Where both are farthest from locking; none of a state that is not a number, which the run refuses.
-        let best = aside.into_iter().flatten().max_by(|a, b| regular(a).total_cmp(&regular(b)));
-        let Some(states) = best else { return Ok(None) };
-        for Pair { what, name, values, scale } in self.pairs([from, to], &states) {
-            // What is not a number has to be none in both.
-            let apart = if values[0].is_nan() && values[1].is_nan() { 0.0 } else { (values[0] - values[1]).abs() };
-            if apart > scale || apart.is_nan() {
-                return Err(ChartError::Disagree { what, name, values, time: state.t() });
-            }
-        }
-        Ok(Some(states))
+        aside.into_iter().flatten().max_by(|a, b| regular(a).total_cmp(&regular(b)))
     }
 
     /// The same place in both charts, beside a state.
@@ -78,7 +92,7 @@ impl<M: Simulate + Clone> Atlas<M> {
         Some([here, there])
     }
 
-    fn pairs(&self, charts: [usize; 2], states: &[M::State; 2]) -> Vec<Pair> {
+    pub(super) fn pairs(&self, charts: [usize; 2], states: &[M::State; 2]) -> Vec<Pair> {
         let models = charts.map(|chart| &self.charts[chart]);
         let both = [0, 1].map(|k| (models[k], &states[k]));
         let conditioning = both.map(|(model, state)| condition_number(model, state));
@@ -88,8 +102,8 @@ impl<M: Simulate + Clone> Atlas<M> {
             // A mass matrix that only the constraints make regular, as that of a body in Euler parameters beside, says nothing of rounding. Energies do not divide by it.
             let worst = if what == Compared::Energy { MOST_OF_ENERGY } else { MOST_CONDITIONING };
             let rounding = ROUNDINGS * f64::EPSILON * (1.0 + conditioning.min(worst));
-            let scale = rounding * scale.max(values[0].abs()).max(values[1].abs());
-            pairs.push(Pair { what, name, values, scale });
+            let size = scale.max(values[0].abs()).max(values[1].abs());
+            pairs.push(Pair { what, name, values, rounding, size });
         };
         // Where there are no accelerations the run says why.
         if let [Ok(a), Ok(b)] = both.map(|(model, state)| model.accelerations(state)) {

@@ -232,7 +232,8 @@ impl<M: Model> From<ChartError> for AtlasErrorKind<M> {
 pub struct AtlasError<M: Model> {
     /// What happened.
     pub kind: AtlasErrorKind<M>,
-    /// Time of the last good state; the start's where nothing has moved.
+    /// Time of the last good state; the start's where nothing has moved. Where charts disagree it is when they are first seen to: what the motion says after that is said
+    /// in one chart only.
     pub time: f64,
     first: usize,
     legs: Vec<(usize, Trajectory<M>)>,
@@ -246,7 +247,12 @@ impl<M: Simulate> AtlasError<M> {
         {
             legs.push((*chart, (**trajectory).clone()));
         }
-        let time = legs.last().map_or(start.t(), |(_, trajectory)| trajectory.last().state.t());
+        let reached = legs.last().map_or(start.t(), |(_, trajectory)| trajectory.last().state.t());
+        let time = match &kind {
+            // The part went on, but from there on it is the motion of one chart alone.
+            AtlasErrorKind::Chart(ChartError::Disagree { time, .. }) => *time,
+            _ => reached,
+        };
         Self { kind, time, first, legs }
     }
 
