@@ -165,13 +165,16 @@ fn without_a_number_all_crossings_are_taken() {
 }
 
 #[test]
-fn a_start_on_the_section_is_told_as_such() {
+fn a_start_on_the_section_is_its_first_point() {
     let model = Pendulum { m: 1.0, l: 1.0, g: 9.81 };
     let start = model.state().theta_rate(1.0).build().unwrap();
     let section = |direction| model.poincare(start).section(|s| s.theta(), direction).points(3).until(10.0).run();
-    let said = section(Direction::Rising).unwrap_err();
-    assert!(matches!(said, PeriodicError::Option { value: 0.0, .. }), "{said}");
-    assert!(said.to_string().contains("section function at the start"), "{said}");
+    let rising = section(Direction::Rising).unwrap();
+    assert_eq!((rising.points.len(), rising.points[0].t()), (3, 0.0));
+    // A period lies between.
+    let [first, second] = [rising.points[1].t(), rising.points[2].t() - rising.points[1].t()];
+    assert!(first > 2.0 && (first - second).abs() < 1e-8);
     // The other way it is crossed later.
-    assert_eq!(section(Direction::Falling).unwrap().points.len(), 3);
+    let falling = section(Direction::Falling).unwrap();
+    assert!(falling.points.len() == 3 && (falling.points[0].t() - 0.5 * first).abs() < 1e-8);
 }

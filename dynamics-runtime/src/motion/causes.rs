@@ -106,8 +106,11 @@ pub(super) fn explain<M: Constraints>(
     let unexplained = matches!(kind, Kind::TooManySteps { stiff_at: None, slides_at: None, .. });
     let collapsed =
         matches!(kind, Kind::StepSizeTooSmall { .. } | Kind::StepNotSolved { .. } | Kind::StepsVanish { .. });
+    // Beside a singular position accelerations jump, too.
+    let singular = || singular::explain(model, start, state, (kind.clone(), h), way);
     if (unexplained || collapsed)
         && let Some(cause) = jumps::explain(model, state, &kind)
+        && core::mem::discriminant(&singular()) == core::mem::discriminant(&kind)
     {
         return cause;
     }
