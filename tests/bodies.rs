@@ -146,7 +146,7 @@ impl Words {
     #[output]
     fn hinges(&self, q: &Coordinates<Self>) -> [[Expr; 5]; 3] {
         let (a, b) = (self.frame(q), self.other(q));
-        [Joint::revolute(a, b), Joint::prismatic(a, b), Joint::screw(a, b, q.c, self.size[1])]
+        [Joint::revolute(a, b), Joint::prismatic(a, b), Joint::screw(a, b, self.size[1])]
     }
     #[output]
     fn fewer_rows(&self, q: &Coordinates<Self>) -> [[Expr; 4]; 2] {

@@ -131,6 +131,10 @@ joint!(universal, |a, b| Joint::universal(a, b), 4, [a: 0.3, 1.2; b: -0.8, 0.9],
 joint!(spherical, |a, b| Joint::spherical(a, b).to_array(), 3, [a: 0.3, 1.2; b: -0.4, 0.9; c: 0.5, -1.0], |s, q| {
     Frame::new(s.anchor, s.axes * Mat3::euler(EulerSequence::Zyx, [q.a, q.b, q.c]))
 });
+joint!(nut_in_euler_parameters, |a, b| Joint::screw(a, b, 0.4), 5, [a: 0.3, -9.0], |s, q| {
+    let advance = 0.4 * q.a / core::f64::consts::TAU;
+    Frame::new(s.anchor, s.axes).frame(vec3(0.0, 0.0, advance), Mat3::rotation_z(q.a))
+});
 
 mod screw {
     use super::*;
@@ -140,7 +144,7 @@ mod screw {
         #[holonomic]
         fn joint(&self, q: &Coordinates<Self>) -> [Expr; 5] {
             let nut = self.body(q).frame.frame(self.corner, Mat3::IDENTITY);
-            Joint::screw(Frame::new(self.anchor, self.axes), nut, q.angles[2], 0.4)
+            Joint::screw(Frame::new(self.anchor, self.axes), nut, 0.4)
         }
     });
     held!(Minimal, [a: rad], |s, q| {
@@ -152,7 +156,7 @@ mod screw {
     #[test]
     fn a_nut_runs_along_its_thread() {
         let (minimal, jointed) = (Minimal::of_numbers(), Jointed::of_numbers());
-        let first = minimal.state().a(0.3).a_rate(-2.0).build().expect("finite");
+        let first = minimal.state().a(0.3).a_rate(-9.0).build().expect("finite");
         let origin = |state: &State<Minimal>| {
             minimal.body(&Minimal::coordinates_with(state, &SVector::zeros(), &[])).frame.origin()
         };
@@ -162,7 +166,7 @@ mod screw {
             .place(place.value().to_array())
             .place_rate(place.dt().value().to_array())
             .angles([0.0, 0.0, 0.3])
-            .angles_rate([0.0, 0.0, -2.0])
+            .angles_rate([0.0, 0.0, -9.0])
             .build()
             .expect("the nut is on the thread");
         let one = minimal.simulate(first).until(3.0).tolerance(1e-12).run().expect("regular");
@@ -174,7 +178,48 @@ mod screw {
             assert!(apart < 1e-9, "t = {t}: {apart:e}");
         }
         let turns = one.end().a().abs() / core::f64::consts::TAU;
-        assert!(turns > 0.3, "{turns} turns");
+        assert!(turns > 2.0, "{turns} turns");
+    }
+}
+
+mod weld {
+    use super::*;
+
+    held!(Bolted, [place: [_; 3], e: [_; 4]], |_s, q| Frame::new(Vec3::from(q.place), EulerParameters::new(q.e).rotation()), {
+        #[holonomic]
+        fn unit(&self, q: &Coordinates<Self>) -> Expr {
+            EulerParameters::new(q.e).norm_constraint()
+        }
+        #[holonomic]
+        fn joint(&self, q: &Coordinates<Self>) -> [Expr; 6] {
+            Joint::weld(Frame::new(self.anchor, self.axes), self.body(q).frame.frame(self.corner, Mat3::IDENTITY))
+        }
+    });
+
+    /// A start with the origins one and the body turned by this against the frame to which it is bolted.
+    fn start(turned: Mat3<f64>) -> Result<(), String> {
+        let model = Bolted::of_numbers();
+        let attitude = axes() * turned;
+        let (place, e) = (ANCHOR - attitude * CORNER, attitude.to_euler_parameters().expect("a rotation"));
+        let state = model.state().place(place.to_array()).e(e).build().map_err(|e| e.to_string())?;
+        model.accelerations(&state).map(|_| ()).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn frames_are_one_and_not_otherwise() {
+        start(Mat3::rotation_x(0.0)).expect("the frames are one");
+        let pi = core::f64::consts::PI;
+        let quarters = (0..64)
+            .map(|i| Mat3::euler(EulerSequence::Zyx, [i % 4, i / 4 % 4, i / 16].map(|k| f64::from(k) * 0.5 * pi)));
+        let quarters = quarters.filter(|turned| turned.column(0).x + turned.column(1).y + turned.column(2).z < 2.9);
+        let halves = (0..300).map(|i| {
+            let tilt = Mat3::euler(EulerSequence::Zyx, [0.1 * f64::from(i), 0.7 * f64::from(i), 0.3]);
+            tilt * Mat3::rotation_x(pi) * tilt.transpose()
+        });
+        for turned in quarters.chain(halves) {
+            let refused = start(turned).expect_err("the frames are turned against one another");
+            assert!(refused.contains("constraint `joint[") && refused.contains("does not hold"), "{refused}");
+        }
     }
 }
 

@@ -52,19 +52,34 @@ impl Joint {
         [a.z().dot(d), a.x().dot(b.z()), a.y().dot(b.z())]
     }
 
-    /// Screw: as `cylindrical`, and a turn by `angle` (in rad; a coordinate of the model, which counts the turns) is an advance along z by `lead` per turn.
+    /// Screw: as `cylindrical`, and a turn of `b` about `a`'s z axis is an advance along it by `lead` (a length, not zero; negative for a left-handed thread)
+    /// per turn. The frames are one where the thread begins.
+    ///
+    /// The turn φ is that of the frames themselves, whatever the bodies' coordinates are, and the advance z counts the turns: the last row is
+    /// lead / τ · sin(τ z / lead − φ), a length, by the sine of a difference so that no angle has to be read back from an attitude. It is zero half a lead
+    /// away, too, on the second thread: the start state says which it is.
     #[must_use]
-    pub fn screw(a: Frame, b: Frame, angle: impl Into<Expr>, lead: impl Into<Expr>) -> [Expr; 5] {
+    pub fn screw(a: Frame, b: Frame, lead: impl Into<Expr>) -> [Expr; 5] {
         let d = b.origin() - a.origin();
-        let advance = lead.into() * angle.into() / core::f64::consts::TAU;
-        [a.x().dot(d), a.y().dot(d), a.x().dot(b.z()), a.y().dot(b.z()), a.z().dot(d) - advance]
+        let per_radian = lead.into() / core::f64::consts::TAU;
+        let advanced = a.z().dot(d) / per_radian;
+        let off = advanced.sin() * a.x().dot(b.x()) - advanced.cos() * a.y().dot(b.x());
+        [a.x().dot(d), a.y().dot(d), a.x().dot(b.z()), a.y().dot(b.z()), per_radian * off]
     }
 
     /// Bolted together: the frames are one.
+    ///
+    /// The rows for the attitude are −sin θ n + (1 − cos θ) w for a rotation from `a` to `b` by θ about n. The first part, the antisymmetric one of the rotation,
+    /// is zero at every half turn, too, and has dependent gradients there; the second, of second order near θ = 0, keeps those from passing. No three regular rows on
+    /// the rotations are zero at one only: w = (0.3, 0.5, 0.7) leaves the turn with cot(θ/2) = |w|, 95° about w, which nobody gives by mistake.
     #[must_use]
     pub fn weld(a: Frame, b: Frame) -> [Expr; 6] {
         let d = b.origin() - a.origin();
-        [d.x, d.y, d.z, a.y().dot(b.z()), a.z().dot(b.x()), a.x().dot(b.y())]
+        let x = a.y().dot(b.z()) - a.z().dot(b.y());
+        let y = a.z().dot(b.x()) - a.x().dot(b.z());
+        let z = a.x().dot(b.y()) - a.y().dot(b.x());
+        let turned = 3.0 - a.x().dot(b.x()) - a.y().dot(b.y()) - a.z().dot(b.z());
+        [d.x, d.y, d.z, 0.5 * (x + 0.3 * turned), 0.5 * (y + 0.5 * turned), 0.5 * (z + 0.7 * turned)]
     }
 
     /// Two wheels in mesh, of these angles and radii: they turn against one another. A wheel with teeth inside has a negative radius.
