@@ -272,6 +272,7 @@ fn own_size<M: Constraints>(model: &M, unit: &str) -> f64 {
 }
 
 /// The size against which a row of this gradient is judged where contacts are met and left, for coordinates or, per unit of time, velocities: that of the model and the largest value of the same unit together.
+#[cfg(feature = "alloc")]
 pub(crate) fn size_along<M: Constraints>(model: &M, values: &[f64], gradient: &[f64]) -> f64 {
     let of_unit = |unit: &str| own_size(model, unit) + largest_of::<M>(values, unit);
     along::<M>(gradient, of_unit).unwrap_or_else(|| size(values))
