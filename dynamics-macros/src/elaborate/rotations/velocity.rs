@@ -16,7 +16,7 @@ use crate::syntax::Role;
 
 impl Elaborator<'_> {
     /// `r.angular_velocity()`, `r.angular_velocity_in_body()`.
-    pub(in crate::elaborate) fn angular_velocity(
+    pub(in super::super) fn angular_velocity(
         &mut self,
         m: &Rc<Rows>,
         components: Components,
@@ -32,7 +32,7 @@ impl Elaborator<'_> {
 
     /// `r.rotational_energy(inertia)`: ½ ω·I ω, in the body's components or, where that is the same, in those before its last turns. A turn that leaves
     /// the inertia as it is adds its rate and nothing else.
-    pub(in crate::elaborate) fn rotational_energy(
+    pub(in super::super) fn rotational_energy(
         &mut self,
         m: &Rc<Rows>,
         (inertia, at): Argument,
@@ -213,7 +213,7 @@ impl Elaborator<'_> {
     }
 
     /// The angular velocity of a turn by an angle, or of a matrix of numbers, which does not turn.
-    pub(in crate::elaborate) fn rate_of_angle(&mut self, turn: &Turn, name: &Ident) -> Option<[Scalar; 3]> {
+    pub(in super::super) fn rate_of_angle(&mut self, turn: &Turn, name: &Ident) -> Option<[Scalar; 3]> {
         match &turn.by {
             By::Angle { .. } => self.own(turn, Components::Body, name),
             By::Matrix if turn.rows.iter().flatten().all(|x| self.model.graph.is_constant(x.node)) => {
