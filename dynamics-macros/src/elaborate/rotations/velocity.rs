@@ -16,12 +16,7 @@ use crate::syntax::Role;
 
 impl Elaborator<'_> {
     /// `r.angular_velocity()`, `r.angular_velocity_in_body()`.
-    pub(in super::super) fn angular_velocity(
-        &mut self,
-        m: &Rc<Rows>,
-        components: Components,
-        name: &Ident,
-    ) -> Value {
+    pub(in super::super) fn angular_velocity(&mut self, m: &Rc<Rows>, components: Components, name: &Ident) -> Value {
         let turns = self.turns(m).unwrap_or_else(|| Rc::new(vec![Turn { rows: m.clone(), by: By::Matrix }]));
         let velocity = match components {
             Components::World => self.in_the_world(&turns, name),
@@ -32,12 +27,7 @@ impl Elaborator<'_> {
 
     /// `r.rotational_energy(inertia)`: ½ ω·I ω, in the body's components or, where that is the same, in those before its last turns. A turn that leaves
     /// the inertia as it is adds its rate and nothing else.
-    pub(in super::super) fn rotational_energy(
-        &mut self,
-        m: &Rc<Rows>,
-        (inertia, at): Argument,
-        name: &Ident,
-    ) -> Value {
+    pub(in super::super) fn rotational_energy(&mut self, m: &Rc<Rows>, (inertia, at): Argument, name: &Ident) -> Value {
         let inertia = match inertia {
             Value::Matrix(inertia) => inertia,
             Value::Poison => return Value::Poison,
