@@ -1,7 +1,11 @@
 //! Charts that change: tumbling through the poles in three angles whose reference is turned in time, beside Euler parameters; and models whose charts are not of one motion.
 
+#[path = "models/parametrised.rs"]
+mod parametrised;
+
 use dynamics::motion::{AtlasErrorKind, ChartError, Compared};
 use dynamics::prelude::*;
+use parametrised::Parametrised;
 
 /// A heavy body that turns about a fixed point, in angles with a reference.
 macro_rules! heavy {
@@ -91,37 +95,6 @@ heavy! {
     Yzy Yzy rotation_z
     Zxz Zxz rotation_x
     Zyz Zyz rotation_y
-}
-
-/// The same body in Euler parameters, which lock nowhere.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(e: [_; 4])]
-#[units(m: kg, length: m, inertia: kg * m^2, g: m / s^2)]
-struct Parametrised {
-    m: f64,
-    length: f64,
-    inertia: Vec3<f64>,
-    g: f64,
-}
-#[dynamics]
-impl Parametrised {
-    fn body(&self, q: &Coordinates<Self>) -> RigidBody {
-        let [a, b, c] = self.inertia.to_array();
-        let frame = Frame::turned(EulerParameters::new(q.e).rotation());
-        RigidBody::new(self.m, self.length * Vec3::Y, Mat3::diagonal(a, b, c), frame)
-    }
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        self.body(q).kinetic_energy()
-    }
-    #[potential]
-    fn weight(&self, q: &Coordinates<Self>) -> Expr {
-        self.body(q).potential_energy(-self.g * Vec3::Z)
-    }
-    #[holonomic]
-    fn unit(&self, q: &Coordinates<Self>) -> Expr {
-        EulerParameters::new(q.e).norm_constraint()
-    }
 }
 
 impl Parametrised {

@@ -6,6 +6,8 @@ use dynamics::prelude::*;
 
 #[path = "models/rolling_disk.rs"]
 mod disk;
+#[path = "models/parametrised.rs"]
+mod parametrised;
 
 /// Largest absolute difference.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
@@ -134,6 +136,7 @@ mod free_body {
 
 /// The heavy top of O. Brüls and A. Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002: its axis passes within 7.24e-7 rad of straight down, at t = 0.3726 for the first time.
 mod heavy_top {
+    use super::parametrised::Parametrised;
     use super::*;
 
     macro_rules! top {
@@ -169,37 +172,6 @@ mod heavy_top {
     // Singular where the axis, y, points along z; singular where it points along x.
     top!(Vertical Zxy);
     top!(Level Xzy);
-
-    /// In Euler parameters.
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(e: [_; 4])]
-    #[units(m: kg, length: m, inertia: kg * m^2, g: m / s^2)]
-    struct Parametrised {
-        m: f64,
-        length: f64,
-        inertia: Vec3<f64>,
-        g: f64,
-    }
-    #[dynamics]
-    impl Parametrised {
-        fn body(&self, q: &Coordinates<Self>) -> RigidBody {
-            let [a, b, c] = self.inertia.to_array();
-            let frame = Frame::turned(EulerParameters::new(q.e).rotation());
-            RigidBody::new(self.m, self.length * Vec3::Y, Mat3::diagonal(a, b, c), frame)
-        }
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            self.body(q).kinetic_energy()
-        }
-        #[potential]
-        fn weight(&self, q: &Coordinates<Self>) -> Expr {
-            self.body(q).potential_energy(-self.g * Vec3::Z)
-        }
-        #[holonomic]
-        fn unit(&self, q: &Coordinates<Self>) -> Expr {
-            EulerParameters::new(q.e).norm_constraint()
-        }
-    }
 
     /// Free in space, held by a ball and socket.
     #[derive(Clone, Debug, Dynamics)]

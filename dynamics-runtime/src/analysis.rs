@@ -25,7 +25,8 @@ mod work_precision;
 pub use backbone::{Backbone, BackboneCurve, BackboneError, BackbonePoint, NonlinearModes};
 pub use continuation::{
     Branch, BranchEnd, BranchPoint, Buckling, Continuation, ContinuationError, CriticalLoad, Diagram, Family,
-    FoldCurve, FoldCurves, HopfCurve, HopfCurves, Special, SpecialKind, Stays, continuation, fold_curve, hopf_curve,
+    FoldCurve, FoldCurves, HopfCurve, HopfCurves, OfFolds, OfHopfPoints, PlaneCurve, Special, SpecialKind, Stays,
+    continuation, fold_curve, hopf_curve,
 };
 pub use equilibria::{
     Equilibria, Equilibrium, EquilibriumError, Found, Search, Stability, StabilityVerdict, Undecided,

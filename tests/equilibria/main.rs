@@ -13,6 +13,10 @@ mod published;
 mod rolling_disk;
 mod routh;
 mod stability;
+#[path = "../models/top.rs"]
+mod top;
+#[path = "../models/truss.rs"]
+mod truss;
 #[path = "../models/turned_hoop.rs"]
 mod turned_hoop;
 #[path = "../models/two_bars.rs"]
@@ -151,42 +155,6 @@ fn the_same_with_constraints_that_repeat() {
     // Coordinates without a range are named.
     let error = model.equilibria(around).random(1).within("x", [-1.0, 1.0]).run().unwrap_err();
     assert_eq!(error, EquilibriumError::NoRange { coordinate: "y[0]" });
-}
-
-/// Two bars that meet in an apex, under a load; R. von Mises, ZAMM 3 (1923) 406.
-mod truss {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(z: m)]
-    #[units(m: kg, stiffness: N, half_span: m, height: m, load: N)]
-    pub(super) struct Truss {
-        pub(super) m: f64,
-        pub(super) stiffness: f64,
-        pub(super) half_span: f64,
-        pub(super) height: f64,
-        pub(super) load: f64,
-    }
-    #[dynamics]
-    impl Truss {
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.m * q.z.dt().powi(2)
-        }
-        #[potential]
-        fn bars(&self, q: &Coordinates<Self>) -> Expr {
-            let free = (self.half_span.powi(2) + self.height.powi(2)).sqrt();
-            let length = (q.z.powi(2) + self.half_span.powi(2)).sqrt();
-            self.stiffness / free * (length - free).powi(2)
-        }
-        #[force]
-        fn load(&self, q: &Coordinates<Self>) -> Force {
-            Force::along(q.z, -self.load)
-        }
-    }
-    pub(super) const TRUSS: Truss = Truss { m: 1.0, stiffness: 1.0, half_span: 1.0, height: 0.5, load: 0.0 };
-    /// Limit load and height, to 30 digits.
-    pub(super) const LIMIT: [f64; 2] = [0.038_383_739_817_434_71, 0.277_880_091_075_164_76];
 }
 
 /// At which load the truss has its apex at z.

@@ -8,7 +8,7 @@ use super::free_hoop::FreeHoop;
 use super::hencky::Hencky;
 use super::turned_hoop::TurnedHoop;
 use super::ziegler::Ziegler;
-use super::{pendulum, plane, truss};
+use super::{pendulum, plane, top, truss};
 
 fn verdict<M: Constraints + Powers>(model: &M, state: &M::State) -> StabilityVerdict {
     model.stability(state).unwrap().verdict
@@ -126,34 +126,6 @@ fn zieglers_column_with_and_without_damping() {
     // Beyond the end of flutter real eigenvalues are left.
     let found = at(3.5 + 2.0_f64.sqrt() + 0.1, 0.0);
     assert!(matches!(found, StabilityVerdict::Divergence { .. }), "{found}");
-}
-
-/// A heavy symmetrical top in Cardan angles, upright at zero; H. Goldstein, *Classical Mechanics*, §5.7.
-mod top {
-    use super::*;
-
-    #[derive(Clone, Debug, Dynamics)]
-    #[coordinates(a: rad, b: rad, spin: rad)]
-    #[units(across: kg * m^2, along: kg * m^2, weight: N * m)]
-    pub(super) struct Top {
-        pub(super) across: f64,
-        pub(super) along: f64,
-        /// m g l.
-        pub(super) weight: f64,
-    }
-    #[dynamics]
-    impl Top {
-        #[kinetic]
-        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            let (da, db) = (q.a.dt() * q.b.cos(), q.b.dt());
-            let turn = q.spin.dt() + q.a.dt() * q.b.sin();
-            0.5 * self.across * (da.powi(2) + db.powi(2)) + 0.5 * self.along * turn.powi(2)
-        }
-        #[potential]
-        fn height(&self, q: &Coordinates<Self>) -> Expr {
-            self.weight * q.a.cos() * q.b.cos()
-        }
-    }
 }
 
 #[test]

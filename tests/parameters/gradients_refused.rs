@@ -4,7 +4,7 @@ use dynamics::analysis::SensitivityError;
 use dynamics::prelude::*;
 
 use super::difference;
-use super::models::Oscillator;
+use super::models::{BALL, Ball, Oscillator};
 
 #[test]
 fn objectives_that_make_no_sense_are_refused() {
@@ -24,50 +24,6 @@ fn objectives_that_make_no_sense_are_refused() {
     assert_eq!(error, SensitivityError::OutOfRange { time: 1.5, start: 0.0, end: 1.0 });
     let found = asked().end("x", 1.0).by(["mass"]).run().unwrap();
     assert_eq!(found.get("damping").unwrap_err(), SensitivityError::NotAsked { name: "damping".into() });
-}
-
-/// A ball over a soft floor, with a lamp that is lit while it touches, and one that flashes.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(height: m)]
-#[units(mass: kg, g: m / s^2, stiffness: N / m)]
-struct Ball {
-    mass: f64,
-    g: f64,
-    stiffness: f64,
-}
-
-#[dynamics]
-impl Ball {
-    const LOW: f64 = 0.5;
-    const THICK: f64 = 0.1;
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.mass * q.height.dt().powi(2)
-    }
-    #[potential]
-    fn weight(&self, q: &Coordinates<Self>) -> Expr {
-        self.mass * self.g * q.height
-    }
-    #[force]
-    fn floor(&self, q: &Coordinates<Self>) -> Force {
-        Force::along(q.height, self.stiffness * (-q.height).max(0.0))
-    }
-    #[event]
-    fn low(&self, q: &Coordinates<Self>) -> Expr {
-        q.height - Self::LOW
-    }
-    #[output]
-    fn depth(&self, q: &Coordinates<Self>) -> Expr {
-        (-q.height).max(0.0) / 1.0
-    }
-    #[output]
-    fn lit(&self, q: &Coordinates<Self>) -> Expr {
-        if q.height < Self::LOW { Expr::from(1.0) } else { Expr::ZERO }
-    }
-    #[output]
-    fn flash(&self, q: &Coordinates<Self>) -> Expr {
-        if q.height < Self::LOW && q.height > Self::LOW - Self::THICK { Expr::from(1.0) } else { Expr::ZERO }
-    }
 }
 
 /// Drawn back by a force that jumps in the middle.
@@ -110,8 +66,6 @@ impl Clock {
         Force::along(q.x, if q.t < self.when { Expr::ZERO } else { Expr::from(1.0) } * self.force)
     }
 }
-
-const BALL: Ball = Ball { mass: 1.0, g: 9.81, stiffness: 2e3 };
 
 #[test]
 fn jumps_are_refused_with_their_time() {

@@ -127,3 +127,48 @@ impl Angle {
         self.bob(q)
     }
 }
+
+/// A ball over a soft floor, with a lamp that is lit while it touches, and one that flashes.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(height: m)]
+#[units(mass: kg, g: m / s^2, stiffness: N / m)]
+pub(crate) struct Ball {
+    pub(crate) mass: f64,
+    pub(crate) g: f64,
+    pub(crate) stiffness: f64,
+}
+
+#[dynamics]
+impl Ball {
+    const LOW: f64 = 0.5;
+    const THICK: f64 = 0.1;
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.height.dt().powi(2)
+    }
+    #[potential]
+    fn weight(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * q.height
+    }
+    #[force]
+    fn floor(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.height, self.stiffness * (-q.height).max(0.0))
+    }
+    #[event]
+    fn low(&self, q: &Coordinates<Self>) -> Expr {
+        q.height - Self::LOW
+    }
+    #[output]
+    fn depth(&self, q: &Coordinates<Self>) -> Expr {
+        (-q.height).max(0.0) / 1.0
+    }
+    #[output]
+    fn lit(&self, q: &Coordinates<Self>) -> Expr {
+        if q.height < Self::LOW { Expr::from(1.0) } else { Expr::ZERO }
+    }
+    #[output]
+    fn flash(&self, q: &Coordinates<Self>) -> Expr {
+        if q.height < Self::LOW && q.height > Self::LOW - Self::THICK { Expr::from(1.0) } else { Expr::ZERO }
+    }
+}
+pub(crate) const BALL: Ball = Ball { mass: 1.0, g: 9.81, stiffness: 2e3 };

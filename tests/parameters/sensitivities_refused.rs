@@ -4,7 +4,7 @@ use dynamics::analysis::{SensitivityError, VariableError};
 use dynamics::prelude::*;
 
 use super::difference;
-use super::models::Oscillator;
+use super::models::{BALL, Oscillator};
 
 #[test]
 fn names_that_are_none_say_what_may_have_been_meant() {
@@ -28,39 +28,6 @@ fn names_that_are_none_say_what_may_have_been_meant() {
     let error = Oscillator { mass: 0.0, ..model }.sensitivities(start).by(["damping"]).until(1.0).run().err().unwrap();
     assert!(matches!(error, SensitivityError::Motion(_)), "{error}");
 }
-
-/// A ball over a floor: dropped, and with a soft floor.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(height: m)]
-#[units(mass: kg, g: m / s^2, stiffness: N / m)]
-struct Ball {
-    mass: f64,
-    g: f64,
-    stiffness: f64,
-}
-
-#[dynamics]
-impl Ball {
-    const LOW: f64 = 0.5;
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.mass * q.height.dt().powi(2)
-    }
-    #[potential]
-    fn weight(&self, q: &Coordinates<Self>) -> Expr {
-        self.mass * self.g * q.height
-    }
-    #[force]
-    fn floor(&self, q: &Coordinates<Self>) -> Force {
-        Force::along(q.height, self.stiffness * (-q.height).max(0.0))
-    }
-    #[event]
-    fn low(&self, q: &Coordinates<Self>) -> Expr {
-        q.height - Self::LOW
-    }
-}
-
-const BALL: Ball = Ball { mass: 1.0, g: 9.81, stiffness: 2e3 };
 
 #[test]
 fn resets_are_refused_with_their_time() {

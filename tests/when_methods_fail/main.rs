@@ -9,4 +9,5 @@ mod hidden;
 mod limits;
 mod models;
 mod page;
+mod statics;
 mod stiffness;

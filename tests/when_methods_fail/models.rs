@@ -8,8 +8,10 @@ pub(crate) mod double_pendulum;
 pub(crate) mod hencky;
 #[path = "../models/kepler.rs"]
 pub(crate) mod kepler;
-#[path = "../models/statics.rs"]
-pub(crate) mod statics;
+#[path = "../models/top.rs"]
+pub(crate) mod top;
+#[path = "../models/truss.rs"]
+pub(crate) mod truss;
 #[path = "../models/ziegler.rs"]
 pub(crate) mod ziegler;
 

@@ -44,9 +44,10 @@ use nalgebra::DMatrix;
 
 pub use branch::{Branch, BranchEnd, BranchPoint, Diagram, Special, SpecialKind, Stays};
 pub use buckling::{Buckling, CriticalLoad};
+pub use curve::PlaneCurve;
 pub use error::ContinuationError;
-pub use fold_curve::{FoldCurve, FoldCurves, fold_curve};
-pub use hopf_curve::{HopfCurve, HopfCurves, hopf_curve};
+pub use fold_curve::{FoldCurve, FoldCurves, OfFolds, fold_curve};
+pub use hopf_curve::{HopfCurve, HopfCurves, OfHopfPoints, hopf_curve};
 
 use super::equilibria::{Asked, find, periodic, scales};
 use crate::constrain::held::active_rows;

@@ -3,6 +3,7 @@
 //! Beside F(z, p, r) = 0 one more equation holds, g(z, p, r) = 0 (`newton.rs`); the curve is followed as a branch is, by tangents and planes normal to them.
 
 use alloc::vec::Vec;
+use core::ops::RangeInclusive;
 
 use super::ContinuationError;
 use super::branch::BranchEnd;
@@ -26,6 +27,40 @@ pub(super) struct Plan<S> {
     pub(super) longest: f64,
     pub(super) points: usize,
     pub(super) backward: bool,
+}
+
+/// A curve of special points of a kind `K` in the plane of two parameters with its options, before it is followed.
+#[must_use = "a curve does nothing until `.run()`"]
+pub struct PlaneCurve<M: Constraints, F, K> {
+    pub(super) make: F,
+    pub(super) plan: Plan<M::State>,
+    pub(super) kind: K,
+}
+
+impl<M: Constraints + Powers, F: Fn(f64, f64) -> M, K> PlaneCurve<M, F, K> {
+    /// The ranges of both parameters: the curve ends where it leaves one of them.
+    pub fn until(mut self, first: RangeInclusive<f64>, second: RangeInclusive<f64>) -> Self {
+        self.plan.ranges = [&first, &second].map(|range| [*range.start(), *range.end()]);
+        self
+    }
+
+    /// First toward smaller values of the second parameter.
+    pub fn backward(mut self) -> Self {
+        self.plan.backward = true;
+        self
+    }
+
+    /// The longest step, 0.05 unless given; both parameters by their ranges.
+    pub fn longest_step(mut self, length: f64) -> Self {
+        self.plan.longest = length;
+        self
+    }
+
+    /// Most points, two or more: 1,000 unless given.
+    pub fn points(mut self, count: usize) -> Self {
+        self.plan.points = count;
+        self
+    }
 }
 
 /// A curve, as far as it was followed.

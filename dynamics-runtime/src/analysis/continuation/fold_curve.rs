@@ -5,11 +5,10 @@
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
-use core::ops::RangeInclusive;
 
 use super::ContinuationError;
 use super::branch::{BranchEnd, Special};
-use super::curve::{Curve, Plan};
+use super::curve::{Curve, Plan, PlaneCurve};
 use super::newton::Singular;
 use super::problem::Place;
 use crate::model::{Constraints, ModelState, Powers, Quantity};
@@ -28,12 +27,12 @@ pub struct FoldCurve<S: ModelState> {
     pub coordinates: &'static [Quantity],
 }
 
+/// The kind of curve that [`fold_curve`] opens.
+#[derive(Clone, Copy, Debug)]
+pub struct OfFolds;
+
 /// A curve of folds with its options, before it is followed.
-#[must_use = "a curve of folds does nothing until `.run()`"]
-pub struct FoldCurves<M: Constraints, F> {
-    make: F,
-    plan: Plan<M::State>,
-}
+pub type FoldCurves<M, F> = PlaneCurve<M, F, OfFolds>;
 
 /// Opens a curve of folds of a family with two parameters, from a fold of its first parameter at the value `second` of the other.
 ///
@@ -47,34 +46,10 @@ pub fn fold_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
     second: f64,
 ) -> FoldCurves<M, F> {
     let place = Place { state: fold.state, p: [fold.parameter, second] };
-    FoldCurves { make, plan: Plan::at(place) }
+    PlaneCurve { make, plan: Plan::at(place), kind: OfFolds }
 }
 
 impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
-    /// The ranges of both parameters: the curve ends where it leaves one of them.
-    pub fn until(mut self, first: RangeInclusive<f64>, second: RangeInclusive<f64>) -> Self {
-        self.plan.ranges = [&first, &second].map(|range| [*range.start(), *range.end()]);
-        self
-    }
-
-    /// First toward smaller values of the second parameter.
-    pub fn backward(mut self) -> Self {
-        self.plan.backward = true;
-        self
-    }
-
-    /// The longest step, 0.05 unless given; both parameters by their ranges.
-    pub fn longest_step(mut self, length: f64) -> Self {
-        self.plan.longest = length;
-        self
-    }
-
-    /// Most points, two or more: 1,000 unless given.
-    pub fn points(mut self, count: usize) -> Self {
-        self.plan.points = count;
-        self
-    }
-
     /// Follows the curve.
     ///
     /// # Errors

@@ -13,13 +13,12 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cell::Cell;
-use core::ops::RangeInclusive;
 
 use nalgebra::Complex;
 
 use super::ContinuationError;
 use super::branch::{BranchEnd, Special, SpecialKind};
-use super::curve::{Curve, Plan};
+use super::curve::{Curve, Plan, PlaneCurve};
 use super::newton::Singular;
 use super::problem::{Balance, Place};
 use crate::analysis::linearize::{Read, Tangent, assemble, general};
@@ -63,8 +62,8 @@ impl Swings {
     }
 
     /// The frequency at a place.
-    fn frequency<M: Constraints>(&self, balance: &Balance<M>) -> Option<f64> {
-        let near = self.near(&balance.model, &balance.place.state)?;
+    fn frequency<M: Constraints>(&self, model: &M, state: &M::State) -> Option<f64> {
+        let near = self.near(model, state)?;
         match (self.meet, &near[..]) {
             (false, [first, ..]) => Some(first.im),
             (true, [first, second, ..]) => Some(0.5 * (first.im + second.im)),
@@ -86,13 +85,12 @@ pub struct HopfCurve<S: ModelState> {
     pub coordinates: &'static [Quantity],
 }
 
+/// The kind of curve that [`hopf_curve`] opens.
+#[derive(Clone, Copy, Debug)]
+pub struct OfHopfPoints(SpecialKind);
+
 /// A curve of Hopf points with its options, before it is followed.
-#[must_use = "a curve of Hopf points does nothing until `.run()`"]
-pub struct HopfCurves<M: Constraints, F> {
-    make: F,
-    plan: Plan<M::State>,
-    kind: SpecialKind,
-}
+pub type HopfCurves<M, F> = PlaneCurve<M, F, OfHopfPoints>;
 
 /// Opens a curve of Hopf points of a family with two parameters, from one of its first parameter at the value `second` of the other; of an undamped system, of
 /// points in which two frequencies meet.
@@ -107,40 +105,16 @@ pub fn hopf_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
     second: f64,
 ) -> HopfCurves<M, F> {
     let place = Place { state: hopf.state, p: [hopf.parameter, second] };
-    HopfCurves { make, plan: Plan::at(place), kind: hopf.kind }
+    PlaneCurve { make, plan: Plan::at(place), kind: OfHopfPoints(hopf.kind) }
 }
 
 impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
-    /// The ranges of both parameters: the curve ends where it leaves one of them.
-    pub fn until(mut self, first: RangeInclusive<f64>, second: RangeInclusive<f64>) -> Self {
-        self.plan.ranges = [&first, &second].map(|range| [*range.start(), *range.end()]);
-        self
-    }
-
-    /// First toward smaller values of the second parameter.
-    pub fn backward(mut self) -> Self {
-        self.plan.backward = true;
-        self
-    }
-
-    /// The longest step, 0.05 unless given; both parameters by their ranges.
-    pub fn longest_step(mut self, length: f64) -> Self {
-        self.plan.longest = length;
-        self
-    }
-
-    /// Most points, two or more: 1,000 unless given.
-    pub fn points(mut self, count: usize) -> Self {
-        self.plan.points = count;
-        self
-    }
-
     /// Follows the curve.
     ///
     /// # Errors
     /// Ranges that are empty or without the start; no Hopf point at the start; a curve that cannot be followed any further before its frequency is zero.
     pub fn run(&self) -> Result<HopfCurve<M::State>, ContinuationError<M::State>> {
-        let (frequency, meet) = match self.kind {
+        let (frequency, meet) = match self.kind.0 {
             SpecialKind::Hopf { frequency } => (frequency, false),
             SpecialKind::FrequenciesMeet { frequency } => (frequency, true),
             _ => return Err(ContinuationError::NoHopf),
@@ -149,7 +123,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
         // The frequency of the last place: the next one is near it.
         let last = Cell::new(frequency);
         let swings = |balance: &Balance<M>| {
-            let now = Swings { frequency: last.get(), meet }.frequency(balance)?;
+            let now = Swings { frequency: last.get(), meet }.frequency(&balance.model, &balance.place.state)?;
             last.set(now);
             Some(Singular::swinging(balance, Swings { frequency: now, meet }))
         };
@@ -157,12 +131,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
         let mut frequencies = Vec::with_capacity(curve.points.len());
         let mut now = frequency;
         for (p, state) in &curve.points {
-            let near = Swings { frequency: now, meet }.near(&make(*p), state).unwrap_or_default();
-            now = match (meet, &near[..]) {
-                (false, [first, ..]) => first.im,
-                (true, [first, second, ..]) => 0.5 * (first.im + second.im),
-                _ => f64::NAN,
-            };
+            now = Swings { frequency: now, meet }.frequency(&make(*p), state).unwrap_or(f64::NAN);
             frequencies.push(now);
         }
         let most = frequencies.iter().fold(0.0, |most: f64, x| most.max(*x));
