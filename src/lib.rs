@@ -111,7 +111,7 @@ pub mod __private {
     pub use core::cmp::PartialEq;
     pub use core::fmt::Debug;
     pub use core::marker::Copy;
-    pub use core::ops::Fn;
+    pub use core::ops::{Fn, FnMut};
     pub use core::option::Option;
     pub use core::prelude::v1::derive;
     pub use core::primitive::{bool, f64, str, u32, usize};
@@ -127,9 +127,9 @@ pub mod __private {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
-        AngleSet, Branches, Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion, Kink,
-        Linearize, Model, ModelState, Modes, Outputs, Parameters, Powers, Quantity, Route, Solved, StateJacobian,
-        Terms, Vector,
+        AngleSet, Branches, Claim, Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion,
+        Kink, Linearize, Model, ModelState, Modes, Outputs, Parameters, Powers, Premise, Quantity, Route, Solved,
+        StateJacobian, Terms, Vector,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Point};

@@ -178,7 +178,7 @@ macro_rules! twice {
                     let (m, l, tilt, gravity) = ([1.0, 0.7, 1.9, 0.4], 0.8, 0.3, Vec3::new(1.0, -2.0, -9.0));
                     let centers = [1.0, 2.0, 3.0, 4.0].map(|i| Vec3::new(0.1 * i, 0.2 - 0.05 * i, 0.3));
                     let inertias = [1.0, 2.0, 3.0, 4.0].map(|i| {
-                        Mat3::from([[0.9 + 0.1 * i, 0.1, -0.05], [0.1, 0.7, 0.02 * i], [-0.05, 0.02 * i, 0.5]])
+                        Mat3::from([[0.9 + 0.1 * i, 0.1, -0.05], [0.1, 0.9, 0.02 * i], [-0.05, 0.02 * i, 0.7]])
                     });
                     let said = Said { m, centers, inertias, l, tilt, gravity };
                     let written = Written { m, centers, inertias, l, tilt, gravity };

@@ -428,9 +428,41 @@ mod rolling_disk {
         assert!(distance(&[end.x(), end.y(), end.lean()], &[0.0, 0.0, wanted[3]]) < 1e-8);
     }
 
-    /// Straight on it is stable where spin² > 1/3, turning on the spot where yaw rate² > 4/5.
+    /// Straight on it is stable where spin² > 1/3, turning on the spot where yaw rate² > 4/5: where the square of the fastest eigenvalue of small motions passes 0.
     #[test]
     fn thresholds() {
+        let square = |rate_squared: f64, straight: bool| {
+            let rate = rate_squared.sqrt();
+            let start = if straight {
+                DISK.state().x_rate(rate).spin_rate(rate).build()
+            } else {
+                DISK.state().yaw_rate(rate).build()
+            };
+            // In velocities that go round with the disk.
+            let linear = DISK.linearize_in(&start.expect("it rolls"), &["yaw", "lean", "spin"]);
+            let linear = linear.expect("it is regular upright");
+            let eigenvalues = linear.eigenvalues().expect("steady");
+            eigenvalues.into_iter().map(|x| x * x).max_by(|x, y| x.norm().total_cmp(&y.norm())).expect("it leans").re
+        };
+        for (critical, straight) in [(1.0 / 3.0, true), (0.8, false)] {
+            let (mut a, mut b) = (0.5 * critical, 1.7 * critical);
+            let (mut at_a, mut at_b) = (square(a, straight), square(b, straight));
+            assert!(at_a > 0.1 && at_b < -0.1, "straight {straight}: {at_a} below, {at_b} above");
+            for _ in 0..20 {
+                let next = b - at_b * (b - a) / (at_b - at_a);
+                if next == b || next.is_nan() {
+                    break;
+                }
+                (a, at_a) = (b, at_b);
+                (b, at_b) = (next, square(next, straight));
+            }
+            assert!((b / critical - 1.0).abs() < 1e-12, "straight {straight}: {b} instead of {critical}");
+        }
+    }
+
+    /// The motions beside them say the same: a small lean stays small, or it does not.
+    #[test]
+    fn motions_on_both_sides_of_the_thresholds() {
         let largest_lean = |x_rate: f64, yaw_rate: f64| {
             let start =
                 DISK.state().lean(1e-7).x_rate(x_rate).spin_rate(x_rate - yaw_rate * 1e-7_f64.sin()).yaw_rate(yaw_rate);

@@ -19,6 +19,7 @@ mod origins;
 mod outside;
 mod paths;
 mod patterns;
+mod premises;
 mod records;
 mod roles;
 mod rotations;
@@ -76,6 +77,8 @@ struct Elaborator<'a> {
     places: bodies::Places,
     /// Rigid bodies that have energies.
     bodies: bodies::Bodies,
+    /// What is taken for granted of bodies and frames.
+    premises: premises::Premises,
     /// The constraints so far.
     constraints: Vec<Declared>,
     /// The generalized speeds so far.
@@ -113,6 +116,7 @@ pub(crate) fn elaborate(
         rotations: rotations::Rotations::new(),
         places: bodies::Places::default(),
         bodies: bodies::Bodies::default(),
+        premises: premises::Premises::default(),
         constraints: Vec::new(),
         speeds: Vec::new(),
         role: Role::Helper,
@@ -130,5 +134,6 @@ pub(crate) fn elaborate(
     elaborator.readers_outside();
     elaborator.note_angle_sets();
     elaborator.place_bodies();
+    elaborator.place_premises();
     Elaborated { model: elaborator.model, origins: elaborator.origins }
 }

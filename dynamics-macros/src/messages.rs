@@ -208,6 +208,10 @@ catalogue! {
     contains(role, name, what, reason) "the {role} `{name}` contains {what}; {reason}";
     no_effect(role, name, reason) "the {role} `{name}` {reason}; remove it or correct it";
     negative_inertia(direction, when) "the kinetic energy is negative where `{direction}` moves{when}; check its signs";
+    negative_mass(what, name, value) "a body in `{name}` has the {what} {value}, and no body has a negative one; check its signs";
+    unphysical_inertia(name, why) "the inertia of a body in `{name}` {why}; check signs, units and about which point it is";
+    not_a_rotation(name, by) "a frame in `{name}` is turned by a matrix that is no rotation, RᵀR differs from the identity by {by}; turn by angles, or give unit vectors at right angles";
+    not_kept_a_rotation(name, of) "the matrix of {of} that turns a frame in `{name}` is no rotation in general, and nothing makes it one; hold it by a `#[holonomic]` such as `EulerParameters::norm_constraint`, or turn by angles";
     finding(text) "the model cannot be derived: {text}; change what it names";
 
     // What the engine finds of constraints.

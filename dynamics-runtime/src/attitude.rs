@@ -64,6 +64,15 @@ impl Mat3<f64> {
     /// # Errors
     /// What it is instead.
     pub fn check_rotation(self) -> Result<(), NotARotation> {
+        let defect = self.orthonormal_defect();
+        if defect > TOLERANCE || defect.is_nan() {
+            return Err(NotARotation::NotOrthonormal(defect));
+        }
+        if self.determinant() < 0.0 { Err(NotARotation::Mirrors) } else { Ok(()) }
+    }
+
+    /// The largest element of RᵀR − 1; NaN where one is.
+    pub(crate) fn orthonormal_defect(self) -> f64 {
         let product = self.transpose() * self;
         let mut defect = 0.0_f64;
         for (i, row) in product.to_array().into_iter().enumerate() {
@@ -74,14 +83,11 @@ impl Mat3<f64> {
                     defect = error;
                 }
                 if defect.is_nan() {
-                    return Err(NotARotation::NotOrthonormal(defect));
+                    return defect;
                 }
             }
         }
-        if defect > TOLERANCE {
-            return Err(NotARotation::NotOrthonormal(defect));
-        }
-        if self.determinant() < 0.0 { Err(NotARotation::Mirrors) } else { Ok(()) }
+        defect
     }
 
     /// The rotation nearest to this matrix, of any size: its orthogonal polar factor (Newton's iteration: N. J. Higham, *SIAM J. Sci. Stat. Comput.* 7 (1986) 1160).

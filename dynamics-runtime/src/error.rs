@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::constrain::Involved;
-use crate::model::{Constraint, Dynamics, ModelState, Quantity, Vector};
+use crate::model::{Constraint, Dynamics, ModelState, Premise, Quantity, Refuted, Vector, refuted};
 
 /// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its diagonal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -256,6 +256,13 @@ pub enum StateError {
         /// The value.
         value: f64,
     },
+    /// A mass, an inertia or a rotation is none.
+    Unphysical {
+        /// What it should be, and of which parameters and coordinates it is made.
+        premise: &'static Premise,
+        /// What it is instead.
+        why: Refuted,
+    },
     /// A constraint to be engaged or released is not among the switched ones.
     NotSwitched {
         /// The name that was given.
@@ -373,13 +380,23 @@ pub(crate) fn parameter_not_finite<M: Dynamics>(model: &M) -> Option<(&'static s
 }
 
 impl StateError {
-    /// Checks that all scalar parameters are finite, of models that tell them.
+    /// Checks that all scalar parameters are finite, of models that tell them, and that they make bodies and rotations.
     ///
     /// # Errors
-    /// [`StateError::NotFinite`] with the first that is not.
+    /// [`StateError::NotFinite`] with the first that is not, [`StateError::Unphysical`].
     pub fn check_parameters<M: Dynamics>(model: &M) -> Result<(), Self> {
-        let found = parameter_not_finite(model);
-        found.map_or(Ok(()), |(name, value)| Err(Self::NotFinite { what: "parameter", name, value }))
+        if let Some((name, value)) = parameter_not_finite(model) {
+            return Err(Self::NotFinite { what: "parameter", name, value });
+        }
+        refuted(model, None).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
+    }
+
+    /// Checks that masses, inertia and rotations that coordinates and time decide are some in this state.
+    ///
+    /// # Errors
+    /// [`StateError::Unphysical`]
+    pub fn check_bodies<M: Dynamics>(model: &M, state: &M::State) -> Result<(), Self> {
+        refuted(model, Some(state)).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
     }
 
     /// Checks that all values of a state are finite; inputs may be NaN, which means not set.
@@ -406,6 +423,7 @@ impl fmt::Display for StateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotFinite { what, name, value } => write!(f, "{what} `{name}` is {value}; give a finite number"),
+            Self::Unphysical { premise, why } => write!(f, "{premise}: {why}"),
             Self::NotSwitched { name, constraints } => not_switched(f, name, constraints),
             Self::ConstraintViolated { row, residual, distance, switched } => {
                 write!(

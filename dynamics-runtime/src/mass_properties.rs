@@ -42,6 +42,8 @@ pub enum UnphysicalInertia {
     NotFinite,
     /// A coordinate of the center of mass is not a finite number.
     Center([f64; 3]),
+    /// A body of the plane has a moment of inertia that is negative or not a finite number.
+    Moment(f64),
     /// There is inertia, yet no mass.
     WithoutMass {
         /// The largest element of the inertia.
@@ -73,6 +75,12 @@ impl fmt::Display for UnphysicalInertia {
         match self {
             Self::Mass(mass) => {
                 write!(f, "a body cannot have the mass {mass}; give a finite number that is not negative")
+            }
+            Self::Moment(moment) => {
+                write!(
+                    f,
+                    "a body cannot have the moment of inertia {moment}; give a finite number that is not negative"
+                )
             }
             Self::NotFinite => {
                 write!(f, "an inertia matrix has an element that is no finite number; check how it was made")

@@ -7,6 +7,7 @@ mod angle_set;
 mod kinks;
 mod known;
 mod modes;
+mod premise;
 mod vector;
 
 use core::any::TypeId;
@@ -19,6 +20,8 @@ pub use angle_set::AngleSet;
 pub use kinks::{Branches, Kink, MOST_KINKS};
 pub(crate) use known::Known;
 pub use modes::Modes;
+pub(crate) use premise::refuted;
+pub use premise::{Claim, Premise, Refuted};
 pub use vector::{Square, Vector};
 
 use crate::error::{SingularMassMatrix, SolveError};
@@ -166,6 +169,11 @@ pub trait Dynamics: Model {
     fn energy_function(&self, state: &Self::State) -> f64;
     /// Values of the conserved quantities, written to `values` in the order of [`Dynamics::CONSERVED`].
     fn conserved(&self, state: &Self::State, values: &mut [f64]);
+
+    /// What is taken for granted of bodies and frames, as far as it is not so by the way they are written: of values that are known only here.
+    const PREMISES: &'static [Premise] = &[];
+    /// Hands on the values of each premise in order, at a state; those that parameters alone decide read nothing of it.
+    fn premises(&self, _state: &Self::State, _visit: &mut dyn FnMut(&[f64])) {}
 
     /// How many kinks [`Dynamics::kinks`] writes, at most [`MOST_KINKS`].
     const KINKS: usize = 0;

@@ -11,6 +11,7 @@ mod inertia;
 mod jumps;
 mod modular;
 mod quadratic;
+mod rotations;
 mod speeds;
 pub mod structure;
 mod symmetry;
@@ -78,6 +79,8 @@ pub fn derived(model: &mut Model, equations: &Equations, analysis: &Analysis) ->
     if equations.constraints.is_none() {
         definite::definite(model, equations, &mut found);
     }
+    // The energies of bodies are those of rotations.
+    rotations::rotations(model, analysis, &mut found);
     constraints::derived(model, equations, analysis, &mut found);
     found
 }

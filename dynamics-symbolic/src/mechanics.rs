@@ -24,7 +24,7 @@ pub use equations::{
     Released, Solution, SpeedEquations, Variations, Withheld,
 };
 pub use model::{
-    AngleSet, Body, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function,
-    Input, Model, Output, Parameter, Speed, Step,
+    AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm,
+    Function, Input, Model, Output, Parameter, Premise, Speed, Step,
 };
 pub use solution::Manifold;

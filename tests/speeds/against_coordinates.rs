@@ -63,11 +63,12 @@ fn numbers<const N: usize>(size: f64) -> impl Strategy<Value = [f64; N]> {
 }
 
 fn inertia(of: [f64; 6]) -> Mat3<f64> {
-    // L Lᵀ with a diagonal that does not vanish.
+    // tr(S) − S of second moments S = L Lᵀ, with a diagonal that does not vanish.
     let [a, b, c, d, e, f] = of;
     let l = [[1.0 + a.abs(), 0.0, 0.0], [b, 1.5 + c.abs(), 0.0], [d, e, 2.0 + f.abs()]];
     let product = |i: usize, j: usize| (0..3).map(|k| l[i][k] * l[j][k]).sum::<f64>();
-    Mat3::from([0, 1, 2].map(|i| [0, 1, 2].map(|j| product(i, j))))
+    let trace: f64 = (0..3).map(|i| product(i, i)).sum();
+    Mat3::diagonal(trace, trace, trace) - Mat3::from([0, 1, 2].map(|i| [0, 1, 2].map(|j| product(i, j))))
 }
 
 proptest! {

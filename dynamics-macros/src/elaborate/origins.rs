@@ -103,6 +103,10 @@ fn describe(finding: &Finding) -> (Message, Vec<Origin>) {
             let when = if *nominal { " at the nominal values" } else { "" };
             (messages::negative_inertia(direction, when), origins.clone())
         }
+        Finding::NotKeptARotation { name, of, origin } => {
+            let of: Vec<String> = of.iter().map(|name| format!("`{name}`")).collect();
+            (messages::not_kept_a_rotation(name, of.join(", ")), vec![*origin])
+        }
         Finding::SpeedNotLinear { name, origin } => (messages::speed_not_linear(name), vec![*origin]),
         Finding::SpeedsCount { speeds, needed, coordinates, rank, origin } => {
             let left = match rank {

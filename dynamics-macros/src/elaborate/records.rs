@@ -40,6 +40,7 @@ impl<'a> Elaborator<'a> {
             return self.fail(name.span(), &messages::argument_count(name, expected, found));
         }
         let noted = (record.name == "RigidBody").then(|| arguments.clone());
+        let places: Vec<Place> = arguments.iter().map(|(_, place)| *place).collect();
         let mut variables = Vec::new();
         for (input, (value, at)) in inputs.iter().zip(arguments) {
             match input {
@@ -50,6 +51,7 @@ impl<'a> Elaborator<'a> {
         if variables.iter().any(|(_, value)| value.is_poison()) {
             return Value::Poison;
         }
+        let given: Vec<Argument> = variables.iter().map(|(_, value)| value.clone()).zip(places).collect();
         let entered = self.diagnostics.enter(place, || format!("{}::{name}", record.name));
         self.frames.push(Frame { of: Some(ty), scopes: vec![Vec::new()], ..Frame::default() });
         for (pattern, value) in variables {
@@ -65,6 +67,7 @@ impl<'a> Elaborator<'a> {
             Some(Flow::Return(value)) => value,
             _ => value,
         };
+        self.note_premises(&record.name, name, &given, &value);
         if let Some(arguments) = noted.filter(|_| name == "kinetic_energy" || name == "potential_energy") {
             self.note_energy(&arguments, name, &value);
         }

@@ -48,6 +48,19 @@ impl Turn {
         &self.rows
     }
 
+    /// Whether it is by an angle: then it turns whatever the values are.
+    pub(super) fn is_by_angle(&self) -> bool {
+        matches!(self.by, By::Angle { .. })
+    }
+
+    /// Its Euler parameters.
+    pub(super) fn euler_parameters(&self) -> Option<&[Scalar; 4]> {
+        match &self.by {
+            By::Parameters(e) => Some(e),
+            _ => None,
+        }
+    }
+
     /// Whether it is the same.
     pub(super) fn is(&self, other: &Self) -> bool {
         key(&self.rows) == key(&other.rows)

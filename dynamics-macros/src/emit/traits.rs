@@ -4,6 +4,7 @@ mod constraints;
 mod evaluations;
 mod identity;
 mod matrices;
+mod premises;
 mod series;
 mod solves;
 mod unrolled;

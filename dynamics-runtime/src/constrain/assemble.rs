@@ -45,6 +45,7 @@ const ASSEMBLED: f64 = 1e-10;
 /// With the row that is violated most, its residual and the distance from fulfilling it.
 pub fn check_start<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
     check_held(model, state, Against::ItsSize)?;
+    StateError::check_bodies(model, state)?;
     check_sides(model, state)
 }
 
@@ -166,7 +167,7 @@ pub fn assemble<M: Constraints>(
     StateError::check_parameters(model)?;
     StateError::check::<M>(&state)?;
     if M::IS_FREE {
-        return Ok(state);
+        return StateError::check_bodies(model, &state).map(|()| state);
     }
     with_workspace::<M, _>(|memory| {
         positions::solve(model, &mut state, &given_q[..n], &mut Room::new(memory, n, M::ROWS.len()))?;
@@ -174,6 +175,7 @@ pub fn assemble<M: Constraints>(
         let open = velocities::solve(model, &mut state, &given_u[..n], &mut Room::new(memory, n, M::ROWS.len()))?;
         if open { velocities::check_branch(model, &state, &given_u[..n], memory) } else { Ok(()) }
     })?;
+    StateError::check_bodies(model, &state)?;
     Ok(state)
 }
 

@@ -17,7 +17,7 @@ use super::record::Trajectory;
 use crate::constrain::Involved;
 use crate::error::{SingularMassMatrix, SolveError, StateError, parameter_not_finite};
 use crate::integrate::Method;
-use crate::model::{ConstraintKind, Dynamics, Model, ModelState};
+use crate::model::{ConstraintKind, Dynamics, Model, ModelState, Premise, Refuted, refuted};
 
 /// A simulation that stopped before its end. What was computed up to there is still in hand: [`SimulationError::motion`].
 pub struct SimulationError<M: Model> {
@@ -383,6 +383,13 @@ pub enum OptionError {
         /// Its value.
         value: f64,
     },
+    /// A mass, an inertia or a rotation of the model is none, by its parameters or in the start state.
+    Unphysical {
+        /// What it should be, and of which parameters and coordinates it is made.
+        premise: &'static Premise,
+        /// What it is instead.
+        why: Refuted,
+    },
     /// A contact or sticking constraint cannot be what was asked for.
     Constraint(Box<ChangeError>),
     /// A number of a contact's law is not admissible.
@@ -478,8 +485,15 @@ impl From<SolveError> for SimulationErrorKind {
 impl OptionError {
     /// A model whose parameters are not finite is not run: what it would fail at first says nothing of them.
     pub(crate) fn check_parameters<M: Dynamics>(model: &M) -> Result<(), Self> {
-        let found = parameter_not_finite(model);
-        found.map_or(Ok(()), |(name, value)| Err(Self::ParameterNotFinite { name, value }))
+        if let Some((name, value)) = parameter_not_finite(model) {
+            return Err(Self::ParameterNotFinite { name, value });
+        }
+        refuted(model, None).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
+    }
+
+    /// Neither is one whose bodies or frames are none at the start.
+    pub(crate) fn check_bodies<M: Dynamics>(model: &M, state: &M::State) -> Result<(), Self> {
+        refuted(model, Some(state)).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
     }
 }
 
@@ -519,6 +533,7 @@ impl fmt::Display for OptionError {
                 let what = if *rate { "the velocity of " } else { "" };
                 write!(f, "the start is not finite: {what}`{name}`")
             }
+            Self::Unphysical { premise, why } => write!(f, "{premise}: {why}"),
             Self::ParameterNotFinite { name, value } => {
                 write!(f, "parameter `{name}` of the model is {value}; give a finite number")
             }

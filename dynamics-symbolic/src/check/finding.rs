@@ -91,6 +91,15 @@ pub enum Finding {
         /// Declarations of the coordinates involved.
         origins: Vec<Origin>,
     },
+    /// A frame turned by a matrix that is no rotation where the constraints hold.
+    NotKeptARotation {
+        /// Name of the function.
+        name: String,
+        /// The coordinates that it is made of.
+        of: Vec<String>,
+        /// Where the frame is made.
+        origin: Origin,
+    },
     /// A speed that is not linear in the velocities.
     SpeedNotLinear {
         /// Its name, array elements as `w[0]`.

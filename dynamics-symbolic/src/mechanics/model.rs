@@ -26,6 +26,8 @@ pub struct Model {
     pub energies: Vec<Energy>,
     /// Rigid bodies whose energies are among them, where it is known how their frames are reached: what is derived from them is the same, and often shorter.
     pub bodies: Vec<Body>,
+    /// What is taken for granted of bodies and frames, and what only a run can show. Not part of the derivation.
+    pub premises: Vec<Premise>,
     /// Applied forces.
     pub forces: Vec<Force>,
     /// Constraints, the holonomic ones first; their components in this order are the rows of Φ_q and of λ: `Symbol::Multiplier(i)`.
@@ -121,6 +123,36 @@ pub struct Body {
     pub kinetic: NodeId,
     /// Gravity in the world, and the potential energy −m g·r that it gives, a part of V.
     pub weight: Option<([NodeId; 3], NodeId)>,
+}
+
+/// What is taken for granted of some values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Claim {
+    /// One value: a mass, not negative.
+    Mass,
+    /// One value: a moment of inertia, not negative.
+    Moment,
+    /// Nine values by rows: an inertia matrix that some body has.
+    Inertia,
+    /// Nine values by rows: a matrix that turns or mirrors, RᵀR = 1.
+    Rotation,
+}
+
+/// Something taken for granted: without it the equations are those of no body.
+#[derive(Clone, Debug)]
+pub struct Premise {
+    /// What.
+    pub claim: Claim,
+    /// Of which values.
+    pub nodes: Vec<NodeId>,
+    /// The user's names of what they are made of.
+    pub of: Vec<String>,
+    /// The user's function in which.
+    pub within: String,
+    /// Whether the parameters alone decide it.
+    pub constant: bool,
+    /// Where it is said.
+    pub origin: Origin,
 }
 
 /// What an energy function means.

@@ -33,6 +33,7 @@ impl Elaborator<'_> {
             Value::Poison => return Value::Poison,
             other => return self.fail(at, &messages::expected_shape("a `Mat3`", other.shape())),
         };
+        self.note_inertia(&inertia, at);
         let turns = self.turns(m).unwrap_or_else(|| Rc::new(vec![Turn { rows: m.clone(), by: By::Matrix }]));
         let mut needed = turns.len();
         while needed > 0 && self.leaves(&turns[needed - 1], &inertia, name.span()) {
@@ -55,7 +56,7 @@ impl Elaborator<'_> {
     }
 
     /// Whether a constraint that always holds says that the squares of Euler parameters have the sum 1. (Constraints are elaborated before energies.)
-    fn have_unit_norm(&mut self, e: &[Scalar; 4]) -> bool {
+    pub(in super::super) fn have_unit_norm(&mut self, e: &[Scalar; 4]) -> bool {
         let graph = &mut self.model.graph;
         let mut norm = graph.number(Number::integer(-1));
         for parameter in e {

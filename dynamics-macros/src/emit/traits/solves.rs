@@ -71,11 +71,12 @@ impl Emission<'_> {
         let (operations, angle_sets) = (self.operations(), self.angle_sets());
         let (f9, kinks) = self.kinks();
         let (f10, speeds) = self.speeds();
+        let (f11, premises) = self.premises();
         let velocities = self.compiled.equations.has_velocity_forces(self.access.graph);
         let time = self.compiled.equations.has_explicit_time(self.access.graph);
         quote! {
             use #private::{Model, Result, Result::{Ok, Err}};
-            #f1 #f2 #f3 #f4 #f5 #f6 #f7 #f8 #f9 #f10
+            #f1 #f2 #f3 #f4 #f5 #f6 #f7 #f8 #f9 #f10 #f11
             impl #private::Dynamics for #model {
                 type Constants = [#f64; #count];
                 #quantities
@@ -84,7 +85,7 @@ impl Emission<'_> {
                 #angle_sets
                 const VELOCITY_FORCES: #private::bool = #velocities;
                 const EXPLICIT_TIME: #private::bool = #time;
-                #parameter #constants #accelerations #derivatives #mass #force #momenta #rates #energy #conserved #speeds #kinks #series
+                #parameter #constants #accelerations #derivatives #mass #force #momenta #rates #energy #conserved #speeds #premises #kinks #series
             }
         }
     }

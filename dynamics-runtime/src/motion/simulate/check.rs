@@ -78,7 +78,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         }
         match not_finite(self.start.inputs().as_slice()) {
             Some(i) if self.law.is_none() => Err(OptionError::InputWithoutValue { input: M::INPUTS[i].name }),
-            _ => Ok(()),
+            _ => OptionError::check_bodies(self.model, &self.start),
         }
     }
 

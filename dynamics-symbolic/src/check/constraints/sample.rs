@@ -22,6 +22,12 @@ pub(super) fn random(kind: u64, index: u64) -> f64 {
 }
 
 impl Sample {
+    /// A state at random values.
+    pub(in super::super) fn anywhere(model: &Model) -> Self {
+        let all = |kind| (0..model.coordinates.len() as u64).map(|i| 2.0 * random(kind, i) - 1.0).collect();
+        Self { time: random(6, 0), q: all(7), u: all(8), parameters: Self::parameters(model, 0) }
+    }
+
     /// The parameters of the n-th attempt; nominal values where given.
     pub(super) fn parameters(model: &Model, attempt: u64) -> Vec<f64> {
         let given = |i: u32| model.nominal.iter().find(|(p, _)| *p == i).map(|(_, value)| *value);

@@ -1,0 +1,37 @@
+//! What turns frames is a rotation in the states that the constraints leave: Euler parameters have their norm constraint, nine elements their six.
+//!
+//! It is looked at in the states that are known to fulfil the constraints, at a random one where there are none. Matrices that parameters have a part in are left to
+//! the run, which knows their values.
+
+use crate::graph::{Bindings, Dependence, NodeId};
+use crate::mechanics::{Claim, Model};
+
+use super::constraints::{Analysis, Sample};
+use super::finding::Finding;
+
+/// Largest element of RᵀR − 1 that states which fulfil constraints to some digits may have.
+const CLEARLY: f64 = 1e-3;
+
+/// Matrices that turn frames and are no rotation in any state that is known.
+pub(super) fn rotations(model: &Model, analysis: &Analysis, found: &mut Vec<Finding>) {
+    let anywhere = [Sample::anywhere(model)];
+    let samples = if model.constraints.is_empty() { &anywhere[..] } else { &analysis.samples };
+    let moving = Dependence::COORDINATES.with(Dependence::TIME);
+    for premise in model.premises.iter().filter(|p| p.claim == Claim::Rotation && !p.constant) {
+        let of_state = premise.nodes.iter().all(|node| model.graph.dependence(*node).within(moving));
+        if of_state && !samples.is_empty() && samples.iter().all(|state| defect(model, &premise.nodes, state) > CLEARLY)
+        {
+            let (name, of, origin) = (premise.within.clone(), premise.of.clone(), premise.origin);
+            found.push(Finding::NotKeptARotation { name, of, origin });
+        }
+    }
+}
+
+/// The largest element of RᵀR − 1.
+fn defect(model: &Model, nodes: &[NodeId], state: &dyn Bindings) -> f64 {
+    let values = model.graph.evaluate(nodes, state);
+    let m = |i: usize, j: usize| values[nodes[3 * i + j].index()];
+    let product = |i: usize, j: usize| (0..3).map(|k| m(k, i) * m(k, j)).sum::<f64>();
+    let all = (0..3).flat_map(|i| (0..3).map(move |j| (i, j)));
+    all.fold(0.0, |most, (i, j)| f64::max(most, (product(i, j) - f64::from(u8::from(i == j))).abs()))
+}
