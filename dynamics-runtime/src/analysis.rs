@@ -48,9 +48,9 @@ pub use work_precision::{
 };
 
 pub use vibration::{
-    Banded, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load, LowestModes, Lqr, LqrDesign, ModeFilm,
-    NormalModes, Onset, Peak, Reach, RotorMode, Signal, Spectrum, StateSpace, TimeResponse, Vibration, VibrationError,
-    Window, Withheld, frequencies, lowest_modes,
+    Banded, BandedModel, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load, LowestModes, Lqr,
+    LqrDesign, ModeFilm, NormalModes, Onset, Peak, Reach, RotorMode, Signal, Spectrum, StateSpace, TimeResponse,
+    Vibration, VibrationError, Window, Withheld, frequencies, lowest_modes,
 };
 
 use crate::motion::Simulate;

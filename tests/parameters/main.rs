@@ -1,5 +1,6 @@
 //! What motions, equilibria and frequencies make of parameters and starts, against closed forms and whole motions; parameters found from measured motion; sweeps.
 
+mod corners;
 #[path = "../models/double_pendulum.rs"]
 mod double_pendulum;
 mod fit;

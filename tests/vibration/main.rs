@@ -10,3 +10,4 @@ mod rounding;
 mod state_space;
 mod steady;
 mod time;
+mod unreached;

@@ -37,7 +37,7 @@ use crate::constrain::{check_start, solve_once};
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
 pub(super) use modes::eigenvector;
 pub(super) use reduce::{Tangent, scales};
-pub(super) use spectrum::{drop_rounding, general, symmetric as undamped};
+pub(super) use spectrum::{drop_rounding, general, symmetric as undamped, with_potential};
 pub(super) use steady::later;
 
 /// Models whose small motions can be asked for: all.

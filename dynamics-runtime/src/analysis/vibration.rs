@@ -9,9 +9,10 @@
 //!
 //! [`StateSpace`] holds ẋ = A x + B w, y = C x + D w; `frequency_response`, `time_response` and `control` ask it. [`NormalModes`] are those of M and K
 //! alone, [`Campbell`] follows eigenvalues of rotors over their speed, [`Spectrum`] sets what a simulated motion contains beside them, and
-//! [`lowest_modes`] serves banded matrices of a size that no derived model has.
+//! [`lowest_modes`] serves banded matrices of any size, which [`Linearization::banded`](super::Linearization::banded) makes of a model and [`BandedModel`] of single elements.
 
 mod banded;
+mod banded_model;
 mod campbell;
 mod charts;
 mod control;
@@ -25,9 +26,11 @@ mod resonance;
 mod riccati;
 mod state_space;
 mod time_response;
+mod unreached;
 mod varying;
 
 pub use banded::Banded;
+pub use banded_model::BandedModel;
 pub use campbell::{Campbell, CriticalSpeed, Onset, RotorMode};
 pub use control::{Lqr, LqrDesign, Reach};
 pub use error::VibrationError;

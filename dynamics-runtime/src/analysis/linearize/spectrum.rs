@@ -38,19 +38,27 @@ fn pair(square: f64) -> [Complex<f64>; 2] {
 /// ω², ascending, and the vectors of K x = ω² M x, orthonormal in M.
 pub(in crate::analysis) type Undamped = (DVector<f64>, DMatrix<f64>);
 
-/// The eigenvalues of what is undamped and conservative; `None` where there is more.
-pub(in crate::analysis) fn symmetric(linear: &Linearization) -> Result<Option<Undamped>, LinearizeError> {
-    let (Some(stiffness), Some(circulatory)) = (linear.conservative(), linear.circulatory()) else { return Ok(None) };
+/// The stiffness, where it is that of a potential, symmetric but for rounding, and nothing rolls.
+pub(in crate::analysis) fn with_potential(linear: &Linearization) -> Option<DMatrix<f64>> {
+    let (stiffness, circulatory) = (linear.conservative()?, linear.circulatory()?);
     let n = stiffness.nrows();
-    let is_rest = linear.damping.iter().all(|x| *x == 0.0) && linear.rates_by_coordinates.iter().all(|x| *x == 0.0);
     let rounding = n as f64 * 4.0 * f64::EPSILON;
     let skew = |i: usize, j: usize| {
         circulatory[(i, j)].abs()
             > rounding * (stiffness[(i, i)] * stiffness[(j, j)]).abs().sqrt().max(stiffness[(i, j)].abs())
     };
-    if n == 0 || !is_rest || (0..n).any(|i| (0..n).any(|j| skew(i, j))) {
+    let rolls = linear.rates_by_coordinates.iter().any(|x| *x != 0.0);
+    let none = n == 0 || rolls || (0..n).any(|i| (0..n).any(|j| skew(i, j)));
+    (!none).then_some(stiffness)
+}
+
+/// The eigenvalues of what is undamped and conservative; `None` where there is more.
+pub(in crate::analysis) fn symmetric(linear: &Linearization) -> Result<Option<Undamped>, LinearizeError> {
+    let Some(stiffness) = with_potential(linear).filter(|_| linear.damping.iter().all(|x| *x == 0.0)) else {
         return Ok(None);
-    }
+    };
+    let n = stiffness.nrows();
+    let rounding = n as f64 * 4.0 * f64::EPSILON;
     let lower = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?.unpack();
     let half = lower.solve_lower_triangular(&stiffness).ok_or(LinearizeError::Inertia)?;
     let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?;

@@ -53,6 +53,8 @@ const WEAK: f64 = 1e-6;
 const COARSE: f64 = 1e-3;
 /// Those that are nearer than this have 10 digits: what is left of order 4 is as the square of what is left of order 2.
 const FINE: f64 = 1e-5;
+/// A derivative that is so many times what rounding adds moves values visibly.
+const SEEN: f64 = 1e3;
 /// How much longer the next step is where values hardly moved, and how often it is tried.
 const LONGER: (f64, usize) = (1e3, 6);
 /// How much shorter where they are coarse: rounding grows with it, so that steps are left no shorter than they have to be.
@@ -63,8 +65,11 @@ struct Stage {
     found: DVector<f64>,
     /// How far those of order 2 and 4 are apart, and what rounding may add.
     off: DVector<f64>,
-    /// Values that hardly moved.
+    /// Values that hardly moved, and those that did not at all.
     weak: Vec<bool>,
+    unmoved: Vec<bool>,
+    /// What rounding adds.
+    rounding: DVector<f64>,
 }
 
 /// f′(0) by differences of order 4 that begin with the step h. A parameter near zero measures by its own size steps that change nothing but rounding: where f moves by less than [`WEAK`] of `sizes`, of
@@ -78,12 +83,15 @@ pub(super) fn differences(
     let stage = |h: f64| {
         let values = [f(h)?, f(-h)?, f(2.0 * h)?, f(-2.0 * h)?];
         let size = |i: usize| values.iter().map(|v| v[i].abs()).fold(sizes[i], f64::max);
-        let moved = &values[0] - &values[1];
-        let weak = (0..sizes.len()).map(|i| moved[i].abs() <= WEAK * size(i)).collect();
+        let [moved, farther] = [&values[0] - &values[1], &values[2] - &values[3]];
+        // Where but the farther ones move there is a corner between, for which shorter steps are.
+        let change = |i: usize| moved[i].abs().max(farther[i].abs());
+        let weak = (0..sizes.len()).map(|i| change(i) <= WEAK * size(i)).collect();
+        let unmoved = (0..sizes.len()).map(|i| change(i) == 0.0).collect();
         let rounding = DVector::from_fn(sizes.len(), |i, _| f64::EPSILON * size(i) / h);
         let found = fourth_order(values, h);
-        let off = (&found - moved / (2.0 * h)).abs() + rounding;
-        Ok::<_, SensitivityError>(Stage { found, off, weak })
+        let off = (&found - moved / (2.0 * h)).abs() + &rounding;
+        Ok::<_, SensitivityError>(Stage { found, off, weak, unmoved, rounding })
     };
     let mut best: Stage = stage(first)?;
     let all = 0..sizes.len();
@@ -92,8 +100,10 @@ pub(super) fn differences(
     let coarse: Vec<usize> = all.filter(|i| !best.weak[*i] && is_coarse(*i, &best)).collect();
     let nearer = |factor: f64, i: usize, next: &Stage, best: &Stage| {
         let part = |stage: &Stage| stage.off[i] / stage.found[i].abs();
+        // What was seen moving would still be seen, and stands still: a corner was between.
+        let is_flat = next.unmoved[i] && best.found[i].abs() > SEEN * next.rounding[i];
         // Shorter ones are to agree: differences of rounding grow with the derivative.
-        if factor > 1.0 { next.off[i] < best.off[i] } else { part(next) < part(best).min(COARSE) }
+        if factor > 1.0 { next.off[i] < best.off[i] } else { part(next) < part(best).min(COARSE) || is_flat }
     };
     for (mut open, factor, count) in [(weak, LONGER.0, LONGER.1), (coarse, SHORTER.0, SHORTER.1)] {
         let mut h = first;
@@ -101,14 +111,20 @@ pub(super) fn differences(
             h *= factor;
             // So far the model may not go.
             let Some(next) = Some(h).filter(|_| !open.is_empty()).and_then(|h| stage(h).ok()) else { break };
-            let taken: Vec<usize> = open.iter().copied().filter(|i| nearer(factor, *i, &next, &best)).collect();
+            // Both orders agree by chance where a function saturates on both sides: a longer step is believed if another does.
+            let other = if factor > 1.0 { stage(h / 3.0).ok() } else { None };
+            let agrees =
+                |i: usize, other: &Stage| (other.found[i] - next.found[i]).abs() <= COARSE * next.found[i].abs();
+            let believed = |i: usize| factor < 1.0 || other.as_ref().is_some_and(|other| agrees(i, other));
+            let taken: Vec<usize> =
+                open.iter().copied().filter(|i| nearer(factor, *i, &next, &best) && believed(*i)).collect();
             for i in &taken {
                 (best.found[*i], best.off[*i]) = (next.found[*i], next.off[*i]);
             }
             if factor > 1.0 {
-                open.retain(|i| taken.contains(i) && next.weak[*i]);
+                open.retain(|i| next.weak[*i]);
             } else {
-                open.retain(|i| is_coarse(*i, &best));
+                open.retain(|i| is_coarse(*i, &best) && !(taken.contains(i) && next.unmoved[*i]));
             }
         }
     }

@@ -17,10 +17,13 @@
 //!
 //! With constraints variations are put back onto the tangent space at the ends of the motion's steps, x → P x − c, and here λ → Pᵀλ, with λᵀc taken off.
 //!
+//! Where an output that is integrated has a corner, as it saturates, ℓ_y jumps: such places are located, and steps end there (`corners.rs`).
+//!
 //! Where velocities or accelerations jump λ does, too, by what the instant of the jump moves: such motions are refused, as are integrals of outputs that jump, and motions that an event
 //! ends before their time, as their ends move with the parameters.
 
 mod adjoint;
+mod corners;
 mod objective;
 mod show;
 

@@ -47,7 +47,7 @@ pub enum VibrationError {
         /// What it must be.
         must_be: &'static str,
     },
-    /// The response to a steady sine is infinite, or not distinguishable from it: the frequency is that of an undamped mode.
+    /// The response to a steady sine is infinite, or not distinguishable from it: the frequency is that of an undamped mode that is reached and seen.
     Resonance {
         /// What was asked for, in rad/s.
         frequency: f64,
@@ -174,8 +174,8 @@ impl fmt::Display for VibrationError {
             Self::Value { what, value, must_be } => write!(f, "{what} is {value:e}; it must be {must_be}"),
             Self::Resonance { frequency, eigenvalue, conditioning } => write!(
                 f,
-                "at {frequency:.9e} rad/s the response is infinite, or not to be told: it is the frequency of a mode without damping ({}, condition number {conditioning:.1e}); \
-                 ask beside it, or give the mode damping",
+                "at {frequency:.9e} rad/s the response is infinite, or not to be told: it is the frequency of a mode without damping that is reached and seen \
+                 ({}, condition number {conditioning:.1e}); ask beside it, or give the mode damping",
                 Value(*eigenvalue)
             ),
             Self::Free { conditioning } => write!(

@@ -6,8 +6,8 @@
 //!
 //! What moves a base is one cause with several inputs, its place, its rate and its acceleration: B and D are then polynomials in s. A is balanced first
 //! (Parlett & Reinsch, Numer. Math. 13 (1969) 293), so that units do not decide about conditioning. Each value comes with a bound of its rounding,
-//! n ε |C R| |s − A| |R B| with R = (s − A)⁻¹ (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, §7.2), and is refused where R has no digits: on an
-//! undamped resonance.
+//! n ε |C R| |s − A| |R B| with R = (s − A)⁻¹ (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, §7.2). Where R has no digits, on the frequency of a mode without
+//! damping, the modes there are taken out if the cause does not reach them or the answer does not see them (`unreached.rs`); what is reached and seen is refused.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -16,7 +16,9 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::state_space::Signal;
+use super::unreached::between;
 use super::{StateSpace, VibrationError};
+use crate::analysis::linearize::general;
 
 /// Condition number of s − A beyond which its inverse has no three digits left.
 const WORST: f64 = 1e13;
@@ -91,13 +93,15 @@ impl FrequencyResponse {
     }
 }
 
-/// One way from a cause to an answer, balanced.
+/// One way from a cause to an answer, balanced: the states that lie between them.
 pub(super) struct Channel {
-    a: DMatrix<f64>,
+    pub(super) a: DMatrix<f64>,
     /// By powers of s.
-    b: [DVector<f64>; 3],
-    c: DVector<f64>,
-    d: [f64; 3],
+    pub(super) b: [DVector<f64>; 3],
+    pub(super) c: DVector<f64>,
+    pub(super) d: [f64; 3],
+    /// What taking modes out has left of error, in `a`, `b` and `c`.
+    pub(super) off: [f64; 3],
 }
 
 /// H and what belongs to it at one frequency.
@@ -117,18 +121,28 @@ impl Evaluated {
 
 impl Channel {
     pub(super) fn new(space: &StateSpace, input: &Excitation, output: usize) -> Result<Self, VibrationError> {
-        let mut a = space.a.clone();
-        let scale = balance_parlett_reinsch(&mut a);
-        let mut b = [(); 3].map(|()| DVector::zeros(a.nrows()));
+        let mut b = [(); 3].map(|()| DVector::zeros(space.a.nrows()));
         let mut d = [0.0; 3];
         for (k, name) in input.terms.iter().enumerate() {
             let Some(name) = name else { continue };
             let column = space.input(name)?;
-            b[k] = space.b.column(column).component_div(&scale);
+            b[k].copy_from(&space.b.column(column));
             d[k] = space.d[(output, column)];
         }
-        let c = space.c.row(output).transpose().component_mul(&scale);
-        Ok(Self { a, b, c, d })
+        let c = space.c.row(output).transpose();
+        let states = between(&space.a, &b, &c);
+        let mut a = space.a.select_rows(&states).select_columns(&states);
+        let scale = balance_parlett_reinsch(&mut a);
+        let b = b.map(|b| b.select_rows(&states).component_div(&scale));
+        let c = c.select_rows(&states).component_mul(&scale);
+        Ok(Self { a, b, c, d, off: [0.0; 3] })
+    }
+
+    /// The eigenvalues of what lies between cause and answer, by growing real part.
+    pub(super) fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, VibrationError> {
+        let mut found = general(self.a.clone())?;
+        found.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
+        Ok(found)
     }
 
     /// `None` where iω − A has no inverse with digits; then its condition number.
@@ -138,7 +152,8 @@ impl Channel {
         let mut shifted = self.a.map(|x| Complex::new(-x, 0.0));
         (0..n).for_each(|i| shifted[(i, i)] += s);
         let sizes = shifted.map(|x| x.norm());
-        let inverse = shifted.try_inverse().ok_or(f64::INFINITY)?;
+        // By elimination: up to four rows `try_inverse` has closed forms, which make a number of what is singular twice.
+        let inverse = shifted.lu().try_inverse().ok_or(f64::INFINITY)?;
         let products = inverse.map(|x| x.norm()) * &sizes;
         let conditioning = products.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
         if conditioning.is_nan() || conditioning > WORST {
@@ -154,7 +169,10 @@ impl Channel {
         let value = c.dot(&x) + polynomial(&|k| complex(self.d[k]));
         let by_s = left.dot(&b_slope) - left.dot(&x) + derivative(&|k| complex(self.d[k]));
         let rounding = left.map(|x| x.norm()).dot(&(sizes * x.map(|x| x.norm()))) + value.norm();
-        Ok(Evaluated { value, slope: Complex::new(0.0, 1.0) * by_s, uncertainty: n as f64 * f64::EPSILON * rounding })
+        let [of_a, of_b, of_c] = self.off;
+        let taken_out = of_a * left.norm() * x.norm() + of_b * left.norm() + of_c * x.norm();
+        let uncertainty = n.max(1) as f64 * f64::EPSILON * rounding + taken_out;
+        Ok(Evaluated { value, slope: Complex::new(0.0, 1.0) * by_s, uncertainty })
     }
 }
 
@@ -163,8 +181,8 @@ impl StateSpace {
     /// frequencies in rad/s: receptance, mobility and accelerance are those of coordinates, rates and accelerations to forces.
     ///
     /// # Errors
-    /// Names that are not known, frequencies that are not 0 or positive, and [`VibrationError::Resonance`] on the frequency of a mode without damping,
-    /// [`VibrationError::Free`] at 0 where something is free to move.
+    /// Names that are not known, frequencies that are not 0 or positive, and [`VibrationError::Resonance`] on the frequency of a mode without damping that the
+    /// cause reaches and the answer sees, [`VibrationError::Free`] at 0 where something is free to move, and does. A mode that is not reached, or not seen, leaves the response finite.
     pub fn frequency_response(
         &self,
         input: impl Into<Excitation>,
@@ -200,13 +218,15 @@ impl StateSpace {
             let must_be = "0 or a positive number of rad/s";
             return Err(VibrationError::Value { what: "a frequency", value: frequency, must_be });
         }
-        match channel.at(frequency) {
+        let at = Complex::new(0.0, frequency);
+        let found = channel.at(frequency);
+        match found.or_else(|worst| channel.without(at).and_then(|rest| rest.at(frequency).ok()).ok_or(worst)) {
             Ok(found) => Ok(found),
             // What is free has the eigenvalue 0, or what rounding leaves of it, which is no mode to be named.
             Err(conditioning) if frequency == 0.0 => Err(VibrationError::Free { conditioning }),
             Err(conditioning) => {
-                let beside = |x: &Complex<f64>| (x - Complex::new(0.0, frequency)).norm();
-                let found = self.eigenvalues()?;
+                let beside = |x: &Complex<f64>| (x - at).norm();
+                let found = channel.eigenvalues()?;
                 let nearest = found.into_iter().min_by(|x, y| beside(x).total_cmp(&beside(y)));
                 let eigenvalue = nearest.unwrap_or_default();
                 Err(VibrationError::Resonance { frequency, eigenvalue, conditioning })

@@ -79,7 +79,7 @@ pub fn lowest_modes(mass: &Banded, stiffness: &Banded, count: usize) -> Result<L
 /// Factors of K + s M, s = 0 where K has an inverse with digits.
 fn shifted(mass: &Banded, stiffness: &Banded) -> Result<(Factors, f64), VibrationError> {
     let n = mass.len();
-    let stiffest = (0..n).map(|i| stiffness.get(i, i) / mass.get(i, i)).fold(0.0, f64::max);
+    let stiffest = (0..n).map(|i| (stiffness.get(i, i) / mass.get(i, i)).abs()).fold(0.0, f64::max);
     let pivots = |factors: &Factors| factors.first_negative();
     if let Ok(factors) = stiffness.clone().factor() {
         // A pivot that is the rounding of nothing is told by a shift of that size.

@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::VibrationError;
 use super::state_space::{Signal, StateSpace};
-use crate::analysis::linearize::{Linearization, undamped};
+use crate::analysis::linearize::{Linearization, undamped, with_potential};
 use crate::model::Quantity;
 use crate::motion::suggest;
 
@@ -23,6 +23,8 @@ use crate::motion::suggest;
 const EQUAL: f64 = 1e-10;
 /// Coupling by damping, in parts of the modes' own, below which there is none.
 const UNCOUPLED: f64 = 1e-9;
+
+const WITHOUT_SYMMETRY: &str = "rolling, or forces that have no potential, leave the stiffness without symmetry";
 
 /// The modes of mass and stiffness, C of them, by growing frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,26 +46,30 @@ pub struct NormalModes {
 }
 
 impl Linearization {
+    /// K, where mass and stiffness have modes by themselves.
+    pub(super) fn stiffness_of_normal_modes(&self) -> Result<DMatrix<f64>, VibrationError> {
+        if let Some(reason) = &self.unsteady {
+            return Err(reason.clone().into());
+        }
+        if self.gyroscopic().amax() > 1e-14 * self.damping.amax() {
+            return Err(VibrationError::NoNormalModes { why: "gyroscopic terms couple velocities" });
+        }
+        with_potential(self).ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })
+    }
+
     /// The modes of mass and stiffness alone, normalised by mass.
     ///
     /// # Errors
     /// Where there are none: gyroscopic or circulatory terms, rolling, a position that is no equilibrium, or that is unstable.
     pub fn normal_modes(&self) -> Result<NormalModes, VibrationError> {
-        if let Some(reason) = &self.unsteady {
-            return Err(reason.clone().into());
-        }
-        let none = |why| Err(VibrationError::NoNormalModes { why });
-        let (gyroscopic, dissipative) = (self.gyroscopic(), self.dissipative());
-        if gyroscopic.amax() > 1e-14 * self.damping.amax() {
-            return none("gyroscopic terms couple velocities");
-        }
+        self.stiffness_of_normal_modes()?;
+        let dissipative = self.dissipative();
         let mut bare = self.clone();
         bare.damping.fill(0.0);
-        let Some((squares, mut shapes)) = undamped(&bare)? else {
-            return none("rolling, or forces that have no potential, leave the stiffness without symmetry");
-        };
+        let (squares, mut shapes) = undamped(&bare)?.ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })?;
         if squares.iter().any(|square| *square < 0.0) {
-            return none("the position is unstable, and falls along a mode rather than swings");
+            let why = "the position is unstable, and falls along a mode rather than swings";
+            return Err(VibrationError::NoNormalModes { why });
         }
         turn_equal(&squares, &mut shapes, &dissipative);
         for mut shape in shapes.column_iter_mut() {

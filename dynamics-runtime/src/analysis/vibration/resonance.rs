@@ -13,6 +13,8 @@ use super::frequency_response::{Channel, Excitation};
 use super::{StateSpace, VibrationError};
 use crate::analysis::linearize::general;
 
+/// Real part of an eigenvalue, in parts of the largest, above which it is growth and not the root of rounding.
+const GROWS: f64 = 1e-7;
 /// Slope of |H|², in parts of |H| |H'|, that is rounding.
 const FLAT: f64 = 1e-11;
 /// How much above the largest peak that was found no higher one is proved to be.
@@ -52,13 +54,12 @@ impl StateSpace {
     /// All peaks of a response, by growing frequency; a largest value at frequency 0 is none.
     ///
     /// # Errors
-    /// As [`StateSpace::frequency_response`], and where something does not die away: the peak of an undamped mode is infinite.
+    /// As [`StateSpace::frequency_response`], and where something that is reached and seen does not die away: the peak of an undamped mode is infinite.
     pub fn resonances(&self, input: impl Into<Excitation>, output: &str) -> Result<Vec<Peak>, VibrationError> {
-        let channel = Channel::new(self, &input.into(), self.output(output)?)?;
-        let eigenvalues = self.dying()?;
+        let (channel, eigenvalues) = self.dying(&input.into(), output)?;
         let rise = |frequency: f64| self.response_at(&channel, frequency).map(|found| found.rise());
         let (mut grid, mut rises) = (Vec::new(), Vec::new());
-        for frequency in self::grid(&eigenvalues) {
+        for frequency in grid_about(&eigenvalues) {
             let found = self.response_at(&channel, frequency)?;
             // Where |H| is flat to rounding the sign of its slope says nothing.
             if found.rise().abs() > FLAT * (found.value.norm() * found.slope.norm()) {
@@ -88,10 +89,9 @@ impl StateSpace {
     /// # Errors
     /// As [`StateSpace::resonances`]; causes with rates, whose response may grow without end.
     pub fn largest_response(&self, input: &str, output: &str) -> Result<Gain, VibrationError> {
-        let (row, column) = (self.output(output)?, self.input(input)?);
-        let channel = Channel::new(self, &input.into(), row)?;
+        let (channel, _) = self.dying(&input.into(), output)?;
         let size = |frequency: f64| self.response_at(&channel, frequency).map(|found| found.value.norm());
-        let direct = self.d[(row, column)];
+        let direct = channel.d[0];
         let mut best = (0.0, size(0.0)?);
         if direct.abs() > best.1 {
             best = (f64::INFINITY, direct.abs());
@@ -106,7 +106,7 @@ impl StateSpace {
             if best.1 == 0.0 {
                 break;
             }
-            let crossings = self.reaching(row, column, bound)?;
+            let crossings = reaching(&channel, bound)?;
             let mut found = best;
             for middle in crossings.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])) {
                 let there = size(middle)?;
@@ -126,35 +126,24 @@ impl StateSpace {
         Ok(Gain { frequency: best.0, magnitude: best.1, bound: best.1 * (1.0 + CERTAIN) })
     }
 
-    /// The eigenvalues, all of which die away.
-    pub(super) fn dying(&self) -> Result<Vec<Complex<f64>>, VibrationError> {
-        let eigenvalues = self.eigenvalues()?;
-        let size = eigenvalues.iter().map(|x| x.norm()).fold(0.0, f64::max);
-        match eigenvalues.last() {
-            Some(last) if last.re >= -1e-13 * size => Err(VibrationError::Unstable { eigenvalue: *last }),
-            _ => Ok(eigenvalues),
+    /// The way from a cause to an answer and its eigenvalues, all of which die away; what does not, and is not reached or not seen, is taken out.
+    fn dying(&self, input: &Excitation, output: &str) -> Result<(Channel, Vec<Complex<f64>>), VibrationError> {
+        let mut channel = Channel::new(self, input, self.output(output)?)?;
+        let size = |of: &[Complex<f64>]| of.iter().map(|x| x.norm()).fold(0.0, f64::max);
+        // What grows is told, whether it is seen here or not.
+        let all = self.eigenvalues()?;
+        if let Some(last) = all.last().filter(|last| last.re > GROWS * size(&all)) {
+            return Err(VibrationError::Unstable { eigenvalue: *last });
         }
-    }
-
-    /// Frequencies at which |H| = `level`, level above |D|: those of imaginary eigenvalues of the Hamiltonian matrix.
-    fn reaching(&self, row: usize, column: usize, level: f64) -> Result<Vec<f64>, VibrationError> {
-        let n = self.a.nrows();
-        // Scaled so that |H|/level is compared with 1.
-        let (b, c) = (self.b.column(column) / level.sqrt(), self.c.row(row) / level.sqrt());
-        let d = self.d[(row, column)] / level;
-        let rest = 1.0 - d * d;
-        let moved = &self.a + &b * &c * (d / rest);
-        let mut hamiltonian = DMatrix::zeros(2 * n, 2 * n);
-        hamiltonian.view_mut((0, 0), (n, n)).copy_from(&moved);
-        hamiltonian.view_mut((0, n), (n, n)).copy_from(&(&b * b.transpose() / rest));
-        hamiltonian.view_mut((n, 0), (n, n)).copy_from(&(c.transpose() * &c * (-(1.0 + d * d / rest))));
-        hamiltonian.view_mut((n, n), (n, n)).copy_from(&-moved.transpose());
-        let found = general(hamiltonian)?;
-        let size = found.iter().map(|x| x.norm()).fold(0.0, f64::max);
-        let on_axis = found.into_iter().filter(|x| x.im >= 0.0 && x.re.abs() <= 1e-9 * size);
-        let mut on_axis: Vec<f64> = on_axis.map(|x| x.im).collect();
-        on_axis.sort_by(f64::total_cmp);
-        Ok(on_axis)
+        loop {
+            let eigenvalues = channel.eigenvalues()?;
+            let last = match eigenvalues.last() {
+                Some(last) if last.re >= -1e-13 * size(&eigenvalues) => *last,
+                _ => return Ok((channel, eigenvalues)),
+            };
+            let rest = channel.without(Complex::new(0.0, last.im));
+            channel = rest.ok_or(VibrationError::Unstable { eigenvalue: last })?;
+        }
     }
 
     /// A peak between troughs.
@@ -173,8 +162,32 @@ impl StateSpace {
     }
 }
 
+/// Frequencies at which |H| = `level`, level above |D|: those of imaginary eigenvalues of the Hamiltonian matrix.
+fn reaching(channel: &Channel, level: f64) -> Result<Vec<f64>, VibrationError> {
+    let n = channel.a.nrows();
+    // Scaled so that |H|/level is compared with 1.
+    let (b, c) = (&channel.b[0] / level.sqrt(), channel.c.transpose() / level.sqrt());
+    let d = channel.d[0] / level;
+    let rest = 1.0 - d * d;
+    let moved = &channel.a + &b * &c * (d / rest);
+    let mut hamiltonian = DMatrix::zeros(2 * n, 2 * n);
+    hamiltonian.view_mut((0, 0), (n, n)).copy_from(&moved);
+    hamiltonian.view_mut((0, n), (n, n)).copy_from(&(&b * b.transpose() / rest));
+    hamiltonian.view_mut((n, 0), (n, n)).copy_from(&(c.transpose() * &c * (-(1.0 + d * d / rest))));
+    hamiltonian.view_mut((n, n), (n, n)).copy_from(&-moved.transpose());
+    let found = general(hamiltonian)?;
+    let size = found.iter().map(|x| x.norm()).fold(0.0, f64::max);
+    let on_axis = found.into_iter().filter(|x| x.im >= 0.0 && x.re.abs() <= 1e-9 * size);
+    let mut on_axis: Vec<f64> = on_axis.map(|x| x.im).collect();
+    on_axis.sort_by(f64::total_cmp);
+    Ok(on_axis)
+}
+
 /// Frequencies among which no peak hides: dense about each eigenvalue by its width, and over all decades.
-fn grid(eigenvalues: &[Complex<f64>]) -> Vec<f64> {
+fn grid_about(eigenvalues: &[Complex<f64>]) -> Vec<f64> {
+    if eigenvalues.is_empty() {
+        return Vec::new();
+    }
     let sizes = || eigenvalues.iter().map(|x| x.norm());
     let (least, most) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max));
     let mut grid = super::frequencies(1e-3 * least, 1e3 * most, 600);

@@ -11,6 +11,7 @@ use super::super::sensitivity::collocation::Gauss;
 use super::super::sensitivity::linear::Linear;
 use super::super::sensitivity::smooth::refuse_jumps;
 use super::super::variable::Variable;
+use super::corners::Corners;
 use super::objective::{Blend, Instant, Plan};
 use crate::constrain::assemble::at_time;
 use crate::model::{ModelState, Parameters, Vector};
@@ -52,7 +53,7 @@ pub(super) fn back<M: Simulate + Parameters + Clone>(
     refuse_jumps(motion, &knots)?;
     let values = variables.iter().map(|variable| variable.value(motion.model(), &motion.start()));
     let mut least: Vec<f64> = values.map(|value| LEAST / value.map_or(1.0, size)).collect();
-    let (found, way) = Way::follow(motion, &knots, variables, plan, (tolerance, MOST_STEPS), &least)?;
+    let (found, way) = Way::follow(motion, &knots, variables, plan, (tolerance, MOST_STEPS), &least, None)?;
     let mut again = false;
     for (k, least) in least.iter_mut().enumerate() {
         if way.gathered[k] > 0.0 && way.gathered[k] < OWN * *least * way.moved {
@@ -61,7 +62,7 @@ pub(super) fn back<M: Simulate + Parameters + Clone>(
         }
     }
     let most = AGAIN.0 * found.steps + AGAIN.1;
-    match again.then(|| Way::follow(motion, &knots, variables, plan, (tolerance, most), &least)) {
+    match again.then(|| Way::follow(motion, &knots, variables, plan, (tolerance, most), &least, Some(way.corners))) {
         Some(Ok((finer, _))) => Ok(finer),
         _ => Ok(found),
     }
@@ -77,6 +78,8 @@ struct Way<'a, 'm, M: Simulate> {
     most_steps: usize,
     /// The largest positions and velocities of the motion.
     sizes: [f64; 2],
+    /// Those of the variables.
+    of_variables: Vec<f64>,
     least: Vec<f64>,
     lambda: DMatrix<f64>,
     derivatives: DVector<f64>,
@@ -92,6 +95,8 @@ struct Way<'a, 'm, M: Simulate> {
     moved: f64,
     /// The largest integrand so far.
     integrand: f64,
+    /// Where derivatives of the integrand jump: the times on both sides.
+    corners: Vec<[f64; 2]>,
     h: f64,
     steps: usize,
 }
@@ -116,6 +121,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
         plan: &'a Plan,
         (tolerance, most_steps): (f64, usize),
         least: &[f64],
+        corners: Option<Vec<[f64; 2]>>,
     ) -> Result<(Found, Self), SensitivityError> {
         let (n, count) = (M::Vector::LEN, variables.len());
         let parameters = variables.iter().map(|variable| match variable {
@@ -133,6 +139,10 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
             tolerance,
             most_steps,
             sizes: [most(M::State::q), most(M::State::u)],
+            of_variables: variables
+                .iter()
+                .map(|v| v.value(motion.model(), &motion.start()).map_or(1.0, size))
+                .collect(),
             least: least.to_vec(),
             lambda: DMatrix::zeros(2 * n, 1),
             derivatives: DVector::zeros(count),
@@ -143,10 +153,15 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
             largest: DVector::zeros(2 * n),
             moved: 0.0,
             integrand: 0.0,
+            corners: Vec::new(),
             h: knots.windows(2).last().map_or(0.0, |pair| pair[0].t() - pair[1].t()),
             steps: 0,
         };
         way.look(knots)?;
+        way.corners = match corners {
+            Some(corners) => corners,
+            None => way.find_corners(knots)?,
+        };
         way.along(knots)?;
         way.at_start(&knots[0], variables)?;
         let found = Found {
@@ -172,6 +187,32 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
         let motion = self.linear.motion;
         self.least_value = LEAST * self.integrand * (motion.end_time() - motion.start_time()).abs();
         Ok(())
+    }
+
+    /// Where derivatives of the integrand jump. Where it does itself there is no gradient.
+    fn find_corners(&mut self, knots: &[M::State]) -> Result<Vec<[f64; 2]>, SensitivityError> {
+        let plan = self.plan;
+        let Some(integrand) = plan.integrand.as_ref().filter(|integrand| integrand.has_outputs()) else {
+            return Ok(Vec::new());
+        };
+        let sizes = self.sizes.map(|size| if size > 0.0 { size } else { 1.0 });
+        let asks = self.linear.parameters.iter().any(Option::is_some);
+        let of_parameters = if asks { self.of_variables.clone() } else { Vec::new() };
+        let (linear, with_parameters) = (&mut self.linear, false);
+        let mut corners = Corners { linear, integrand, sizes, of_parameters, with_parameters, largest: 0.0, looks: 0 };
+        let found = corners.along(knots)?;
+        for [time, after] in found.iter().copied() {
+            let [before, after] = [self.integrand_at(integrand, time)?, self.integrand_at(integrand, after)?];
+            if (after - before).abs() > self.jump() * self.integrand.max(before.abs()).max(after.abs()) {
+                return Err(SensitivityError::Jump { time, what: "an output that is integrated".into() });
+            }
+        }
+        Ok(found)
+    }
+
+    /// What the change of an integrand may differ from what is foretold, in parts of it.
+    fn jump(&self) -> f64 {
+        JUMP.0.max(JUMP.1 * self.tolerance)
     }
 
     /// From the end to the start, instants on the way.
@@ -259,8 +300,25 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
         Ok(())
     }
 
-    /// From one time to another, against the motion, between which it is smooth.
+    /// From one time to another, against the motion, over corners of the integrand.
     fn go(&mut self, from: f64, to: f64) -> Result<(), SensitivityError> {
+        let (low, high) = (from.min(to), from.max(to));
+        let lies = |[before, after]: &&[f64; 2]| *before > low && *after < high;
+        let mut inside: Vec<[f64; 2]> = self.corners.iter().filter(lies).copied().collect();
+        if to < from {
+            inside.iter_mut().for_each(|sides| sides.reverse());
+            inside.reverse();
+        }
+        let mut t = from;
+        for [near, far] in inside {
+            self.smooth(t, near)?;
+            t = far;
+        }
+        self.smooth(t, to)
+    }
+
+    /// From one time to another, between which motion and integrand are smooth.
+    fn smooth(&mut self, from: f64, to: f64) -> Result<(), SensitivityError> {
         let sign = (to - from).signum();
         let mut t = from;
         while sign * (to - t) > 0.0 {
@@ -400,7 +458,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
         let mut ends = [(from, self.integrand_at(integrand, from)?), (to, self.integrand_at(integrand, to)?)];
         let largest = [ends[0].1, ends[1].1, step.integrand].iter().fold(self.integrand, |most, x| most.max(x.abs()));
         let first = (ends[1].1 - ends[0].1 - step.rise).abs();
-        if first <= JUMP.0.max(JUMP.1 * self.tolerance) * largest {
+        if first <= self.jump() * largest {
             return Ok(());
         }
         let mut left = first;

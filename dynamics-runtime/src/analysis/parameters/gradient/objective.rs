@@ -181,14 +181,9 @@ impl Blend {
         if !self.has_outputs() {
             return Ok(found);
         }
-        let of_outputs = match self.generated(along, state, a) {
-            Some(by) => by,
-            None => {
-                found.exact = false;
-                self.by_differences(along, state)?
-            }
-        };
+        let (of_outputs, exact) = self.of_outputs_by_state(along, state, a)?;
         found.state += of_outputs;
+        found.exact = exact;
         let none = DVector::zeros(1);
         for (k, parameter) in along.parameters.iter().enumerate() {
             let Some(parameter) = parameter else { continue };
@@ -197,6 +192,29 @@ impl Blend {
             found.exact = false;
         }
         Ok(found)
+    }
+
+    /// By q and q̇ alone.
+    pub(super) fn by_state<M: Simulate + Parameters + Clone>(
+        &self,
+        along: &Linear<'_, '_, M>,
+        state: &M::State,
+        a: &DMatrix<f64>,
+    ) -> Result<DVector<f64>, SensitivityError> {
+        Ok(&self.state + self.of_outputs_by_state(along, state, a)?.0)
+    }
+
+    /// Of the outputs by q and q̇, and whether exactly.
+    fn of_outputs_by_state<M: Simulate + Parameters + Clone>(
+        &self,
+        along: &Linear<'_, '_, M>,
+        state: &M::State,
+        a: &DMatrix<f64>,
+    ) -> Result<(DVector<f64>, bool), SensitivityError> {
+        match self.generated(along, state, a) {
+            Some(by) => Ok((by, true)),
+            None => Ok((self.by_differences(along, state)?, false)),
+        }
     }
 
     /// Of the outputs by q and q̇, from generated code; `None` where there is none, or where reactions or laws enter.
