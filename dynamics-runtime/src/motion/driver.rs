@@ -57,6 +57,13 @@ pub(crate) trait Maker<M: Simulate>: Send + Sync {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)>;
+    /// The same on whatever branches the plant holds.
+    fn end_on_branches(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<(Phase<M::Vector>, f64)>;
     /// Makes the step again, with everything else as it is to be; whether that succeeds.
     fn attempt(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, tolerances: &Tolerances) -> bool;
     /// Is told that the step of which it has found the end is made.
@@ -85,6 +92,15 @@ impl<M: Simulate, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<S> {
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)> {
         Stepper::end_of(&mut self.0, plant, step, tolerances).ok()?
+    }
+
+    fn end_on_branches(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<(Phase<M::Vector>, f64)> {
+        Stepper::end_on_branches(&mut self.0, plant, step, tolerances).ok()?
     }
 
     fn attempt(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, tolerances: &Tolerances) -> bool {

@@ -3,7 +3,7 @@
 //! Where a motion is stiff, neighbours come together within a step whatever its errors do to it, and what is left of each may still have the same
 //! direction step by step: a thousand errors, each within its tolerance, that all take energy away. A step in two halves has a fraction of its error, in the
 //! same direction. A second motion in halves is followed from the start, and carries on what it differs by: as a rule most of the error, and about as much where rounding
-//! decides. It costs two to three times what the run did.
+//! decides. Where forces choose between expressions it keeps the branches that the motion had, at the times at which this had them. It costs two to three times what the run did.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -23,13 +23,9 @@ const LASTING: f64 = 1e-2;
 const MOST_STEPS: usize = 8;
 
 impl<M: Simulate> Motion<'_, M> {
-    /// The largest difference from a motion in half steps that lasts, or that at its end, in permitted errors; `None` where forces choose between expressions, as the places where
-    /// they change belong to the steps, and where half steps cannot be made.
+    /// The largest difference from a motion in half steps that lasts, or that at its end, in permitted errors; `None` where half steps cannot be made.
     pub(super) fn apart_from_halves(&self) -> Option<f64> {
         let records = &self.trajectory.records;
-        if records.iter().any(|record| record.kept.branches) {
-            return None;
-        }
         let (mut y, mut apart) = (records[0].knot().y, Vec::with_capacity(records.len()));
         let direction = self.trajectory.direction();
         let relayed = |(from, _): &(f64, _)| records.partition_point(|r| (r.state.t() - from) * direction < 0.0);
@@ -54,6 +50,10 @@ impl<M: Simulate> Motion<'_, M> {
         let (mut a, mut second) = (None, Second { maker, room: Vec::new(), left: MOST_STEPS * part.len() + 1000 });
         for index in part.filter(|index| index + 1 < records.len()) {
             let [here, there] = [0, 1].map(|i| records[index + i].knot());
+            if records[index].kept.branches {
+                // Those of the step before are not its own.
+                a = None;
+            }
             if records[index].h == 0.0 {
                 // A reset changes both alike.
                 *y = zip(y, &zip(&there.y, &here.y, |after, before| after - before), |y, change| y + change);
@@ -102,15 +102,19 @@ impl<M: Simulate> Motion<'_, M> {
     ) -> Option<Knot<M::Vector>> {
         let Second { maker, room, .. } = second;
         let mut plant = self.plant_in(index, core::mem::take(room));
-        let kept = Kept { stages: self.trajectory.records[index].kept.stages, ..Kept::default() };
+        let record = &self.trajectory.records[index];
+        let kept = Kept { stages: record.kept.stages, ..Kept::default() };
         let mut make = || {
+            if record.kept.branches {
+                plant.hold_branches(&mut record.knot(), record.h, true).ok()?;
+            }
             let a = match a {
                 Some(a) => a,
                 None => plant.accelerations(t, &y.q, &y.u).ok()?,
             };
             let start = Knot { t, y, a };
             let mut step = Step { start, end: start, h: end_t - t, kept };
-            let (y, error) = maker.end_of(&mut plant, &step, &self.trajectory.tolerances)?;
+            let (y, error) = maker.end_on_branches(&mut plant, &step, &self.trajectory.tolerances)?;
             if error > 1.0 {
                 return None;
             }

@@ -145,8 +145,19 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         tolerances: &Tolerances,
     ) -> Result<Option<(Phase<V>, f64)>, Y::Error> {
         let mut start = step.start;
-        system.hold_stages(step.kept.stages, tolerances);
         system.hold_branches(&mut start, step.h, step.kept.branches)?;
+        Self::end_on_branches(scheme, system, &Step { start, ..*step }, tolerances)
+    }
+
+    /// As [`Stepper::end_of`], on whatever branches the system holds: those of another motion, beside which this one is followed.
+    pub(crate) fn end_on_branches<Y: System<V>>(
+        scheme: &mut S,
+        system: &mut Y,
+        step: &Step<V>,
+        tolerances: &Tolerances,
+    ) -> Result<Option<(Phase<V>, f64)>, Y::Error> {
+        let mut start = step.start;
+        system.hold_stages(step.kept.stages, tolerances);
         system.attempting(&mut start, step.h)?;
         let (mut end, error) = scheme.attempt(system, &start, step.h, tolerances)?;
         if !(scheme.converged() && end.is_finite() && error.is_finite()) {
