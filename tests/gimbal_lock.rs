@@ -154,3 +154,29 @@ fn what_does_not_suffer_is_not_told_of() {
     let summary = FREE.simulate(start).until(1.0).run().unwrap().summary();
     assert!(summary.locking.is_none(), "{summary}");
 }
+
+/// A step from one side of the lock to the other sees nothing of it: the angles turn by half a turn within.
+#[test]
+fn fixed_steps_that_pass_over_gimbal_lock_are_told() {
+    for (rate, h) in [(1e-2, 2e-2), (1e-3, 1e-2), (1e-3, 5e-2), (1e-3, 0.11), (1e-6, 1e-3)] {
+        let start = FREE.state().theta(2.5).phi_rate(rate).build().unwrap();
+        match FREE.simulate(start).until(1.1).fixed_step(h).run() {
+            Ok(motion) => {
+                let summary = motion.summary();
+                let locking = summary.locking.as_ref().unwrap_or_else(|| panic!("{rate} by {h}: {summary}"));
+                assert!(locking.doubtful && locking.passed_over, "{rate} by {h}: {summary}");
+                let text = summary.to_string();
+                assert!(
+                    text.contains("warning      gimbal lock at t = ") && text.contains("the fixed steps are too long"),
+                    "{text}"
+                );
+            }
+            // Nor is what is thrown out there a motion.
+            Err(error) => assert!(!error.state.theta().abs().is_nan() && error.state.theta().abs() > 10.0, "{error}"),
+        }
+    }
+    // Short enough for a wide berth, they are as good as any.
+    let start = FREE.state().theta(2.5).phi_rate(0.5).build().unwrap();
+    let summary = FREE.simulate(start).until(1.1).fixed_step(1e-4).run().unwrap().summary();
+    assert!(summary.locking.is_none_or(|locking| !locking.doubtful), "{summary}");
+}

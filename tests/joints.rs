@@ -220,6 +220,12 @@ mod weld {
             let refused = start(turned).expect_err("the frames are turned against one another");
             assert!(refused.contains("constraint `joint[") && refused.contains("does not hold"), "{refused}");
         }
+        // The one other attitude at which the rows are zero, and regular: by θ about w = (3, 5, 7)/10 with cot θ/2 = |w|.
+        let w = Vec3::new(0.3, 0.5, 0.7);
+        let other = Mat3::axis_angle(w, 2.0 * (1.0 / w.norm()).atan()).value();
+        let refused = start(other).expect_err("the rows hold, and the frames are not one");
+        assert!(refused.contains("the weld of two frames in `joint`, given by `e`, `axes`"), "{refused}");
+        assert!(refused.contains("turned against one another by 1.66"), "{refused}");
     }
 }
 

@@ -205,12 +205,14 @@ catalogue! {
     not_quadratic(name) "`{name}` is not quadratic in the velocities; if it is meant so, write T − V as one `#[lagrangian]`";
     corner_in_position(name) "`{name}` has velocities of positions that are chosen (`if`, `min`, `max`): where they have a corner masses would be struck; make the position a smooth function, as a `CubicSpline` parameter with `.at(..)`, or leave contact to `#[holonomic(switched)]` or a force";
     energy_jumps(name) "`{name}` jumps where a choice (`if`, `abs`, `signum`) changes: masses would be struck there, and their energy would not be accounted for; make the position or the mass a smooth function, as a `CubicSpline` parameter with `.at(..)`, or leave contact to `#[holonomic(switched)]` or a force";
+    potential_jumps(name) "`{name}` jumps where a choice (`if`, `abs`, `signum`) changes: no force stands for a step, and energy would be lost or gained there; make it continuous, as a steep `tanh`, or act at an `#[event]`";
     contains(role, name, what, reason) "the {role} `{name}` contains {what}; {reason}";
     no_effect(role, name, reason) "the {role} `{name}` {reason}; remove it or correct it";
     negative_inertia(direction, when) "the kinetic energy is negative where `{direction}` moves{when}; check its signs";
     negative_mass(what, name, value) "a body in `{name}` has the {what} {value}, and no body has a negative one; check its signs";
     unphysical_inertia(name, why) "the inertia of a body in `{name}` {why}; check signs, units and about which point it is";
     not_a_rotation(name, by) "a frame in `{name}` is turned by a matrix that is no rotation, RᵀR differs from the identity by {by}; turn by angles, or give unit vectors at right angles";
+    not_an_axis(name) "the axis of a turn in `{name}` has a length whose square is 0 or infinite as a number; give it a length near 1";
     not_kept_a_rotation(name, of) "the matrix of {of} that turns a frame in `{name}` is no rotation in general, and nothing makes it one; hold it by a `#[holonomic]` such as `EulerParameters::norm_constraint`, or turn by angles";
     finding(text) "the model cannot be derived: {text}; change what it names";
 

@@ -93,7 +93,8 @@ fn describe(finding: &Finding) -> (Message, Vec<Origin>) {
             (messages::too_large(function, operations, limit), Vec::new())
         }
         Finding::NotQuadratic { name, origin, chooses: true } => (messages::corner_in_position(name), vec![*origin]),
-        Finding::EnergyJumps { name, origin } => (messages::energy_jumps(name), vec![*origin]),
+        Finding::EnergyJumps { name, origin, at_rest: true } => (messages::potential_jumps(name), vec![*origin]),
+        Finding::EnergyJumps { name, origin, .. } => (messages::energy_jumps(name), vec![*origin]),
         Finding::NotQuadratic { name, origin, .. } => (messages::not_quadratic(name), vec![*origin]),
         Finding::Contains { role, name, what, reason, origin } => {
             (messages::contains(role, name, what, reason), vec![*origin])

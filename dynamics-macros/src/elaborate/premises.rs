@@ -16,6 +16,7 @@ use super::rotations::Rows;
 use super::values::{Scalar, Value};
 use crate::diagnostics::Place;
 use crate::messages::{self, Message};
+use crate::syntax::Role;
 
 /// A premise before it is known what constraints there are.
 #[derive(Clone, Debug)]
@@ -62,6 +63,20 @@ impl Elaborator<'_> {
                     _ => {}
                 }
             }
+            // Rows on rotations that are regular at one attitude are zero at another, too.
+            ("Joint", "weld") if self.holds_always() => {
+                let frame = |(value, _): &Argument| match value {
+                    Value::Record(frame) => match &frame.fields[1] {
+                        Value::Matrix(rotation) => nodes(rotation),
+                        _ => Vec::new(),
+                    },
+                    _ => Vec::new(),
+                };
+                let both: Vec<NodeId> = arguments.iter().flat_map(frame).collect();
+                if let (18, Some((_, place))) = (both.len(), arguments.last()) {
+                    self.note(Claim::Weld, both, *place);
+                }
+            }
             // Squares of lengths: with a mass that is one they are those of a body.
             ("Inertia", name) if name != "offset" && name != "turned" => {
                 if let (Value::Matrix(inertia), Some((Value::Scalar(mass), place))) = (value, arguments.first()) {
@@ -79,6 +94,18 @@ impl Elaborator<'_> {
         if self.frame().of.is_none() && !self.premises.solids.contains(&nodes) {
             self.note(Claim::Inertia, nodes, place);
         }
+    }
+
+    /// Whether what is elaborated is a constraint that always holds.
+    fn holds_always(&self) -> bool {
+        let function = self.frames.first().and_then(|frame| frame.function);
+        let options = function.map(|index| self.implementation.functions[index].options);
+        self.role == Role::Holonomic && options.is_some_and(|options| !options.switched)
+    }
+
+    /// That an axis has been divided by its length.
+    pub(super) fn note_axis(&mut self, unit: &[Scalar; 3], place: Place) {
+        self.note(Claim::Axis, unit.iter().map(|x| x.node).collect(), place);
     }
 
     fn note_rotation(&mut self, rotation: &Rc<Rows>, place: Place) {
@@ -137,12 +164,14 @@ impl Elaborator<'_> {
     pub(super) fn place_premises(&mut self) {
         for Noted { premise, by_norm } in core::mem::take(&mut self.premises).noted {
             let values = self.at_nominal_values(&premise.nodes);
-            if values.iter().all(|value| !value.is_nan()) {
+            let graph = &self.model.graph;
+            let decided = premise.nodes.iter().all(|node| graph.dependence(*node).within(Dependence::NONE));
+            if decided || values.iter().all(|value| !value.is_nan()) {
                 if let Some(message) = refuted(premise.claim, &values, &premise.within) {
                     let place =
                         self.origins.place(premise.origin).unwrap_or_else(|| self.declaration.name.span().into());
                     self.diagnostics.error(place, &message);
-                } else if self.is_number(&premise) {
+                } else if decided {
                     continue;
                 }
             }
@@ -151,10 +180,6 @@ impl Elaborator<'_> {
                 self.model.premises.push(premise);
             }
         }
-    }
-
-    fn is_number(&self, premise: &Premise) -> bool {
-        premise.nodes.iter().all(|node| self.model.graph.as_number(*node).is_some())
     }
 
     /// NaN where something has no nominal value.
@@ -216,9 +241,16 @@ fn refuted(claim: Claim, values: &[f64], within: &str) -> Option<Message> {
             (values[0] < 0.0).then(|| messages::negative_mass(what, within, messages::number(values[0])))
         }
         Claim::Inertia => unphysical(values).map(|why| messages::unphysical_inertia(within, why)),
+        Claim::Axis => {
+            let off = (values.iter().map(|x| x * x).sum::<f64>() - 1.0).abs();
+            (off > TOLERANCE || off.is_nan()).then(|| messages::not_an_axis(within))
+        }
+        // Which attitude is meant the start says.
+        Claim::Weld => None,
         Claim::Rotation => {
             let by = defect(values);
-            (by > TOLERANCE).then(|| messages::not_a_rotation(within, format!("{by:.1e}")))
+            // Not a number is no small one.
+            (by > TOLERANCE || by.is_nan()).then(|| messages::not_a_rotation(within, format!("{by:.1e}")))
         }
     }
 }

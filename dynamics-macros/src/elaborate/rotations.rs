@@ -263,6 +263,7 @@ impl Elaborator<'_> {
         let rows = versine.and_then(|versine| self.rodrigues(&n, &sin, &cos, &versine, at));
         let (Some(rows), Ok(n)) = (rows, <[Scalar; 3]>::try_from(n)) else { return Value::Poison };
         // About an axis that moves, the rate of the angle is not all.
+        self.note_axis(&n, at);
         let still = n.iter().all(|x| self.model.graph.is_constant(x.node));
         self.one_turn(rows, if still { By::Angle { axis: n, angle } } else { By::Matrix })
     }

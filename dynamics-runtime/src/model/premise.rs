@@ -5,6 +5,7 @@ use core::fmt;
 use super::{Dynamics, ModelState, Vector};
 use crate::attitude::NotARotation;
 use crate::mass_properties::{MassProperties, UnphysicalInertia};
+use crate::math::{atan2, sqrt};
 use crate::matrix::Mat3;
 
 /// Something that is taken for granted: without it the equations are those of no body.
@@ -32,6 +33,10 @@ pub enum Claim {
     Inertia,
     /// Nine values by rows: a matrix that turns or mirrors, RᵀR = 1, to 1e-9 where parameters alone decide it, else to 1e-5: starts fulfil their constraints to seven digits.
     Rotation,
+    /// Three values: an axis divided by its length, to 1e-9 of 1; squares of lengths above 1e154 overflow, those below 1e-154 vanish.
+    Axis,
+    /// Twice nine values by rows: rotations of two frames that are one, to 1e-3 rad. The rows of a weld are zero at one other attitude.
+    Weld,
 }
 
 /// Why a premise does not hold.
@@ -41,12 +46,18 @@ pub enum Refuted {
     Body(UnphysicalInertia),
     /// The matrix is no rotation.
     Rotation(NotARotation),
+    /// The axis divided by its length has this length.
+    Axis(f64),
+    /// Frames that should be one are turned against one another by this angle in rad.
+    Turned(f64),
 }
 
 /// Largest defect of a rotation that parameters alone decide: as much as energies may then be off.
 const GIVEN: f64 = 1e-9;
 /// Largest defect of one that a state decides.
 const OF_STATES: f64 = 1e-5;
+/// Largest angle between frames that a weld holds, in rad: starts fulfil its rows to seven digits, and the other attitude is 1.66 rad away.
+const WELDED: f64 = 1e-3;
 
 impl Premise {
     /// Whether it holds for these values.
@@ -69,6 +80,19 @@ impl Premise {
                 let admissible = if self.constant { GIVEN } else { OF_STATES };
                 // Not a number is no small one.
                 if defect <= admissible { Ok(()) } else { Err(Refuted::Rotation(NotARotation::NotOrthonormal(defect))) }
+            }
+            (Claim::Axis, &[x, y, z]) => {
+                let length = sqrt(x * x + y * y + z * z);
+                if (length - 1.0).abs() <= GIVEN { Ok(()) } else { Err(Refuted::Axis(length)) }
+            }
+            (Claim::Weld, _) => {
+                let (a, b) = values.split_at(values.len().min(9));
+                let (a, b) = (matrix(a), matrix(b));
+                // |R − 1| is √8 |sin θ/2| for a rotation by θ.
+                let apart = (a.transpose() * b - Mat3::diagonal(1.0, 1.0, 1.0)).to_array().into_iter().flatten();
+                let half = sqrt(apart.map(|x| x * x).sum::<f64>() / 8.0).min(1.0);
+                let angle = 2.0 * atan2(half, sqrt(1.0 - half * half));
+                if angle <= WELDED { Ok(()) } else { Err(Refuted::Turned(angle)) }
             }
             _ => Ok(()),
         }
@@ -102,6 +126,8 @@ impl fmt::Display for Premise {
             Claim::Moment => "the moment of inertia of a body",
             Claim::Inertia => "the inertia of a body",
             Claim::Rotation => "the rotation of a frame",
+            Claim::Axis => "the axis of a turn",
+            Claim::Weld => "the weld of two frames",
         };
         write!(f, "{what} in `{}`", self.within)?;
         for (i, name) in self.of.iter().enumerate() {
@@ -116,6 +142,14 @@ impl fmt::Display for Refuted {
         match self {
             Self::Body(why) => write!(f, "{why}"),
             Self::Rotation(why) => write!(f, "{why}"),
+            Self::Axis(length) => write!(
+                f,
+                "divided by its length it has the length {length}, as the square of that is none that a number can hold; give a length near 1"
+            ),
+            Self::Turned(angle) => write!(
+                f,
+                "its rows hold, and yet the frames are turned against one another by {angle:.3} rad; give a start in which they are one"
+            ),
         }
     }
 }

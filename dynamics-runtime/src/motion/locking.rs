@@ -17,6 +17,10 @@ const NEAR: f64 = 0.05;
 const LOCKED: f64 = 1e-3;
 /// Part of the accelerations that may be rounding where no tolerance was given.
 const FIXED: f64 = 1e-6;
+/// Parts in which steps are looked through.
+const PARTS: usize = 16;
+/// Fixed steps in which the middle angle changes by more than this part of its least distance do not see how fast the others turn there.
+const COARSE: f64 = 2.0;
 /// How much worse the mass matrix has to be than at twice the distance to be so for that reason. Of a free body it is four times as bad; rings and rotors with inertia of
 /// their own have a regular mass matrix there, and what is bad for another reason stays so.
 const WORSE: f64 = 2.0;
@@ -36,8 +40,10 @@ pub struct Locking {
     pub time: f64,
     /// Conditioning of the mass matrix there, as of [`Conditioning`](super::Conditioning): the angles' accelerations lose that much of their digits.
     pub conditioning: f64,
-    /// Rounding takes more of the accelerations there than the errors that were permitted.
+    /// Rounding takes more of the accelerations there than the errors that were permitted, or steps of a fixed length passed over it.
     pub doubtful: bool,
+    /// Steps of a fixed length are too long for what the angles do there.
+    pub passed_over: bool,
 }
 
 impl<M: Simulate> Motion<'_, M> {
@@ -60,7 +66,7 @@ impl<M: Simulate> Motion<'_, M> {
             let found = match &mut sampler {
                 Some(sampler) if times[0] != times[2] => {
                     let (time, least) = golden(times[0], times[2], &mut |t| -at(&sampler.at(t)));
-                    if -least < around[1] { (time, -least) } else { (times[1], around[1]) }
+                    if -least < around[1] || around[1] == 0.0 { (time, -least) } else { (times[1], around[1]) }
                 }
                 _ => (times[1], around[1]),
             };
@@ -68,23 +74,76 @@ impl<M: Simulate> Motion<'_, M> {
                 best = Some(found);
             }
         };
+        let mut before: Option<M::State> = None;
         for state in self.steps() {
+            // Steps may be longer than what they pass.
+            for (t, distance) in before.iter().flat_map(|before| within(set, before, &state)) {
+                (times, around) = ([times[1], times[2], t], [around[1], around[2], distance]);
+                look(times, around);
+            }
             (times, around) = ([times[1], times[2], state.t()], [around[1], around[2], at(&state)]);
             look(times, around);
+            before = Some(state);
         }
         look([times[1], times[2], end], [around[1], around[2], f64::INFINITY]);
         let (time, _) = best?;
         let found = locking(self.model(), &self.sampler().at(time), set)?;
         let Tolerances { absolute, relative } = self.trajectory.tolerances;
         let permitted = if self.trajectory.fixed { FIXED } else { absolute.max(relative) };
-        Some(Locking { doubtful: f64::EPSILON * found.conditioning > permitted, ..found })
+        let swing = if self.trajectory.fixed { self.swing(set, time) } else { 0.0 };
+        let passed_over = COARSE * swing > found.distance;
+        Some(Locking { doubtful: passed_over || f64::EPSILON * found.conditioning > permitted, passed_over, ..found })
     }
+
+    /// By how much the middle angle of a set changes in the longest of the steps around a time.
+    fn swing(&self, set: AngleSet, time: f64) -> f64 {
+        let middle = |state: &M::State| state.q().as_slice()[set.angles[1]];
+        let steps = || self.steps().zip(self.steps().skip(1));
+        // The step in which it is, and those that end or begin there.
+        let near = steps().filter(|(a, b)| (a.t() - time) * (b.t() - time) <= 0.0);
+        near.fold(0.0, |most, (a, b)| f64::max(most, (middle(&b) - middle(&a)).abs()))
+    }
+}
+
+/// Times and distances from locking inside of a step, by the cubic of its ends; 0 where the angle passes a value at which the set locks.
+fn within<S: ModelState>(set: AngleSet, from: &S, to: &S) -> impl Iterator<Item = (f64, f64)> {
+    let i = set.angles[1];
+    let (h, a, b) = (to.t() - from.t(), from.q().as_slice()[i], to.q().as_slice()[i]);
+    let (va, vb) = (h * from.u().as_slice()[i], h * to.u().as_slice()[i]);
+    let cubic = move |s: f64| a + s * (va + s * (3.0 * (b - a) - 2.0 * va - vb + s * (2.0 * (a - b) + va + vb)));
+    let at = move |k: usize| f64::from(k as u32) / f64::from(PARTS as u32);
+    let far = move |angle: f64| {
+        let mut q = [0.0; 3];
+        q[1] = angle;
+        AngleSet { angles: [0, 1, 2], ..set }.distance(&q)
+    };
+    (1..=PARTS).filter_map(move |k| {
+        let (angle, last) = (cubic(at(k)), cubic(at(k - 1)));
+        let side = |angle: f64| angle - set.locks_at(angle).value();
+        // On two sides of one value, not of two.
+        let passes = side(angle) * side(last) < 0.0 && (angle - last).abs() < 1.0;
+        match (passes, k == PARTS) {
+            (true, _) => Some((from.t() + h * at(k - 1) + 0.5 * h * at(1), 0.0)),
+            (false, true) => None,
+            (false, false) => Some((from.t() + h * at(k), far(angle))),
+        }
+    })
 }
 
 impl Locking {
     /// A set that locks elsewhere.
     pub(super) fn other_set(&self) -> &'static str {
         if self.set.axes[0] == self.set.axes[2] { "1-2-3" } else { "3-1-3" }
+    }
+
+    /// What makes it doubtful.
+    pub(super) fn what_it_takes(&self) -> String {
+        match self.passed_over {
+            true => "the fixed steps are too long for how fast the angles turn there".into(),
+            false => {
+                format!("rounding takes {:.1e} of the accelerations there", (f64::EPSILON * self.conditioning).min(1.0))
+            }
+        }
     }
 
     /// `theta` within 7e-7 of 0, the singular value of its 3-1-3 set.
@@ -105,7 +164,8 @@ fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Option
     away.q_mut().as_mut_slice()[set.angles[1]] = lock + (2.0 * distance).max(LOCKED).copysign(middle - lock);
     let [conditioning, elsewhere] = [state, &away].map(|state| condition_number(model, state));
     let names = set.angles.map(|i| M::COORDINATES[i].name);
-    let found = Locking { set, names, distance, middle, time: state.t(), conditioning, doubtful: false };
+    let found =
+        Locking { set, names, distance, middle, time: state.t(), conditioning, doubtful: false, passed_over: false };
     (conditioning > WORSE * elsewhere).then_some(found)
 }
 

@@ -320,11 +320,11 @@ impl Summary {
         if let Some(locking) = self.locking.as_ref().filter(|locking| locking.doubtful) {
             write!(
                 f,
-                "\n  warning      gimbal lock at t = {}: rounding takes {:.1e} of the accelerations there; use Euler parameters (`#[coordinates(e: [_; 4])]`, \
+                "\n  warning      gimbal lock at t = {}: {}; use Euler parameters (`#[coordinates(e: [_; 4])]`, \
                  `EulerParameters::new(q.e).rotation()` and its `norm_constraint()` under `#[holonomic]`), change charts (`Atlas`), or take a set whose middle angle stays away \
                  from its singular values, such as {}",
                 Rounded(locking.time),
-                (f64::EPSILON * locking.conditioning).min(1.0),
+                locking.what_it_takes(),
                 locking.other_set()
             )?;
         }

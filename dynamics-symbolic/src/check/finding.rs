@@ -51,12 +51,14 @@ pub enum Finding {
         /// Velocities in it are chosen, and not by velocities: a position has branches.
         chooses: bool,
     },
-    /// A kinetic energy that jumps where a choice by place, or a position chosen by time, changes.
+    /// An energy that jumps where a choice by place, or a position chosen by time, changes.
     EnergyJumps {
         /// Name of the function.
         name: String,
         /// Its declaration.
         origin: Origin,
+        /// A potential, or the part of a Lagrangian that is left at rest.
+        at_rest: bool,
     },
     /// Something that its role cannot have: accelerations in an energy, velocities in a potential, inputs whose rates would be needed.
     Contains {

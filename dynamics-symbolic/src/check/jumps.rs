@@ -1,4 +1,4 @@
-//! Kinetic energies do not jump where a choice (`if`, `abs`, `signum`) changes: the velocity of a position with a corner does, and so do masses that are chosen.
+//! Energies do not jump where a choice (`if`, `abs`, `signum`) changes: the velocity of a position with a corner does, and so do masses that are chosen, and steps of a potential.
 //!
 //! Lagrange's equations know of no jump. What is struck there keeps its velocities q̇, and not its momentum or energy. That is looked for in numbers, on a few random lines
 //! across the place where the choice changes; an energy that comes out the same on both sides, as that of x|x|, has none.
@@ -18,17 +18,22 @@ const BESIDE: f64 = 1e-11;
 /// What changes by less than this part across it does so by its slope.
 const JUMP: f64 = 1e-4;
 
-/// Kinetic energies, or Lagrangians as far as they depend on velocities, that jump.
+/// Energies that jump. No force is the slope of a step: what passes it would gain or lose its height, or climb it with no effort.
 pub(super) fn jumps(model: &Model, found: &mut Vec<Finding>) {
     for e in &model.energies {
         let known = found.iter().any(|f| matches!(f, Finding::NotQuadratic { origin, .. } if *origin == e.origin));
-        if !known && matches!(e.role, EnergyRole::Kinetic | EnergyRole::Lagrangian) && jumps_somewhere(model, e.node) {
-            found.push(Finding::EnergyJumps { name: e.name.clone(), origin: e.origin });
+        if known || e.role == EnergyRole::Dissipation {
+            continue;
+        }
+        let moving = e.role != EnergyRole::Potential && jumps_somewhere(model, e.node, true);
+        if moving || e.role != EnergyRole::Kinetic && jumps_somewhere(model, e.node, false) {
+            found.push(Finding::EnergyJumps { name: e.name.clone(), origin: e.origin, at_rest: !moving });
         }
     }
 }
 
-fn jumps_somewhere(model: &Model, energy: NodeId) -> bool {
+/// Whether an energy jumps: what the velocities add to it, or what is left of it at rest.
+fn jumps_somewhere(model: &Model, energy: NodeId, moving: bool) -> bool {
     let g = &model.graph;
     let chosen = g.cone(&[energy]).into_iter().filter_map(|id| match g.node(id) {
         Node::Select { left, right, .. } => Some((left, Some(right))),
@@ -48,8 +53,9 @@ fn jumps_somewhere(model: &Model, energy: NodeId) -> bool {
         // A choice by velocities is none of place.
         let placed = on(Dependence::COORDINATES) || on(Dependence::TIME);
         let by_time = !on(Dependence::COORDINATES);
-        let across = Across { model, energy, left, right, by_time };
-        placed && !on(Dependence::RATES) && (0..LINES).any(|line| across.jumps_on(line))
+        let across = Across { model, energy, left, right, by_time, moving };
+        // A potential that jumps at some time strikes nothing: it is work from outside.
+        placed && !(by_time && !moving) && !on(Dependence::RATES) && (0..LINES).any(|line| across.jumps_on(line))
     })
 }
 
@@ -61,6 +67,8 @@ struct Across<'a> {
     right: Option<NodeId>,
     /// Whether time alone decides.
     by_time: bool,
+    /// Whether it is looked at what velocities add.
+    moving: bool,
 }
 
 impl Across<'_> {
@@ -72,7 +80,11 @@ impl Across<'_> {
         let [forward, rest, back] = [0, 1, 2].map(|k| sides[1][k] - sides[0][k]);
         let size: f64 = sides.iter().flatten().map(|x| x.abs()).sum();
         // A mass that is left behind at some time takes its momentum along; a push at some time is one.
-        let jump = if self.by_time { forward - back } else { (forward - rest).abs().max((back - rest).abs()) };
+        let jump = match (self.moving, self.by_time) {
+            (false, _) => rest,
+            (true, true) => forward - back,
+            (true, false) => (forward - rest).abs().max((back - rest).abs()),
+        };
         // Not where anything is infinite or not a number.
         size.is_finite() && jump.abs() > JUMP * size
     }

@@ -136,6 +136,10 @@ pub enum Claim {
     Inertia,
     /// Nine values by rows: a matrix that turns or mirrors, RᵀR = 1.
     Rotation,
+    /// Three values: an axis divided by its length, whose square neither overflows nor vanishes.
+    Axis,
+    /// Twice nine values by rows: the rotations of two frames that are one.
+    Weld,
 }
 
 /// Something taken for granted: without it the equations are those of no body.

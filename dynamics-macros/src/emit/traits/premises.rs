@@ -24,6 +24,8 @@ impl Emission<'_> {
                 Claim::Moment => quote!(Moment),
                 Claim::Inertia => quote!(Inertia),
                 Claim::Rotation => quote!(Rotation),
+                Claim::Axis => quote!(Axis),
+                Claim::Weld => quote!(Weld),
             };
             let (of, within, constant) = (&premise.of, &premise.within, premise.constant);
             listed.push(quote! {
