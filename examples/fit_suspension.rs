@@ -49,6 +49,23 @@ impl Suspension {
     fn felt(&self, q: &Coordinates<Self>) -> Expr {
         q.body.dt().dt()
     }
+    #[drawing]
+    fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
+        let (body, wheel) = (vec2(0.0, q.body + 0.46), vec2(0.0, q.wheel + 0.16));
+        // The road comes along: where the car is in `at` seconds of it.
+        let speed = 2.0;
+        let ahead = |x: f64| {
+            let t = q.t + x / speed - self.at;
+            vec2(x, self.bump * (-(t / self.half).powi(2)).exp())
+        };
+        Drawing::new()
+            .curve(-0.6, 0.6, 120, ahead)
+            .line(vec2(-0.05, 0.0) + body, vec2(-0.05, 0.0) + wheel)
+            .spring(vec2(0.05, 0.0) + body, vec2(0.05, 0.0) + wheel)
+            .circle(wheel, 0.16)
+            .rectangle(body + vec2(0.0, 0.05), 0.6, 0.1, 0.0)
+            .tail("body", body + vec2(0.0, 0.1), 0.4)
+    }
 }
 
 /// Noise of mean 0 and variance 1: sums of twelve even numbers.
@@ -135,6 +152,15 @@ fn main() -> common::Outcome {
     }
     let mut files = common::Files::of("fit_suspension");
     chart.write_svg(files.path("fit.svg"))?;
+    // The fitted car goes where the measured one does; the guess bounces for longer.
+    Animation::new()
+        .add(&truth, "measured car")
+        .add(&before, "guess")
+        .add(&after, "fitted")
+        .title("Over a bump: a car, a guess, and the fit, ten times slower")
+        .plot(["travel"])
+        .speed(0.1)
+        .write_html(files.path("bump.html"))?;
     files.list();
     Ok(())
 }

@@ -256,3 +256,33 @@ fn experiments_that_make_no_sense_are_refused() {
     let error = known.run().unwrap_err();
     assert!(matches!(&error, FitError::Indistinguishable { groups, .. } if groups == &[["damping"]]), "{error}");
 }
+
+/// NIST's certified regressions y = b₁ (1 − e^{−b₂ t}), Misra1a and BoxBOD, by the motion that they are: a body that a damper brings to rest, b₂ = c/m and b₁ = ẋ₀/b₂. In these unknowns BoxBOD's farther
+/// start leads to the least, too, where in b₁ and b₂ both MINPACK's method and ours settle on a plateau.
+#[test]
+fn certified_regressions_are_found_through_a_motion() {
+    let misra = [77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3, 536.8, 593.1, 689.1, 760.0];
+    let misra = misra
+        .into_iter()
+        .zip([10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05, 61.01, 66.40, 75.47, 81.78]);
+    let misra: Vec<(f64, f64)> = misra.collect();
+    let boxes = vec![(1.0, 109.0), (2.0, 149.0), (3.0, 149.0), (5.0, 191.0), (7.0, 213.0), (10.0, 224.0)];
+    let of = |b: [f64; 2], data: &[(f64, f64)]| {
+        let guess = Oscillator { mass: 1.0, damping: b[1], stiffness: 0.0 };
+        let start = guess.state().x_rate(b[0] * b[1]).build().unwrap();
+        guess.fit(start).find(["damping", "x_rate"]).data("x", data.to_vec()).tolerance(1e-11).run()
+    };
+    for (first, data, values, error, squares) in [
+        ([500.0, 1e-4], &misra, [238.942_129_18, 5.501_564_318_1e-4], 7.266_868_843_6e-6, 0.124_551_388_94),
+        ([250.0, 5e-4], &misra, [238.942_129_18, 5.501_564_318_1e-4], 7.266_868_843_6e-6, 0.124_551_388_94),
+        ([100.0, 0.75], &boxes, [213.809_408_89, 0.547_237_485_42], 0.104_559_932_37, 1_168.008_876_6),
+        ([1.0, 1.0], &boxes, [213.809_408_89, 0.547_237_485_42], 0.104_559_932_37, 1_168.008_876_6),
+    ] {
+        let fit = of(first, data).unwrap();
+        let (damping, rate) = (fit.get("damping").unwrap(), fit.get("x_rate").unwrap());
+        assert!((damping.value - values[1]).abs() < 1e-5 * error, "{first:?} {fit}");
+        assert!((rate.value / damping.value / values[0] - 1.0).abs() < 1e-6, "{first:?} {fit}");
+        assert!((damping.standard_error.unwrap() / error - 1.0).abs() < 1e-5, "{first:?} {fit}");
+        assert!((fit.chi_squared / squares - 1.0).abs() < 1e-9, "{first:?} {fit}");
+    }
+}
