@@ -1,7 +1,7 @@
 //! Forces that come and go between the places at which the steps of a method looked.
 //!
 //! A step control knows what its evaluations have seen. A push that is over before a stage falls into it, a narrow well that the motion flies through, has not happened
-//! for any of them, nor for a second run at a smaller tolerance. Here the impulse ∫ q̈ dt of each long step is formed once with four nodes, as a method of order 8 may see it, and once in parts, both by
+//! for any of them, nor for a second run at a smaller tolerance. Here the impulse ∫ q̈ dt of each long step is formed once with four nodes, as a method of order 8 may see it (twelve where steps are those of series), and once in parts, both by
 //! Gauss's rule along one path, the quintic through the step's ends: where all is smooth in the step they agree to far below what is permitted. Of stiff motions, whose forces would also
 //! answer to what the path is off the motion, what damps and holds within the step is taken off, (1 - h ∂q̈/∂q̇ - h² ∂q̈/∂q)⁻¹ Δu: what is left of an impulse by an implicit step. What is shorter than about a thousandth of the
 //! motion may be missed here, too; nothing can know it but `.max_step(..)`. It costs some thousand evaluations.
@@ -14,7 +14,7 @@ use super::query::Motion;
 use super::simulate::Simulate;
 use super::summary::Rounded;
 use crate::integrate::linear::{factor, solve};
-use crate::integrate::{Dense as _, Hermite, Knot, Step, System as _};
+use crate::integrate::{Dense as _, Hermite, Knot, Method, Step, System as _};
 use crate::model::Vector;
 
 /// Nodes and weights of Gauss's rule of order 8 on (0, 1): Hairer, Nørsett & Wanner, Solving ODE I, §II.1.
@@ -65,13 +65,15 @@ impl<M: Simulate> Motion<'_, M> {
         let long = || (0..records.len()).filter(|&i| records[i].h != 0.0 && records[i].h.abs() >= least);
         let least_points = EFFORT.1 / (1 + M::Vector::LEN as u64 / 16);
         let points = (EFFORT.0 * self.counts().evaluations).clamp(least_points, EFFORT.2) as usize;
-        let parts = (points / (NODES.len() * long().count().max(1))).max(2);
+        // Steps of series are as long as many derivatives allow.
+        let seen = if self.method() == Method::Taylor { 3 } else { 1 };
+        let parts = [seen, (points / (NODES.len() * long().count().max(1))).max(2 * seen)];
         let found = long().filter_map(|index| self.unseen_in(index, parts, stiff));
         found.max_by(|a, b| a.times.total_cmp(&b.times))
     }
 
     /// What the step that leaves a record has not seen; `None` where it cannot be evaluated.
-    fn unseen_in(&self, index: usize, parts: usize, stiff: bool) -> Option<Unseen> {
+    fn unseen_in(&self, index: usize, parts: [usize; 2], stiff: bool) -> Option<Unseen> {
         let Step { mut start, mut end, h, kept } = self.step(index);
         let mut plant = self.plant(index);
         plant.hold_branches(&mut start, h, kept.branches).ok()?;
@@ -90,7 +92,7 @@ impl<M: Simulate> Motion<'_, M> {
             }
             Some(sum)
         };
-        let (seen, mut missed) = (impulse(1)?, impulse(parts)?);
+        let (seen, mut missed) = (impulse(parts[0])?, impulse(parts[1])?);
         (0..M::Vector::LEN).for_each(|i| missed[i] -= seen[i]);
         let tolerances = &self.trajectory.tolerances;
         let largest = |missed: &M::Vector| {
