@@ -40,7 +40,7 @@ mod fixed_point;
 mod gauss;
 mod generalized_alpha;
 mod landing;
-mod linear;
+pub(crate) mod linear;
 mod radau5;
 mod rk4;
 mod semi_implicit_euler;

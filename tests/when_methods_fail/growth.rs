@@ -35,6 +35,22 @@ fn chaos_uses_up_digits_of_the_tolerance_one_by_one() {
     charts::is_current("chaos", &Chart::new("A double pendulum by DOP853: error against time").panel(panel));
 }
 
+/// What implicit methods make of chaos is told by half steps, also where the model could choose between expressions (a buffer that is never reached).
+#[test]
+fn implicit_methods_tell_of_chaos_in_models_that_choose() {
+    let run = || DUFFING.simulate(DUFFING.state().x(1.0).build().unwrap()).until(60.0);
+    let exact = run().tolerance(1e-13).method(methods::Dop853).run().unwrap().end().x();
+    let list: [Any<Kicked>; 2] = [methods::Radau5.into(), methods::Esdirk4.into()];
+    for (method, tolerance) in list.iter().flat_map(|method| [1e-6, 1e-8].map(|tolerance| (method, tolerance))) {
+        let motion = run().tolerance(tolerance).method(method).run().unwrap();
+        let (times, summary) = ((motion.end().x() - exact).abs() / tolerance, motion.summary());
+        let shown = summary.doubts.halved.unwrap();
+        println!("{method} {tolerance:e}: {times:.0} permitted errors, half steps show {shown:.0}");
+        assert!(times > 1e3 && shown > 0.2 * times, "{times} {summary}");
+        assert!(summary.to_string().contains("errors of steps add up: half steps go"), "{summary}");
+    }
+}
+
 /// The nearer the encounter, the more every error before it is amplified by it.
 #[test]
 fn close_encounters_amplify_errors() {

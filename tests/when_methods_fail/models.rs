@@ -126,6 +126,66 @@ impl Spring {
 /// ω = 1.
 pub(crate) const SPRING: Spring = Spring { mass: 1.0, stiffness: 1.0 };
 
+/// A mass in a well with two bottoms, shaken, kicked for a moment, and before a buffer that it need not reach.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(mass: kg, stiffness: N / m, cubic: N / m^3, damping: N * s / m, force: N, omega: rad / s, kick: N, at: s, width: s, buffer: m)]
+pub(crate) struct Kicked {
+    pub(crate) mass: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) cubic: f64,
+    pub(crate) damping: f64,
+    pub(crate) force: f64,
+    pub(crate) omega: f64,
+    pub(crate) kick: f64,
+    pub(crate) at: f64,
+    pub(crate) width: f64,
+    pub(crate) buffer: f64,
+}
+
+#[dynamics]
+impl Kicked {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn well(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiffness * q.x.powi(2) + 0.25 * self.cubic * q.x.powi(4)
+    }
+    #[potential]
+    fn buffer(&self, q: &Coordinates<Self>) -> Expr {
+        if q.x > self.buffer { 0.5 * self.stiffness.abs() * (q.x - self.buffer).powi(2) } else { Expr::ZERO }
+    }
+    #[dissipation]
+    fn damper(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.damping * q.x.dt().powi(2)
+    }
+    #[force]
+    fn shaken(&self, q: &Coordinates<Self>) -> Force {
+        let kick = self.kick * (-((q.t - self.at) / self.width).powi(2)).exp();
+        Force::along(q.x, self.force * (self.omega * q.t).cos() + kick)
+    }
+}
+
+/// Nothing but the kick: of 1 N·s √π at 50 s, for a second or two.
+pub(crate) const KICKED: Kicked = Kicked {
+    mass: 1.0,
+    stiffness: 0.0,
+    cubic: 0.0,
+    damping: 0.0,
+    force: 0.0,
+    omega: 1.0,
+    kick: 1.0,
+    at: 50.0,
+    width: 1.0,
+    buffer: 1e6,
+};
+
+/// Chaotic.
+pub(crate) const DUFFING: Kicked =
+    Kicked { stiffness: -1.0, cubic: 1.0, damping: 0.3, force: 0.5, omega: 1.2, kick: 0.0, ..KICKED };
+
 /// A bob on a spring with a damper along it.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]

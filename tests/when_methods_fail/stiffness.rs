@@ -4,7 +4,7 @@ use dynamics::methods::{self, Any};
 use dynamics::prelude::*;
 
 use crate::charts;
-use crate::models::{Guided, Sprung};
+use crate::models::{CHAOTIC, Guided, Sprung, chaotic_start};
 
 /// An explicit method follows what has long died away: its steps are as long as stability permits, whatever the accuracy.
 #[test]
@@ -30,6 +30,18 @@ fn explicit_methods_crawl_where_stability_bounds_their_steps() {
     let model = Guided::stiff(1e4);
     let chosen = model.simulate(model.on_guide()).until(10.0).tolerance(1e-6).run().unwrap();
     assert!(chosen.switched().is_some_and(|(t, method)| t < 1.0 && method == Method::Radau5), "{}", chosen.summary());
+
+    // At small tolerances, too, where steps of high order stay clear of the border of stability.
+    let bob = Sprung { mass: 1.0, stiffness: 1e8, damping: 2e4, length: 1.0, g: 9.81 };
+    for tolerance in [1e-6, 1e-7, 1e-9, 1e-10] {
+        let run = || bob.simulate(bob.state().x(1.0).build().unwrap()).until(10.0).tolerance(tolerance);
+        let (chosen, implicit) = (run().run().unwrap(), run().method(methods::Radau5).run().unwrap());
+        assert!(chosen.switched().is_some_and(|(t, _)| t < 1.0), "{tolerance:e}: {}", chosen.summary());
+        assert!(chosen.counts().steps < implicit.counts().steps + 2000, "{tolerance:e}: {}", chosen.summary());
+    }
+    // What needs its steps is left to its method, however many they are.
+    let swinging = CHAOTIC.simulate(chaotic_start()).until(200.0).tolerance(1e-9).run().unwrap();
+    assert!(swinging.switched().is_none() && swinging.counts().steps > 2500, "{}", swinging.summary());
 
     let panel = Panel::new(Axis::log("damping in N·s/m"), Axis::log("steps"));
     let panel = list.iter().zip(curves).fold(panel, |panel, (method, curve)| panel.curve(method.to_string(), curve));

@@ -1,8 +1,8 @@
 //! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself shows it.
 //!
-//! A step control keeps the error of each step. Four things it does not see are looked for here, at the recorded steps: tolerances that are finer than the
-//! rounding of the values they are kept for; energy that drifts by more than so many permitted errors can; what the motion makes of the errors; and, of stiff motions, what they add up to (`halves.rs`). For
-//! the third a neighbour of the motion is followed, step by step from as near as a permitted error, and with g its growth in a step, in permitted errors,
+//! A step control keeps the error of each step. Five things it does not see are looked for here, at the recorded steps: tolerances that are finer than the
+//! rounding of the values they are kept for; energy that drifts by more than so many permitted errors can; forces that its stages miss (`unseen.rs`); what the motion makes of the errors; and, of stiff motions, what they add up to (`halves.rs`). For
+//! the fourth a neighbour of the motion is followed, step by step from as near as a permitted error, and with g its growth in a step, in permitted errors,
 //! Eₙ₊₁ = g Eₙ + 1 adds up what every step leaves. That takes as many steps as the motion. It is a rough measure, from four to
 //! a thousand times the error, as steps make smaller errors than are permitted: [`Simulation::estimate_error`](super::Simulation::estimate_error) is the better one.
 
@@ -11,6 +11,7 @@ use core::fmt;
 use super::query::Motion;
 use super::simulate::Simulate;
 use super::summary::{Grouped, Rounded};
+use super::unseen::Unseen;
 use crate::integrate::{Knot, Method, Phase, System as _, Tolerances};
 use crate::model::{ModelState, Vector};
 
@@ -62,11 +63,13 @@ pub struct Doubts {
     /// Roughly how large the error of the motion is at most, in permitted errors, were every step's as large as permitted; `None` with a fixed step, and where
     /// the motion is stiff or the method is for stiff ones.
     pub amplified: Option<f64>,
-    /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as a rule most of its error. Of stiff motions and methods for those, where their forces do
-    /// not choose between expressions; `None` with a fixed step.
+    /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as a rule most of its error. Of stiff motions and methods for those;
+    /// `None` with a fixed step.
     pub halved: Option<f64>,
     /// The method has stages of too low an order to follow a stiff direction that turns.
     pub low_stages: bool,
+    /// A force that is over between the stages of a step; `None` with a fixed step.
+    pub unseen: Option<Unseen>,
     /// That is as much as a whole unit of a coordinate or the whole value, and more than adding up the errors of so many steps explains.
     pub overwhelmed: bool,
 }
@@ -95,6 +98,7 @@ impl<M: Simulate> Motion<'_, M> {
             amplified,
             halved: (repeatable && stiff).then(|| self.apart_from_halves()).flatten(),
             low_stages: self.method() == Method::Esdirk4,
+            unseen: repeatable.then(|| self.unseen(stiff)).flatten(),
             overwhelmed: amplified.is_some_and(|times| times * absolute.max(relative) > 1.0 && times > adding_up),
         }
     }
@@ -223,6 +227,10 @@ impl Doubts {
                 f,
                 "{WARNING}tolerance below rounding: {permitted:.1e} permitted of {what}{name} = {value} at t = {time}; give a larger relative one"
             )?;
+        }
+        if let Some(unseen) = &self.unseen {
+            f.write_str(WARNING)?;
+            unseen.write(f)?;
         }
         if let Some(times) = self.energy.filter(|times| *times > MUCH) {
             write!(

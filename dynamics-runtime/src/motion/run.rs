@@ -6,6 +6,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 mod act;
 mod corners;
+mod probe;
 mod steps;
 mod watched;
 
@@ -31,6 +32,7 @@ use crate::integrate::{Dense, Hermite, Knot, Phase, Step, StepError, StepOptions
 use crate::math;
 use crate::model::{Dynamics, Known, Model, ModelState, Vector};
 use crate::motion::Simulate;
+use probe::Probe;
 pub(crate) use steps::{Made, Steps, Tally};
 
 /// Conditioning of constraints from which on a singular position is near.
@@ -125,7 +127,8 @@ pub(crate) fn run<M: Simulate>(
     let result = match begun {
         Ok(()) => {
             let touching = Touching::from(plan.plant.model, &from);
-            Flight { plan, stepper, creep: Creep::new(), slide: Slide::from(from.t()), touching }.fly(sink)
+            let (slide, probe) = (Slide::from(from.t()), Probe::from(from.t()));
+            Flight { plan, stepper, creep: Creep::new(), slide, touching, probe }.fly(sink)
         }
         Err(kind) => Err(Halt { kind, h: 0.0 }),
     };
@@ -170,6 +173,7 @@ struct Flight<'f, 'r, 'm, M: Simulate> {
     creep: Creep,
     slide: Slide,
     touching: Touching<M>,
+    probe: Probe,
 }
 
 impl<M: Simulate> Flight<'_, '_, '_, M> {
@@ -211,8 +215,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             if flow == Flow::Stop {
                 break;
             }
-            if self.plan.hands_over && self.stepper.tally().stiff_at.is_some() && self.stepper.now().t != self.plan.end
-            {
+            if self.is_stiff() {
                 return Ok(Ended::Stiff(self.now()));
             }
         }

@@ -1,0 +1,96 @@
+//! Stiffness that the steps themselves do not show.
+//!
+//! Hairer's test finds steps at the border of stability. Methods of high order do not get there at small tolerances: their error estimates, which grow as a high power of h λ, hold the steps at a
+//! fraction of it, the same for ever. So every so often an implicit step is tried that is many times as long. Where its error is permitted, nothing in the
+//! motion needs the short ones: that is what stiff means (Hairer & Wanner, Solving ODE II, IV.1, "explicit methods don't work").
+
+use super::Flight;
+use super::steps::Tally;
+use crate::integrate::{Kept, Step};
+use crate::math;
+use crate::methods::Radau5;
+use crate::model::{Branches, ModelState as _, Vector};
+use crate::motion::Simulate;
+use crate::motion::driver::Driver;
+use crate::motion::plant::Plant;
+use crate::motion::upkeep::Upkeep;
+
+/// Steps between two trials: one costs as much as some dozens of them.
+const EVERY: u64 = 500;
+/// Steps of Radau IIA that are so many times as long take less time, with matrices of few rows; what factors add to that for each square of their number.
+/// Measured on a stiff spring pendulum (k = 1e8 N/m, c = 2e4 N s/m): at 1e-7 and 1e-9 its steps are 65 and 42 times those of Verner 9(8), and cost as much as two of these.
+const LONGER: (f64, f64) = (20.0, 0.02);
+/// Trials in a row that have to succeed, so that none is deceived by where its stages fall.
+const IN_A_ROW: u32 = 2;
+
+/// When it was tried last, and how often in a row with success.
+pub(super) struct Probe {
+    accepted: u64,
+    t: f64,
+    passed: u32,
+}
+
+impl Probe {
+    pub(super) fn from(t: f64) -> Self {
+        Self { accepted: 0, t, passed: 0 }
+    }
+
+    fn is_due(&self, tally: &Tally) -> bool {
+        tally.accepted >= self.accepted + EVERY
+    }
+}
+
+impl<M: Simulate> Flight<'_, '_, '_, M> {
+    /// Whether the motion is stiff for its method, and an implicit one is to go on.
+    #[inline]
+    pub(super) fn is_stiff(&mut self) -> bool {
+        if !self.plan.hands_over {
+            return false;
+        }
+        let tally = self.stepper.tally();
+        tally.t != self.plan.end && (tally.stiff_at.is_some() || self.probe.is_due(&tally) && self.steps_over(&tally))
+    }
+
+    /// Whether implicit steps that are worth their while pass over what keeps these short.
+    #[cold]
+    fn steps_over(&mut self, tally: &Tally) -> bool {
+        let left = self.plan.end - tally.t;
+        let mean = (tally.t - self.probe.t).abs() / (tally.accepted - self.probe.accepted) as f64;
+        let usual = mean.max(tally.proposed);
+        (self.probe.accepted, self.probe.t) = (tally.accepted, tally.t);
+        // What is asked for bounds these, or little is left to be gained.
+        if usual > 0.5 * self.plan.options.most || left.abs() < EVERY as f64 * usual {
+            return false;
+        }
+        let h = (LONGER.0 + LONGER.1 * math::powi(M::Vector::LEN as f64, 2)) * usual;
+        self.probe.passed = if self.would_pass(h.copysign(left)) { self.probe.passed + 1 } else { 0 };
+        self.probe.passed >= IN_A_ROW
+    }
+
+    /// Whether an implicit step of this length from here has an error that is permitted. Nothing of the run is touched by it but the count of evaluations.
+    fn would_pass(&mut self, h: f64) -> bool {
+        let now = *self.stepper.now();
+        let Plant { model, constants, law, held, modes, ref upkeep, .. } = self.plan.plant;
+        let run = (self.plan.start.t(), self.plan.end);
+        let mut upkeep = Upkeep::within(upkeep.formulation, f64::INFINITY, *constants, run, alloc::vec::Vec::new());
+        upkeep.under_way = true;
+        let free = Branches::FREE;
+        let mut plant = Plant {
+            model,
+            constants,
+            law,
+            held,
+            modes,
+            evaluations: 0,
+            branches: free,
+            known: free,
+            memory: None,
+            listener: None,
+            upkeep,
+        };
+        let step = Step { start: now, end: now, h, kept: Kept::default() };
+        let end = Driver::<M>::maker(&Radau5).end_of(&mut plant, &step, &self.plan.options.tolerances);
+        self.plan.plant.evaluations += plant.evaluations;
+        end.is_some_and(|(_, error)| error <= 1.0)
+    }
+}
