@@ -3,6 +3,7 @@
 mod constraints;
 mod evaluations;
 mod identity;
+mod lanes;
 mod matrices;
 mod series;
 mod solves;
