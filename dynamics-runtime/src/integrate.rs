@@ -168,14 +168,13 @@ pub trait System<V: Vector> {
         let u = self.accelerations(t, &y.q, &y.u)?;
         Ok(Phase { q: y.u, u })
     }
-    /// (q̇, q̈) at four stages side by side, as [`System::derivative`] has each of them, and by it where the system cannot evaluate them at once.
+    /// Writes (q̇, q̈) at four stages side by side, as [`System::derivative`] has each of them, and by it where the system cannot evaluate them at once.
     #[inline(always)]
-    fn derivatives(&mut self, t: Lanes, y: &Stages<V>) -> Result<Stages<V>, Self::Error> {
-        let mut derivatives = Stages::zeros();
+    fn derivatives(&mut self, t: Lanes, y: &Stages<V>, derivatives: &mut Stages<V>) -> Result<(), Self::Error> {
         for (lane, t) in t.to_array().into_iter().enumerate() {
             derivatives.put(lane, &self.derivative(t, &y.of(lane))?);
         }
-        Ok(derivatives)
+        Ok(())
     }
     /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for methods that solve for their stages. By differences, where the system knows no better.
     fn jacobian(&mut self, at: &Knot<V>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Self::Error> {

@@ -93,8 +93,10 @@ impl Lanes {
     #[inline(always)]
     #[must_use]
     pub fn or(self, lanes: [bool; COUNT], other: Self) -> Self {
-        let mask = Lanes::new(lanes.map(|lane| f64::from_bits(if lane { u64::MAX } else { 0 })));
-        Self(mask.0.bitselect(self.0, other.0))
+        let [a, b, c, d] = lanes;
+        let bits = |lane| if lane { u64::MAX } else { 0 };
+        let mask: f64x4 = bytemuck::cast(u64x4::new([bits(a), bits(b), bits(c), bits(d)]));
+        Self(mask.bitselect(self.0, other.0))
     }
 
     /// Whether |x| > tolerance·|scale| in every lane; NaN is not.
@@ -150,7 +152,8 @@ impl Lanes {
     /// [`sin_cos::reduce_fused`].
     #[inline(always)]
     fn reduce_fused(self) -> (u64x4, f64x4, f64x4) {
-        let (x, [high, low, rest]) = (self.0, sin_cos::FUSED_PARTS.map(f64x4::splat));
+        let [high, low, rest] = sin_cos::FUSED_PARTS;
+        let (x, high, low, rest) = (self.0, f64x4::splat(high), f64x4::splat(low), f64x4::splat(rest));
         let (k, quarter) = nearest_quarter(x);
         let first = (-k).mul_add(high, x);
         let w = k * low;
@@ -163,7 +166,8 @@ impl Lanes {
     /// [`sin_cos::reduce`].
     #[inline(always)]
     fn reduce(self) -> (u64x4, f64x4, f64x4) {
-        let (x, [part1, part2, rest]) = (self.0, sin_cos::PARTS.map(f64x4::splat));
+        let [part1, part2, rest] = sin_cos::PARTS;
+        let (x, part1, part2, rest) = (self.0, f64x4::splat(part1), f64x4::splat(part2), f64x4::splat(rest));
         let (k, quarter) = nearest_quarter(x);
         let first = x - k * part1;
         let w = k * part2;
@@ -190,7 +194,9 @@ fn plus(a: f64x4, b: f64x4, c: f64x4) -> f64x4 {
 /// sin(r + c) for |r| ≤ π/4.
 #[inline(always)]
 fn sine(r: f64x4, c: f64x4) -> f64x4 {
-    let [s1, s2, s3, s4, s5, s6] = sin_cos::SINE.map(f64x4::splat);
+    // One by one: `map` of an array is a call.
+    let k = |i: usize| f64x4::splat(sin_cos::SINE[i]);
+    let (s1, s2, s3, s4, s5, s6) = (k(0), k(1), k(2), k(3), k(4), k(5));
     let z = r * r;
     let w = z * z;
     let polynomial = plus(w, plus(z, plus(z, s6, s5), s4), plus(z, s3, s2));
@@ -201,7 +207,9 @@ fn sine(r: f64x4, c: f64x4) -> f64x4 {
 /// cos(r + c) for |r| ≤ π/4.
 #[inline(always)]
 fn cosine(r: f64x4, c: f64x4) -> f64x4 {
-    let [c1, c2, c3, c4, c5, c6] = sin_cos::COSINE.map(f64x4::splat);
+    // One by one: `map` of an array is a call.
+    let k = |i: usize| f64x4::splat(sin_cos::COSINE[i]);
+    let (c1, c2, c3, c4, c5, c6) = (k(0), k(1), k(2), k(3), k(4), k(5));
     let z = r * r;
     let w = z * z;
     let polynomial = plus(w, plus(w, plus(z, c6, c5), plus(z, c4, c3)), plus(z, c2, c1));

@@ -143,18 +143,18 @@ pub trait Dynamics: Model {
     fn accelerations_with(&self, constants: &Self::Constants, state: &Self::State) -> Result<Self::Vector, SolveError>;
     /// Whether [`Dynamics::accelerations_in_lanes`] is there: straight-line code without choices, not too long.
     const HAS_LANES: bool = false;
-    /// q̈ of four states side by side, with the inputs and modes of `state`, each with the same bits as [`Dynamics::accelerations_with`] has them. `None`
-    /// where that code does not apply to all four, or there is none: each is then to be evaluated by itself.
+    /// Writes q̈ of four states (q, u) side by side at the times t, with the inputs and modes of `state`, each with the same bits as [`Dynamics::accelerations_with`] has
+    /// them. False, and nothing is meant by what is written, where that code does not apply to all four, or there is none: each is then to be evaluated by itself.
     #[inline]
     fn accelerations_in_lanes(
         &self,
         _constants: &Self::Constants,
         _state: &Self::State,
         _t: Lanes,
-        _q: &WideOf<Self>,
-        _u: &WideOf<Self>,
-    ) -> Option<WideOf<Self>> {
-        None
+        _states: [&WideOf<Self>; 2],
+        _accelerations: &mut WideOf<Self>,
+    ) -> bool {
+        false
     }
     /// q̈ at a state.
     fn accelerations(&self, state: &Self::State) -> Result<Self::Vector, SolveError> {

@@ -22,59 +22,89 @@ use crate::model::Vector;
 
 /// Most columns of one lane.
 const COLUMNS: usize = 3;
+/// Evaluations of the longest lane.
+const CALLS: usize = 13;
 
-/// Which columns which lane has, one after the other, as numbers of substeps (0: none), and their weights in two sums of them.
-struct Plan {
-    columns: [[usize; COLUMNS]; COUNT],
-    weights: [[[f64; COLUMNS]; COUNT]; 2],
-    /// Evaluations of the longest lane.
-    calls: usize,
+/// Numbers of substeps of the columns that a lane has, one after the other; 0: none.
+type Columns = [[usize; COLUMNS]; COUNT];
+
+/// For the end of the step and its error.
+const STEP: [Call; CALLS] = plan([[14, 0, 0], [12, 2, 0], [10, 4, 0], [8, 6, 0]], 14);
+/// Five columns for each of two places.
+const BETWEEN: [Call; CALLS] = plan([[10, 4, 2], [8, 6, 0], [10, 4, 2], [8, 6, 0]], 10);
+
+/// One evaluation of four stages.
+#[derive(Clone, Copy, Debug)]
+struct Call {
+    /// Their times, as parts of the step.
+    time: [f64; COUNT],
+    /// Two substeps, as parts of the step.
+    twice: [f64; COUNT],
+    /// Lanes whose columns it ends.
+    ended: [bool; COUNT],
+    /// Those of them whose first columns these were, and whose last.
+    first: [bool; COUNT],
+    last: [bool; COUNT],
+    any: bool,
+    /// Weights of what has ended, in the end of the step and in its error.
+    weights: [[f64; COUNT]; 2],
+    /// First substeps of the columns that begin then, as parts of the step.
+    substep: [f64; COUNT],
 }
 
-/// All columns for the end, all but the last for the error.
-const STEP: Plan = {
-    let columns = [[14, 0, 0], [12, 2, 0], [10, 4, 0], [8, 6, 0]];
-    let (end, mut without) = (weights(columns, 14), weights(columns, 12));
-    let (mut lane, mut i) = (0, 0);
-    while lane < COUNT {
-        while i < COLUMNS {
-            without[lane][i] = end[lane][i] - without[lane][i];
-            i += 1;
-        }
-        (lane, i) = (lane + 1, 0);
-    }
-    Plan { columns, weights: [end, without], calls: 13 }
-};
-
-/// Five columns for each of two places.
-const BETWEEN: Plan = {
-    let columns = [[10, 4, 2], [8, 6, 0], [10, 4, 2], [8, 6, 0]];
-    Plan { columns, weights: [weights(columns, 10), [[0.0; COLUMNS]; COUNT]], calls: 13 }
-};
-
-/// The weights of columns n = 2, 4, …, `most` that extrapolate to substeps of no length, where the plan has them.
-const fn weights(columns: [[usize; COLUMNS]; COUNT], most: usize) -> [[f64; COLUMNS]; COUNT] {
-    let mut weights = [[0.0; COLUMNS]; COUNT];
+/// What happens when.
+const fn plan(columns: Columns, most: usize) -> [Call; CALLS] {
+    let none = [false; COUNT];
+    let zero = [0.0; COUNT];
+    let call = Call {
+        time: zero,
+        twice: zero,
+        ended: none,
+        first: none,
+        last: none,
+        any: false,
+        weights: [zero; 2],
+        substep: zero,
+    };
+    let mut plan = [call; CALLS];
     let mut lane = 0;
     while lane < COUNT {
-        let mut i = 0;
-        while i < COLUMNS {
-            let n = columns[lane][i];
-            if n > 0 && n <= most {
-                let (mut weight, mut m) = (1.0, 2);
-                while m <= most {
-                    if m != n {
-                        weight *= (n * n) as f64 / ((n * n) as f64 - (m * m) as f64);
-                    }
-                    m += 2;
-                }
-                weights[lane][i] = weight;
+        let (mut i, mut made, mut at) = (0, 1, 0);
+        while at < CALLS {
+            // A lane that is done stands at the end of the step.
+            let n = if i < COLUMNS && columns[lane][i] > 0 { columns[lane][i] } else { 1 };
+            plan[at].time[lane] = made as f64 / n as f64;
+            plan[at].twice[lane] = 2.0 / n as f64;
+            made += 1;
+            if made == n {
+                let following = if i + 1 < COLUMNS { columns[lane][i + 1] } else { 0 };
+                plan[at].any = true;
+                plan[at].ended[lane] = true;
+                plan[at].first[lane] = i == 0;
+                plan[at].last[lane] = following == 0;
+                let end = weight(n, most);
+                plan[at].weights[0][lane] = end;
+                plan[at].weights[1][lane] = end - if n < most { weight(n, most - 2) } else { 0.0 };
+                plan[at].substep[lane] = if following > 0 { 1.0 / following as f64 } else { 0.0 };
+                (i, made) = (i + 1, 1);
             }
-            i += 1;
+            at += 1;
         }
         lane += 1;
     }
-    weights
+    plan
+}
+
+/// The weight of column n that extrapolates columns 2, 4, …, `most` to substeps of no length.
+const fn weight(n: usize, most: usize) -> f64 {
+    let (mut weight, mut m) = (1.0, 2);
+    while m <= most {
+        if m != n {
+            weight *= (n * n) as f64 / ((n * n) as f64 - (m * m) as f64);
+        }
+        m += 2;
+    }
+    weight
 }
 
 /// What every lane starts from.
@@ -102,47 +132,40 @@ impl<V: Vector> GraggBulirschStoer<V> {
     fn march<S: System<V>>(
         system: &mut S,
         start: &Start<V>,
-        plan: &Plan,
+        plan: &[Call; CALLS],
         mut see: impl FnMut(usize, &Stages<V>, &Stages<V>),
     ) -> Result<[Stages<V>; 2], S::Error> {
         let mut sums = [Stages::zeros(); 2];
-        let column = |at: [usize; COUNT], lane: usize| plan.columns[lane].get(at[lane]).copied().unwrap_or(0);
-        // A lane that is done stands one whole step from the start.
-        let substeps = |at| start.h * Lanes::new(core::array::from_fn(|lane| 1.0 / column(at, lane).max(1) as f64));
-        let (mut at, mut made) = ([0; COUNT], [1; COUNT]);
-        let mut substep = substeps(at);
+        let part = |of: [f64; COUNT]| start.h * Lanes::new(of);
+        // The first substep ends where the first evaluation is.
         let (mut before, mut first) = (Stages::<V>::zeros(), Stages::<V>::zeros());
-        let mut now = scaled(substep, &start.slope);
-        for call in 1..=plan.calls {
-            let t = start.t + Lanes::new(made.map(|made| made as f64)) * substep;
-            let stage = sum(&start.y, &now);
-            let slope = system.derivatives(t, &stage)?;
-            see(call, &stage, &slope);
-            let twice = substep + substep;
-            before = sum(&before, &scaled(twice, &slope));
-            (before, now) = (now, before);
-            let mut ended = [false; COUNT];
-            for lane in 0..COUNT {
-                made[lane] += 1;
-                ended[lane] = made[lane] == column(at, lane);
-            }
-            if !ended.contains(&true) {
+        let (mut now, mut slope) = (scaled(part(plan[0].time), &start.slope), Stages::<V>::zeros());
+        let mut stage = sum(&start.y, &now);
+        for (i, call) in plan.iter().enumerate() {
+            system.derivatives(start.t + part(call.time), &stage, &mut slope)?;
+            see(i, &stage, &slope);
+            let twice = part(call.twice);
+            let leap = |before: &mut V::Wide, now: &mut V::Wide, slope: &V::Wide, stage: &mut V::Wide, y: &V::Wide| {
+                for i in 0..V::LEN {
+                    let next = before.as_slice()[i] + twice * slope.as_slice()[i];
+                    before.as_mut_slice()[i] = now.as_slice()[i];
+                    now.as_mut_slice()[i] = next;
+                    stage.as_mut_slice()[i] = y.as_slice()[i] + next;
+                }
+            };
+            leap(&mut before.q, &mut now.q, &slope.q, &mut stage.q, &start.y.q);
+            leap(&mut before.u, &mut now.u, &slope.u, &mut stage.u, &start.y.u);
+            if !call.any {
                 continue;
             }
-            for (sum, weights) in sums.iter_mut().zip(&plan.weights) {
-                let weight = |lane: usize| if ended[lane] { weights[lane][at[lane]] } else { 0.0 };
-                add(sum, Lanes::new(core::array::from_fn(weight)), &now);
+            for (sum, weights) in sums.iter_mut().zip(call.weights) {
+                add(sum, Lanes::new(weights), &now);
             }
-            replace(&mut first, core::array::from_fn(|lane| ended[lane] && at[lane] == 0), &now);
-            for lane in 0..COUNT {
-                if ended[lane] {
-                    (at[lane], made[lane]) = (at[lane] + 1, 1);
-                }
-            }
-            substep = substeps(at);
-            replace(&mut before, ended, &Stages::zeros());
-            replace(&mut now, ended, &scaled(substep, &start.slope));
-            replace(&mut now, core::array::from_fn(|lane| ended[lane] && column(at, lane) == 0), &first);
+            replace(&mut first, call.first, &now);
+            replace(&mut before, call.ended, &Stages::zeros());
+            replace(&mut now, call.ended, &scaled(part(call.substep), &start.slope));
+            replace(&mut now, call.last, &first);
+            stage = sum(&start.y, &now);
         }
         Ok(sums)
     }
@@ -255,7 +278,7 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         let from = Start { t: Lanes::splat(start.t), y: fill(y), slope: fill(&slope), h: Lanes::splat(h) };
         let last = &mut self.last;
         let [changes, errors] = Self::march(system, &from, &STEP, |call, stage, slope| {
-            if call == STEP.calls {
+            if call + 1 == CALLS {
                 *last = (*stage, *slope);
             }
         })?;
@@ -295,7 +318,8 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         });
         let mut stages = fill(&first);
         replace(&mut stages, back, &fill(&second));
-        let slopes = system.derivatives(t + from.h, &stages)?;
+        let mut slopes = Stages::zeros();
+        system.derivatives(t + from.h, &stages, &mut slopes)?;
         let inner = [(0, first), (2, second)].map(|(lane, y)| Knot { t: 0.0, y, a: slopes.of(lane).u });
         Ok(Knots::new([start, &inner[0], &inner[1], end], h))
     }
@@ -398,17 +422,13 @@ mod tests {
 
     type V = SVector<f64, 1>;
 
-    fn columns(plan: &Plan) -> impl Iterator<Item = (usize, [f64; 2])> {
-        let each = (0..COUNT).flat_map(|lane| (0..COLUMNS).map(move |i| (lane, i)));
-        each.filter(|(lane, i)| plan.columns[*lane][*i] > 0)
-            .map(|(lane, i)| (plan.columns[lane][i], [plan.weights[0][lane][i], plan.weights[1][lane][i]]))
-    }
-
-    /// Σ w = 1 and Σ w/n²ᵏ = 0 as far as the order goes; lanes are as long as the plan says.
+    /// Σ w = 1 and Σ w/n²ᵏ = 0 as far as the order goes; every lane is busy up to the last call but one.
     #[test]
     fn weights_extrapolate_to_substeps_of_no_length() {
-        let moment = |plan: &Plan, which: usize, k: i32| -> f64 {
-            columns(plan).map(|(n, w)| w[which] * (n as f64 / 2.0).powi(-2 * k)).sum()
+        let moment = |plan: &[Call; CALLS], which: usize, k: i32| -> f64 {
+            let ended =
+                plan.iter().flat_map(|call| (0..COUNT).filter(|lane| call.ended[*lane]).map(move |lane| (call, lane)));
+            ended.map(|(call, lane)| call.weights[which][lane] * call.twice[lane].powi(2 * k)).sum()
         };
         for k in 0..7 {
             let one = f64::from(k == 0);
@@ -419,8 +439,10 @@ mod tests {
         }
         assert!(moment(&STEP, 1, 6).abs() > 1e-6);
         for plan in [STEP, BETWEEN] {
-            let calls = plan.columns.map(|lane| lane.iter().map(|n| n.saturating_sub(1)).sum::<usize>());
-            assert!(calls.contains(&plan.calls) && calls.iter().all(|calls| plan.calls - calls <= 1), "{calls:?}");
+            for lane in 0..COUNT {
+                let last = plan.iter().position(|call| call.last[lane]).unwrap();
+                assert!(last + 2 >= CALLS && plan[last].time[lane] < 1.0, "{last}");
+            }
         }
     }
 

@@ -215,17 +215,18 @@ impl<M: Constraints> Plant<'_, '_, M> {
 }
 
 impl<M: Constraints> Plant<'_, '_, M> {
-    /// q̈ of four stages at once, where that is what each of them by itself would give: nobody is shown them, inputs are held, and nothing is solved for or added.
+    /// Writes q̈ of four stages at once, where that is what each of them by itself would give: nobody is shown them, inputs are held, and nothing is solved for
+    /// or added.
     #[inline(always)]
-    fn accelerations_in_lanes(&mut self, t: Lanes, y: &Stages<M::Vector>) -> Option<WideOf<M>> {
+    fn accelerations_in_lanes(&mut self, t: Lanes, y: &Stages<M::Vector>, a: &mut WideOf<M>) -> bool {
         let plain = self.law.is_none() && self.listener.is_none() && self.branches == Branches::FREE;
         if !M::HAS_LANES || !plain || !(M::IS_FREE || self.upkeep.is_bare()) {
-            return None;
+            return false;
         }
         let mut state = M::State::new(f64::NAN, M::Vector::zeros(), M::Vector::zeros(), self.held);
         *state.modes_mut() = self.modes;
-        let found = self.model.accelerations_in_lanes(self.constants, &state, t, &y.q, &y.u);
-        self.evaluations += if found.is_some() { lanes::COUNT as u64 } else { 0 };
+        let found = self.model.accelerations_in_lanes(self.constants, &state, t, [&y.q, &y.u], a);
+        self.evaluations += if found { lanes::COUNT as u64 } else { 0 };
         found
     }
 }
@@ -330,15 +331,20 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn derivatives(&mut self, t: Lanes, y: &Stages<M::Vector>) -> Result<Stages<M::Vector>, EvaluationError> {
-        if let Some(u) = self.accelerations_in_lanes(t, y) {
-            return Ok(Stages { q: y.u, u });
+    fn derivatives(
+        &mut self,
+        t: Lanes,
+        y: &Stages<M::Vector>,
+        derivatives: &mut Stages<M::Vector>,
+    ) -> Result<(), EvaluationError> {
+        if self.accelerations_in_lanes(t, y, &mut derivatives.u) {
+            derivatives.q = y.u;
+            return Ok(());
         }
-        let mut derivatives = Stages::zeros();
         for (lane, t) in t.to_array().into_iter().enumerate() {
             derivatives.put(lane, &self.derivative(t, &y.of(lane))?);
         }
-        Ok(derivatives)
+        Ok(())
     }
 
     #[inline(always)]

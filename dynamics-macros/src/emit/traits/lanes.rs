@@ -44,7 +44,7 @@ impl Emission<'_> {
         let (statements, functions) = (printed.statements, printed.functions);
         debug_assert!(functions.is_empty(), "what is short is not cut into functions");
         let (accelerations, values) = printed.results.split_at(n);
-        let (private, none, some) = (&self.private, self.none(), self.some());
+        let private = &self.private;
         let fails = match guards {
             Some(guards) => {
                 let pairs = guards.iter().zip(values.chunks(2)).filter(|(guard, _)| !self.is_number(guard.pivot));
@@ -60,9 +60,9 @@ impl Emission<'_> {
                 quote!(#private::singular_in_lanes::<#positive, _>(&[#(#pairs),*]))
             }
         };
-        let check = (!values.is_empty()).then(|| quote!(if #fails { return #none; }));
+        let check = (!values.is_empty()).then(|| quote!(if #fails { return false; }));
         let (model, k, state, w) = (local("model"), local("k"), local("state"), local("w"));
-        let (t, q, u) = (local("t"), local("q"), local("u"));
+        let (t, q, u, a) = (local("t"), local("q"), local("u"), local("accelerations"));
         quote! {
             const HAS_LANES: #private::bool = true;
             #[inline]
@@ -71,13 +71,14 @@ impl Emission<'_> {
                 #k: &Self::Constants,
                 #state: &<Self as Model>::State,
                 #t: #private::Lanes,
-                #q: &#private::WideOf<Self>,
-                #u: &#private::WideOf<Self>,
-            ) -> #private::Option<#private::WideOf<Self>> {
+                [#q, #u]: [&#private::WideOf<Self>; 2],
+                #a: &mut #private::WideOf<Self>,
+            ) -> #private::bool {
                 let (#model, #w) = (self, &#state.inputs.data.0[0]);
                 #statements
                 #check
-                #some([#(#accelerations),*])
+                *#a = [#(#accelerations),*];
+                true
             }
         }
     }
