@@ -122,14 +122,15 @@ pub mod __private {
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
     pub use dynamics_runtime::generated::{
         Complete, OnlyOneDynamicsImplPerModel, acceleration_by_parameters, acceleration_derivatives, matrix,
-        name_singular, no_derivatives, released, singular, solved_or_nan, vector,
+        name_singular, no_derivatives, released, singular, singular_in_lanes, solved_or_nan, vector,
     };
+    pub use dynamics_runtime::lanes::Lanes;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
         AngleSet, Branches, Claim, Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion,
         Kink, Linearize, Model, ModelState, Modes, Outputs, Parameters, Powers, Premise, Quantity, Route, Solved,
-        StateJacobian, Terms, Vector,
+        StateJacobian, Terms, Vector, WideOf,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Point};

@@ -5,6 +5,7 @@ use nalgebra::{ArrayStorage, SMatrix, SVector};
 use crate::constrain::{assemble, check_sides, check_start, move_by_speeds, set_sides, solve_once};
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::expr::Expr;
+use crate::lanes::Lanes;
 use crate::model::{Constraints, Linearize, Model, Modes, Quantity, Solved, StateJacobian, Vector};
 use crate::reaction::{self, Reaction, Reactions};
 
@@ -136,6 +137,19 @@ fn fails<const POSITIVE: bool>(&[pivot, diagonal]: &[f64; 2]) -> bool {
 pub fn singular<const POSITIVE: bool, const N: usize>(pivots: &[[f64; 2]; N]) -> bool {
     // Without branches: the common case is that none fails.
     pivots.iter().fold(false, |any, pair| any | fails::<POSITIVE>(pair))
+}
+
+/// Whether some pivot fails in some lane, or is not a number.
+#[inline(always)]
+#[must_use]
+pub fn singular_in_lanes<const POSITIVE: bool, const N: usize>(pivots: &[[Lanes; 2]; N]) -> bool {
+    pivots.iter().fold(false, |any, &[pivot, diagonal]| {
+        let passes = match POSITIVE {
+            true => pivot.exceed_signed(PIVOT_TOLERANCE, diagonal),
+            false => pivot.exceed(PIVOT_TOLERANCE, diagonal),
+        };
+        any | !passes
+    })
 }
 
 /// The error that names the first failing pivot; `coordinates` says whose they are.

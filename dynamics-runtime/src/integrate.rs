@@ -10,6 +10,7 @@
 //! | [`Dop853`] | 8 | 7 | 12 (+ 3 for dense output) | embedded 5th and 3rd order |
 //! | [`Tsit5`] | 5 | 4 | 6 (+ 1 reused) | embedded 4th order |
 //! | [`Verner9`] | 9 | 8 | 16 (+ 4 for dense output) | embedded 8th order |
+//! | [`GraggBulirschStoer`] | 14 | 11 | 13 of four states side by side and 1 (+ 14 of four for dense output) | six columns of seven, 12th order |
 //! | [`Radau5`] | 5 | 3 (u), 4 (q) | implicit: 3 per Newton iteration, 1 or 2 more | filtered, 3rd order |
 //! | [`Esdirk4`] | 4 | quintic Hermite, 4 | implicit: 5 per round of Newton iterations | filtered, 3rd order |
 //! | [`SemiImplicitEuler`] | 1 | quintic Hermite, 1 | 1 | none: fixed step |
@@ -39,6 +40,7 @@ mod first_step;
 mod fixed_point;
 mod gauss;
 mod generalized_alpha;
+mod gragg_bulirsch_stoer;
 mod landing;
 pub(crate) mod linear;
 mod radau5;
@@ -56,6 +58,7 @@ pub(crate) mod verner9_table;
 
 use core::fmt;
 
+use crate::lanes::{Lanes, Wide};
 use crate::model::Vector;
 
 pub use composition::{Composition, Composition4, Composition6, Composition8};
@@ -70,6 +73,7 @@ pub use esdirk4::Esdirk4;
 pub use event::{Crossing, Direction, Scan, ScanError, place, root};
 pub use gauss::{Gauss, Gauss4, Gauss6};
 pub use generalized_alpha::GeneralizedAlpha;
+pub use gragg_bulirsch_stoer::{GraggBulirschStoer, Knots};
 pub use radau5::{Between, Collocation, Radau5};
 pub use rk4::Rk4;
 pub use semi_implicit_euler::SemiImplicitEuler;
@@ -106,6 +110,48 @@ impl<V: Vector> Phase<V> {
     }
 }
 
+/// Four phases side by side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stages<V: Vector> {
+    /// Generalized coordinates; q̇ in derivatives.
+    pub q: V::Wide,
+    /// Generalized velocities; q̈ in derivatives.
+    pub u: V::Wide,
+}
+
+impl<V: Vector> Stages<V> {
+    /// All zero.
+    #[inline(always)]
+    #[must_use]
+    pub fn zeros() -> Self {
+        Self { q: V::Wide::zeros(), u: V::Wide::zeros() }
+    }
+    /// The phase in one lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn of(&self, lane: usize) -> Phase<V> {
+        let mut phase = Phase::<V>::zeros();
+        for i in 0..V::LEN {
+            phase.q[i] = self.q.as_slice()[i].to_array()[lane];
+            phase.u[i] = self.u.as_slice()[i].to_array()[lane];
+        }
+        phase
+    }
+    /// Puts a phase into one lane.
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, phase: &Phase<V>) {
+        let set = |lanes: &mut Lanes, x| {
+            let mut array = lanes.to_array();
+            array[lane] = x;
+            *lanes = Lanes::new(array);
+        };
+        for i in 0..V::LEN {
+            set(&mut self.q.as_mut_slice()[i], phase.q[i]);
+            set(&mut self.u.as_mut_slice()[i], phase.u[i]);
+        }
+    }
+}
+
 /// What is integrated: q̈ = a(t, q, u).
 pub trait System<V: Vector> {
     /// Why q̈ does not exist at a state.
@@ -121,6 +167,14 @@ pub trait System<V: Vector> {
     fn derivative(&mut self, t: f64, y: &Phase<V>) -> Result<Phase<V>, Self::Error> {
         let u = self.accelerations(t, &y.q, &y.u)?;
         Ok(Phase { q: y.u, u })
+    }
+    /// Writes (q̇, q̈) at four stages side by side, as [`System::derivative`] has each of them, and by it where the system cannot evaluate them at once.
+    #[inline(always)]
+    fn derivatives(&mut self, t: Lanes, y: &Stages<V>, derivatives: &mut Stages<V>) -> Result<(), Self::Error> {
+        for (lane, t) in t.to_array().into_iter().enumerate() {
+            derivatives.put(lane, &self.derivative(t, &y.of(lane))?);
+        }
+        Ok(())
     }
     /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for methods that solve for their stages. By differences, where the system knows no better.
     fn jacobian(&mut self, at: &Knot<V>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Self::Error> {
@@ -454,6 +508,8 @@ pub enum Method {
     Tsit5,
     /// Verner's method of order 9(8).
     Verner9,
+    /// Gragg's, Bulirsch's and Stoer's extrapolation of order 14(12), its columns side by side.
+    GraggBulirschStoer,
     /// Radau IIA of order 5, implicit.
     Radau5,
     /// A diagonally implicit Runge–Kutta method of order 4(3).
@@ -503,6 +559,7 @@ impl Method {
             Self::DormandPrince5 | Self::Tsit5 | Self::Radau5 => 5,
             Self::Dop853 | Self::Composition8 => 8,
             Self::Verner9 => 9,
+            Self::GraggBulirschStoer => 14,
             Self::Taylor => crate::series::MOST_ORDER as u32,
         }
     }
@@ -517,6 +574,7 @@ impl fmt::Display for Method {
             Self::Dop853 => "DOP853 (order 8)",
             Self::Tsit5 => "Tsitouras 5(4)",
             Self::Verner9 => "Verner 9(8)",
+            Self::GraggBulirschStoer => "Gragg–Bulirsch–Stoer 14(12)",
             Self::Radau5 => "Radau IIA (order 5, implicit)",
             Self::Esdirk4 => "ESDIRK 4(3) (implicit)",
             Self::Taylor => "Taylor series",

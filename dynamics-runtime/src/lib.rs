@@ -23,6 +23,7 @@ pub mod generated;
 pub mod integrate;
 #[cfg(feature = "alloc")]
 pub mod kinematics;
+pub mod lanes;
 pub mod mass_properties;
 pub mod math;
 pub mod matrix;

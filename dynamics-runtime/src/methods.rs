@@ -129,6 +129,9 @@ plain! {
     Tsit5
     /// Verner's method of order 9(8): [`integrate::Verner9`].
     Verner9
+    /// Gragg's, Bulirsch's and Stoer's extrapolation of order 14(12), its columns side by side: [`integrate::GraggBulirschStoer`]. The fastest where accelerations take long
+    /// and the model has code for four states at once ([`Dynamics::HAS_LANES`](crate::model::Dynamics::HAS_LANES)).
+    GraggBulirschStoer
     /// The semi-implicit Euler method, with a fixed step, for real time: [`integrate::SemiImplicitEuler`].
     SemiImplicitEuler
     /// Störmer's and Verlet's method, symplectic, with a fixed step: [`integrate::StormerVerlet`]. For models without constraints whose mass matrix is constant

@@ -25,6 +25,7 @@ pub use premise::{Claim, Premise, Refuted};
 pub use vector::{Square, Vector};
 
 use crate::error::{SingularMassMatrix, SolveError};
+use crate::lanes::Lanes;
 
 /// A named scalar of a model, with its unit as the user declared it or as it was inferred (`""` where unknown or 1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,6 +96,9 @@ pub trait Model: Sized {
 /// The state type of a model: time, generalized coordinates and velocities, inputs, each with its name.
 pub type State<M> = <M as Model>::State;
 
+/// Coordinates, velocities or accelerations of four states side by side.
+pub type WideOf<M> = <<M as Model>::Vector as Vector>::Wide;
+
 /// What the functions of a model take as `q`: time jets of its coordinates, inputs and time.
 pub type Coordinates<M> = <M as Model>::Coordinates;
 
@@ -140,6 +144,21 @@ pub trait Dynamics: Model {
     fn constants(&self) -> Result<Self::Constants, SingularMassMatrix>;
     /// q̈ at a state, from constants computed before.
     fn accelerations_with(&self, constants: &Self::Constants, state: &Self::State) -> Result<Self::Vector, SolveError>;
+    /// Whether [`Dynamics::accelerations_in_lanes`] is there: straight-line code without choices, not too long.
+    const HAS_LANES: bool = false;
+    /// Writes q̈ of four states (q, u) side by side at the times t, with the inputs and modes of `state`, each with the same bits as [`Dynamics::accelerations_with`] has
+    /// them. False, and nothing is meant by what is written, where that code does not apply to all four, or there is none: each is then to be evaluated by itself.
+    #[inline]
+    fn accelerations_in_lanes(
+        &self,
+        _constants: &Self::Constants,
+        _state: &Self::State,
+        _t: Lanes,
+        _states: [&WideOf<Self>; 2],
+        _accelerations: &mut WideOf<Self>,
+    ) -> bool {
+        false
+    }
     /// q̈ at a state.
     fn accelerations(&self, state: &Self::State) -> Result<Self::Vector, SolveError> {
         self.accelerations_with(&self.constants()?, state)

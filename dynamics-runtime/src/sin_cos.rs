@@ -26,7 +26,7 @@ pub fn accurate(x: f64) -> (f64, f64) {
 }
 
 /// Beyond, k times a part of π/2 would no longer be exact.
-const FAR: f64 = 1_048_576.0;
+pub(crate) const FAR: f64 = 1_048_576.0;
 
 /// Whether the target multiplies and adds in one instruction; where it does not, `f64::mul_add` is a slow library call.
 pub(crate) const FUSED: bool = cfg!(all(
@@ -119,9 +119,9 @@ fn far(x: f64) -> (f64, f64) {
     accurate(x)
 }
 
-const TWO_OVER_PI: f64 = core::f64::consts::FRAC_2_PI;
+pub(crate) const TWO_OVER_PI: f64 = core::f64::consts::FRAC_2_PI;
 /// Added to a number below 2⁵¹, it leaves the nearest integer in the last bits.
-const ROUND: f64 = 6_755_399_441_055_744.0;
+pub(crate) const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// The nearest integer to 2x/π, as a number and its last bits.
 #[inline(always)]
@@ -130,20 +130,51 @@ fn nearest_quarter(x: f64) -> (f64, u64) {
     (shifted - ROUND, shifted.to_bits())
 }
 
+/// Parts of π/2 of 53 bits each.
+pub(crate) const FUSED_PARTS: [f64; 3] = bits([0x3FF9_21FB_5444_2D18, 0x3C91_A626_3314_5C07, 0xB91F_1976_B7ED_8FBC]);
+/// Parts of π/2 of 33 bits each, and what is left: fdlibm's pio2_1, pio2_2, pio2_2t.
+pub(crate) const PARTS: [f64; 3] = bits([0x3FF9_21FB_5440_0000, 0x3DD0_B461_1A60_0000, 0x3BA3_198A_2E03_7073]);
+/// Of r³, r⁵, …
+pub(crate) const SINE: [f64; 6] = bits([
+    0xBFC5_5555_5555_5549,
+    0x3F81_1111_1110_F8A6,
+    0xBF2A_01A0_19C1_61D5,
+    0x3EC7_1DE3_57B1_FE7D,
+    0xBE5A_E5E6_8A2B_9CEB,
+    0x3DE5_D93A_5ACF_D57C,
+]);
+/// Of r⁴, r⁶, …
+pub(crate) const COSINE: [f64; 6] = bits([
+    0x3FA5_5555_5555_554C,
+    0xBF56_C16C_16C1_5177,
+    0x3EFA_01A0_19CB_1590,
+    0xBE92_7E4F_809C_52AD,
+    0x3E21_EE9E_BDB4_B1C4,
+    0xBDA8_FAE9_BE88_38D4,
+]);
+
+/// Numbers of these bits.
+const fn bits<const N: usize>(of: [u64; N]) -> [f64; N] {
+    let (mut numbers, mut i) = ([0.0; N], 0);
+    while i < N {
+        numbers[i] = f64::from_bits(of[i]);
+        i += 1;
+    }
+    numbers
+}
+
 /// x = kπ/2 + r + c, with a fused multiply–add. Returns the last bits of k, r and c.
 #[inline(always)]
 pub(crate) fn reduce_fused(x: f64) -> (u64, f64, f64) {
-    const HIGH: f64 = f64::from_bits(0x3FF9_21FB_5444_2D18);
-    const LOW: f64 = f64::from_bits(0x3C91_A626_3314_5C07);
-    const REST: f64 = f64::from_bits(0xB91F_1976_B7ED_8FBC);
+    let [high, low, rest] = FUSED_PARTS;
     let (k, quarter) = nearest_quarter(x);
-    let first = fused(-k, HIGH, x);
-    let w = k * LOW;
+    let first = fused(-k, high, x);
+    let w = k * low;
     // Either of `first` and w can be the larger: the error of their difference in the form that does not care (Knuth).
     let r = first - w;
     let of_w = first - r;
     let rounded = (first - (r + of_w)) - (w - of_w);
-    (quarter, r, rounded - fused(k, REST, fused(k, LOW, -w)))
+    (quarter, r, rounded - fused(k, rest, fused(k, low, -w)))
 }
 
 /// ab + c with one rounding.
@@ -162,16 +193,13 @@ fn fused(a: f64, b: f64, c: f64) -> f64 {
 /// x = kπ/2 + r + c, by products that are exact. Returns the last bits of k, r and c.
 #[inline(always)]
 pub(crate) fn reduce(x: f64) -> (u64, f64, f64) {
-    // Parts of π/2 of 33 bits each, and what is left: fdlibm's pio2_1, pio2_2, pio2_2t.
-    const FIRST: f64 = f64::from_bits(0x3FF9_21FB_5440_0000);
-    const SECOND: f64 = f64::from_bits(0x3DD0_B461_1A60_0000);
-    const REST: f64 = f64::from_bits(0x3BA3_198A_2E03_7073);
+    let [part1, part2, rest] = PARTS;
     let (k, quarter) = nearest_quarter(x);
-    let first = x - k * FIRST;
-    let w = k * SECOND;
+    let first = x - k * part1;
+    let w = k * part2;
     let second = first - w;
     // What the subtraction rounded off joins the rest.
-    let rest = k * REST - ((first - second) - w);
+    let rest = k * rest - ((first - second) - w);
     let r = second - rest;
     (quarter, r, (second - r) - rest)
 }
@@ -185,31 +213,21 @@ fn plus(a: f64, b: f64, c: f64) -> f64 {
 /// sin(r + c) for |r| ≤ π/4.
 #[inline(always)]
 fn sine(r: f64, c: f64) -> f64 {
-    const S1: f64 = f64::from_bits(0xBFC5_5555_5555_5549);
-    const S2: f64 = f64::from_bits(0x3F81_1111_1110_F8A6);
-    const S3: f64 = f64::from_bits(0xBF2A_01A0_19C1_61D5);
-    const S4: f64 = f64::from_bits(0x3EC7_1DE3_57B1_FE7D);
-    const S5: f64 = f64::from_bits(0xBE5A_E5E6_8A2B_9CEB);
-    const S6: f64 = f64::from_bits(0x3DE5_D93A_5ACF_D57C);
+    let [s1, s2, s3, s4, s5, s6] = SINE;
     let z = r * r;
     let w = z * z;
-    let polynomial = plus(w, plus(z, plus(z, S6, S5), S4), plus(z, S3, S2));
+    let polynomial = plus(w, plus(z, plus(z, s6, s5), s4), plus(z, s3, s2));
     let v = z * r;
-    r - (plus(z, plus(-v, polynomial, 0.5 * c), -c) - v * S1)
+    r - (plus(z, plus(-v, polynomial, 0.5 * c), -c) - v * s1)
 }
 
 /// cos(r + c) for |r| ≤ π/4.
 #[inline(always)]
 fn cosine(r: f64, c: f64) -> f64 {
-    const C1: f64 = f64::from_bits(0x3FA5_5555_5555_554C);
-    const C2: f64 = f64::from_bits(0xBF56_C16C_16C1_5177);
-    const C3: f64 = f64::from_bits(0x3EFA_01A0_19CB_1590);
-    const C4: f64 = f64::from_bits(0xBE92_7E4F_809C_52AD);
-    const C5: f64 = f64::from_bits(0x3E21_EE9E_BDB4_B1C4);
-    const C6: f64 = f64::from_bits(0xBDA8_FAE9_BE88_38D4);
+    let [c1, c2, c3, c4, c5, c6] = COSINE;
     let z = r * r;
     let w = z * z;
-    let polynomial = plus(w, plus(w, plus(z, C6, C5), plus(z, C4, C3)), plus(z, C2, C1));
+    let polynomial = plus(w, plus(w, plus(z, c6, c5), plus(z, c4, c3)), plus(z, c2, c1));
     let half = 0.5 * z;
     let one_less = 1.0 - half;
     one_less + (((1.0 - one_less) - half) + plus(w, polynomial, -(r * c)))

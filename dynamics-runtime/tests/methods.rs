@@ -6,8 +6,8 @@ use std::convert::Infallible;
 
 use common::*;
 use dynamics_runtime::integrate::{
-    Dense, Dop853, DormandPrince5, Esdirk4, Phase, Radau5, Rk4, Scheme, StepError, StepOptions, Stepper, Tolerances,
-    Tsit5, Verner9,
+    Dense, Dop853, DormandPrince5, Esdirk4, GraggBulirschStoer, Phase, Radau5, Rk4, Scheme, StepError, StepOptions,
+    Stepper, Tolerances, Tsit5, Verner9,
 };
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::Simulate;
@@ -91,6 +91,7 @@ fn orders_of_convergence() {
     check::<Dop853<V>>(12, 8.0, 8.0, 0.15);
     check::<Tsit5<V>>(80, 5.0, 5.0, 0.05);
     check::<Verner9<V>>(10, 9.0, 9.0, 0.4);
+    check::<GraggBulirschStoer<V>>(4, 12.0, 11.0, 0.8);
     check::<Radau5<V>>(20, 5.0, 4.0, 0.1);
     check::<Esdirk4<V>>(40, 5.0, 4.0, 0.1);
 }
@@ -105,7 +106,12 @@ fn the_error_follows_the_tolerance() {
     };
     let reference = end_at(&methods::Dop853.into(), 3e-15);
     let listed = [methods::Any::from(methods::DormandPrince5), methods::Tsit5.into(), methods::Dop853.into()];
-    for method in listed.iter().chain(&[methods::Verner9.into(), methods::Radau5.into(), methods::Esdirk4.into()]) {
+    for method in listed.iter().chain(&[
+        methods::Verner9.into(),
+        methods::GraggBulirschStoer.into(),
+        methods::Radau5.into(),
+        methods::Esdirk4.into(),
+    ]) {
         for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
             let error = (end_at(method, tolerance).q - reference.q).norm();
             println!("{method} {tolerance:e}: {error:.1e}");
@@ -119,9 +125,11 @@ fn the_error_follows_the_tolerance() {
 fn backwards_in_time_returns_to_the_start() {
     let start = at_rest_or_not([2.0, -0.5], [0.3, 1.0]);
     let fifth = [(methods::Any::from(methods::DormandPrince5), 1e-11), (methods::Tsit5.into(), 1e-11)];
-    for (method, tolerance) in
-        fifth.into_iter().chain([(methods::Dop853.into(), 1e-13), (methods::Verner9.into(), 1e-13)])
-    {
+    for (method, tolerance) in fifth.into_iter().chain([
+        (methods::Dop853.into(), 1e-13),
+        (methods::Verner9.into(), 1e-13),
+        (methods::GraggBulirschStoer.into(), 1e-13),
+    ]) {
         let there = DoublePendulum::UNIT.simulate(start).until(3.0).tolerance(tolerance).method(&method).run().unwrap();
         let back =
             DoublePendulum::UNIT.simulate(there.end()).until(0.0).tolerance(tolerance).method(&method).run().unwrap();
@@ -163,6 +171,7 @@ fn stiffness_is_noticed_and_smooth_problems_are_not_called_stiff() {
     notices_stiffness(methods::Tsit5);
     notices_stiffness(methods::Dop853);
     notices_stiffness(methods::Verner9);
+    notices_stiffness(methods::GraggBulirschStoer);
 }
 
 fn notices_stiffness(method: impl methods::Choice + std::fmt::Debug) {

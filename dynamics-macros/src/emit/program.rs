@@ -145,7 +145,7 @@ impl<'a> Printer<'a> {
         let mut lines = String::new();
         while let [step, rest @ ..] = steps {
             let run = steps.iter().take_while(|step| matches!(step, Step::SinCos { .. })).count();
-            if run > 1 && !self.access.accurate {
+            if run > 1 && !self.access.accurate && !self.access.lanes {
                 let (together, rest) = steps.split_at(run.min(LANES));
                 lines.push_str(&self.sines_and_cosines(together));
                 steps = rest;
@@ -193,6 +193,12 @@ impl<'a> Printer<'a> {
 
     fn sin_cos(&mut self, angle: NodeId, sin: Option<NodeId>, cos: Option<NodeId>) -> String {
         let angle = self.value(angle);
+        if self.access.lanes {
+            let both = if self.access.accurate { "sin_cos_accurate" } else { "sin_cos" };
+            let mut name = |id: Option<NodeId>| id.map_or_else(|| "_".to_owned(), |id| self.define(id));
+            let (sin, cos) = (name(sin), name(cos));
+            return format!("let ({sin},{cos})={angle}.{both}();\n");
+        }
         let (module, both) = if self.access.accurate { ("__math", "sin_cos") } else { ("__sin_cos", "fast") };
         let mut name = |id: Option<NodeId>| id.map(|id| self.define(id));
         match (name(sin), name(cos)) {

@@ -3,6 +3,7 @@
 mod constraints;
 mod evaluations;
 mod identity;
+mod lanes;
 mod matrices;
 mod premises;
 mod series;

@@ -5,6 +5,8 @@ use core::ops::{Index, IndexMut};
 
 use nalgebra::SVector;
 
+use crate::lanes::{Lanes, Wide};
+
 /// A vector whose length is part of its type: `SVector<f64, N>`.
 pub trait Vector:
     Copy + PartialEq + Debug + Send + Sync + 'static + Index<usize, Output = f64> + IndexMut<usize>
@@ -13,6 +15,8 @@ pub trait Vector:
     const LEN: usize;
     /// A square matrix of as many rows and columns.
     type Square: Square;
+    /// As many elements, each of four numbers side by side.
+    type Wide: Wide;
     /// All elements zero.
     fn zeros() -> Self;
     /// The elements in order.
@@ -55,6 +59,7 @@ impl<const N: usize> Square for [[f64; N]; N] {
 impl<const N: usize> Vector for SVector<f64, N> {
     const LEN: usize = N;
     type Square = [[f64; N]; N];
+    type Wide = [Lanes; N];
     #[inline(always)]
     fn zeros() -> Self {
         SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; N]]))

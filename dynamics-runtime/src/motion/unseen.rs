@@ -106,7 +106,11 @@ impl<M: Simulate> Motion<'_, M> {
             (i, times) = largest(&missed)?;
             much = MUCH_LEFT;
         }
-        (times.is_finite() && times > much).then_some(Unseen { name: M::COORDINATES[i].name, during: (start.t, end.t), times })
+        (times.is_finite() && times > much).then_some(Unseen {
+            name: M::COORDINATES[i].name,
+            during: (start.t, end.t),
+            times,
+        })
     }
 }
 

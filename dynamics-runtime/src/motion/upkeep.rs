@@ -163,6 +163,13 @@ impl<M: Constraints> Upkeep<M> {
         matches!(self.formulation, None | Some(Formulation::Augmented | Formulation::Projected))
     }
 
+    /// Whether [`Self::accelerations`] adds nothing to those of the model, and states are evaluated where they are: so that four can be evaluated at once.
+    #[inline(always)]
+    pub(crate) fn is_bare(&self) -> bool {
+        let alike = repeat::<M>() && self.formulation != Some(Formulation::Projected);
+        self.gains == (0.0, 0.0) && !alike && !self.is_tied() && !self.restores()
+    }
+
     /// What is left of a small change of a state once it is settled: the part that is tangent to the constraints.
     pub(crate) fn along(
         &mut self,

@@ -29,6 +29,8 @@ pub(in super::super) struct Access<'a> {
     /// Whether it is for Taylor coefficients: sums of lanes come in blocks, and a sum with a product is written as one operation, for targets
     /// that have it.
     pub(super) coefficients: bool,
+    /// Whether values are those of four states side by side.
+    pub(in super::super) lanes: bool,
     /// Whether sines and cosines are the platform's.
     pub(super) accurate: bool,
 }
@@ -44,6 +46,7 @@ impl<'a> Access<'a> {
             parameters: surface.parameters.iter().map(|place| quote!(model #place).to_string()).collect(),
             functions: surface.functions.iter().map(|field| quote!(model.#field).to_string()).collect(),
             coefficients: false,
+            lanes: false,
             accurate: surface.accurate,
         }
     }
@@ -58,13 +61,22 @@ impl<'a> Access<'a> {
             parameters,
             functions: Vec::new(),
             coefficients: true,
+            lanes: false,
             accurate: surface.accurate,
         }
+    }
+
+    /// Four states side by side: as [`Self::new`], where the model makes no choices.
+    pub(in super::super) fn of_lanes(surface: &Surface, compiled: &'a Compiled) -> Self {
+        Self { lanes: true, ..Self::new(surface, compiled) }
     }
 
     /// What statements refer to by short names.
     pub(super) fn imports(&self) -> TokenStream {
         let private = &self.private;
+        if self.lanes {
+            return quote!(use #private::{Lanes as __Lanes, math as __math};);
+        }
         quote!(use #private::{SmoothFunction as __Smooth, math as __math, sin_cos as __sin_cos};)
     }
 
@@ -77,8 +89,15 @@ impl<'a> Access<'a> {
         &self.functions[id.0 as usize]
     }
 
-    /// A number or symbol.
+    /// A number or symbol, in every lane where there are some.
     pub(super) fn leaf(&self, id: NodeId) -> String {
+        let leaf = self.one(id);
+        let differs =
+            matches!(self.graph.node(id), Node::Symbol(Symbol::Time | Symbol::Coordinate(_) | Symbol::Rate(_)));
+        if self.lanes && !differs { format!("__Lanes::splat({leaf})") } else { leaf }
+    }
+
+    fn one(&self, id: NodeId) -> String {
         match self.graph.node(id) {
             Node::Number(number) => literal(number),
             Node::Symbol(Symbol::Time) => "t".into(),
@@ -157,6 +176,11 @@ impl Printer<'_> {
             Node::Mul(a, b) => format!("{}*{}", v(a), v(b)),
             Node::Div(a, b) => format!("{}/{}", v(a), v(b)),
             Node::Neg(a) => format!("-{}", v(a)),
+            Node::Unary(Unary::Sqrt, a) if self.access.lanes => format!("{}.sqrt()", v(a)),
+            Node::Unary(function, a) if self.access.lanes => format!("{}.map(__math::{})", v(a), unary_name(function)),
+            Node::Binary(function, a, b) if self.access.lanes => {
+                format!("{}.zip({},__math::{})", v(a), v(b), binary_name(function))
+            }
             Node::Unary(function, a) => format!("__math::{}({})", unary_name(function), v(a)),
             Node::Binary(function, a, b) => format!("__math::{}({},{})", binary_name(function), v(a), v(b)),
             Node::Select { comparison, left, right, then, otherwise } => {

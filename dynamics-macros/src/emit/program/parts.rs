@@ -57,8 +57,13 @@ impl Body<'_> {
         self.needed(program, &all_steps(program, false), &program.results[results])
     }
 
-    /// Those of the steps that `results` need.
+    /// Prints those of the steps that `results` need.
     pub(in super::super) fn needed(&self, program: &Program, steps: &[Step], results: &[NodeId]) -> Printed {
+        self.print(program, &self.steps_for(steps, results), results)
+    }
+
+    /// Those of the steps that `results` need.
+    pub(in super::super) fn steps_for(&self, steps: &[Step], results: &[NodeId]) -> Vec<Step> {
         let mut wanted: BTreeSet<NodeId> = results.iter().copied().collect();
         let mut needed: Vec<Step> = Vec::new();
         for step in steps.iter().rev() {
@@ -68,13 +73,14 @@ impl Body<'_> {
             }
         }
         needed.reverse();
-        self.print(program, &needed, results)
+        needed
     }
 
     fn printer(&self) -> Printer<'_> {
         let mut printer = Printer::new(self.access);
         for (i, id) in self.constants.iter().enumerate() {
-            printer.values.insert(*id, format!("k[{i}]"));
+            let constant = if self.access.lanes { format!("__Lanes::splat(k[{i}])") } else { format!("k[{i}]") };
+            printer.values.insert(*id, constant);
         }
         printer
     }

@@ -22,7 +22,7 @@ pub(super) struct Staged {
     /// Pivots that the parameters alone decide: coordinate, Dᵢ, Mᵢᵢ.
     fixed: Vec<(usize, NodeId, NodeId)>,
     /// Pivots to check at every state.
-    moving: Vec<(usize, NodeId, NodeId)>,
+    pub(super) moving: Vec<(usize, NodeId, NodeId)>,
 }
 
 /// A printed program that solves for q̈.
@@ -69,6 +69,7 @@ impl Emission<'_> {
         let (f8, rates) = self.momentum_rates();
         let (parameter, derivatives, series) = (self.parameter(), self.derivatives(), self.series(&staged));
         let (operations, angle_sets) = (self.operations(), self.angle_sets());
+        let lanes = self.accelerations_in_lanes(&staged);
         let (f9, kinks) = self.kinks();
         let (f10, speeds) = self.speeds();
         let (f11, premises) = self.premises();
@@ -85,7 +86,7 @@ impl Emission<'_> {
                 #angle_sets
                 const VELOCITY_FORCES: #private::bool = #velocities;
                 const EXPLICIT_TIME: #private::bool = #time;
-                #parameter #constants #accelerations #derivatives #mass #force #momenta #rates #energy #conserved #speeds #premises #kinks #series
+                #parameter #constants #accelerations #lanes #derivatives #mass #force #momenta #rates #energy #conserved #speeds #premises #kinks #series
             }
         }
     }

@@ -12,7 +12,7 @@ use super::Emission;
 use super::constraints::Method;
 
 /// Most steps of programs of which a second copy is emitted.
-const SHORT: usize = 1000;
+pub(super) const SHORT: usize = 1000;
 
 /// A solution on the graph.
 struct Path<'a> {

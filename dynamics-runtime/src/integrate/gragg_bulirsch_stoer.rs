@@ -1,0 +1,469 @@
+//! GraggBulirschStoer: extrapolation of the midpoint rule, its columns side by side.
+//!
+//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁵ down to rounding, accelerations that can be evaluated for four states at once
+//!   ([`System::derivatives`]): models whose generated code has lanes. Without them it is right, and slow.
+//! * **Formula**: the modified midpoint rule z₀ = y, z₁ = y + ηf(y), zᵢ₊₁ = zᵢ₋₁ + 2ηf(zᵢ) with η = h/n has an error in even powers of η only. Its results for
+//!   n = 2, 4, …, 14 are extrapolated to η = 0: the weight of column n is Π n²/(n² − m²) over the other columns m.
+//! * **Order** 14; what the last column changes is the error estimate, of the order 12 of the other six.
+//! * **Side by side**: columns need nothing from one another. With f(y) at hand column n has n − 1 evaluations; 13, 11 + 1, 9 + 3 and 7 + 5 of them are four lanes of
+//!   equal length, so that 49 evaluations take the time of 13. Lanes that are done a call before the longest evaluate what their first column has found at the end of
+//!   the step: two such states tell stiffness.
+//! * **Dense output**: the polynomial of degree 11 that has q, q̇ and q̈ at the ends of the step and a third of it from either; u is its derivative. What is between is found by the same rule
+//!   with n = 2, 4, …, 10, of order 10 over a third of the step, from its start and back from its end: again four lanes, 14 calls, only when it is asked for.
+//! * **Stability**: real axis to −6.6.
+//! * **Cost**: 13 evaluations of four states side by side and one more per step; 14 with dense output more.
+//! * **Source**: Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer, Nørsett, Wanner, *Solving Ordinary Differential
+//!   Equations I*, §II.9. Columns in parallel: Ketcheson, bin Waheed, Commun. Appl. Math. Comput. Sci. 9 (2014) 175.
+
+use super::tableau::{stiffness, zip};
+use super::{ControllerSettings, Dense, Knot, Method, Phase, Scheme, Stages, System, Tolerances};
+use crate::lanes::{COUNT, Lanes, Wide};
+use crate::model::Vector;
+
+/// Most columns of one lane.
+const COLUMNS: usize = 3;
+/// Evaluations of the longest lane.
+const CALLS: usize = 13;
+
+/// Numbers of substeps of the columns that a lane has, one after the other; 0: none.
+type Columns = [[usize; COLUMNS]; COUNT];
+
+/// For the end of the step and its error.
+const STEP: [Call; CALLS] = plan([[14, 0, 0], [12, 2, 0], [10, 4, 0], [8, 6, 0]], 14);
+/// Five columns for each of two places.
+const BETWEEN: [Call; CALLS] = plan([[10, 4, 2], [8, 6, 0], [10, 4, 2], [8, 6, 0]], 10);
+
+/// One evaluation of four stages.
+#[derive(Clone, Copy, Debug)]
+struct Call {
+    /// Their times, as parts of the step.
+    time: [f64; COUNT],
+    /// Two substeps, as parts of the step.
+    twice: [f64; COUNT],
+    /// Lanes whose columns it ends.
+    ended: [bool; COUNT],
+    /// Those of them whose first columns these were, and whose last.
+    first: [bool; COUNT],
+    last: [bool; COUNT],
+    any: bool,
+    /// Weights of what has ended, in the end of the step and in its error.
+    weights: [[f64; COUNT]; 2],
+    /// First substeps of the columns that begin then, as parts of the step.
+    substep: [f64; COUNT],
+}
+
+/// What happens when.
+const fn plan(columns: Columns, most: usize) -> [Call; CALLS] {
+    let none = [false; COUNT];
+    let zero = [0.0; COUNT];
+    let call = Call {
+        time: zero,
+        twice: zero,
+        ended: none,
+        first: none,
+        last: none,
+        any: false,
+        weights: [zero; 2],
+        substep: zero,
+    };
+    let mut plan = [call; CALLS];
+    let mut lane = 0;
+    while lane < COUNT {
+        let (mut i, mut made, mut at) = (0, 1, 0);
+        while at < CALLS {
+            // A lane that is done stands at the end of the step.
+            let n = if i < COLUMNS && columns[lane][i] > 0 { columns[lane][i] } else { 1 };
+            plan[at].time[lane] = made as f64 / n as f64;
+            plan[at].twice[lane] = 2.0 / n as f64;
+            made += 1;
+            if made == n {
+                let following = if i + 1 < COLUMNS { columns[lane][i + 1] } else { 0 };
+                plan[at].any = true;
+                plan[at].ended[lane] = true;
+                plan[at].first[lane] = i == 0;
+                plan[at].last[lane] = following == 0;
+                let end = weight(n, most);
+                plan[at].weights[0][lane] = end;
+                plan[at].weights[1][lane] = end - if n < most { weight(n, most - 2) } else { 0.0 };
+                plan[at].substep[lane] = if following > 0 { 1.0 / following as f64 } else { 0.0 };
+                (i, made) = (i + 1, 1);
+            }
+            at += 1;
+        }
+        lane += 1;
+    }
+    plan
+}
+
+/// The weight of column n that extrapolates columns 2, 4, …, `most` to substeps of no length.
+const fn weight(n: usize, most: usize) -> f64 {
+    let (mut weight, mut m) = (1.0, 2);
+    while m <= most {
+        if m != n {
+            weight *= (n * n) as f64 / ((n * n) as f64 - (m * m) as f64);
+        }
+        m += 2;
+    }
+    weight
+}
+
+/// What every lane starts from.
+struct Start<V: Vector> {
+    t: Lanes,
+    y: Stages<V>,
+    slope: Stages<V>,
+    /// How far each lane goes.
+    h: Lanes,
+}
+
+/// Extrapolation of the midpoint rule, of order 14(12).
+#[derive(Clone, Copy, Debug)]
+pub struct GraggBulirschStoer<V: Vector> {
+    /// Derivatives at the start, then the mean ones of the step, or those that are not finite.
+    stages: [Phase<V>; 2],
+    error: Phase<V>,
+    /// The last evaluations: behind the first lane, at what columns have found at the end of the step.
+    last: (Stages<V>, Stages<V>),
+}
+
+impl<V: Vector> GraggBulirschStoer<V> {
+    /// Goes through the columns of a plan, and returns its two sums of what they change, lane by lane. `see` is shown stages and derivatives, call by call.
+    #[inline(always)]
+    fn march<S: System<V>>(
+        system: &mut S,
+        start: &Start<V>,
+        plan: &[Call; CALLS],
+        mut see: impl FnMut(usize, &Stages<V>, &Stages<V>),
+    ) -> Result<[Stages<V>; 2], S::Error> {
+        let mut sums = [Stages::zeros(); 2];
+        let part = |of: [f64; COUNT]| start.h * Lanes::new(of);
+        // The first substep ends where the first evaluation is.
+        let (mut before, mut first) = (Stages::<V>::zeros(), Stages::<V>::zeros());
+        let (mut now, mut slope) = (scaled(part(plan[0].time), &start.slope), Stages::<V>::zeros());
+        let mut stage = sum(&start.y, &now);
+        for (i, call) in plan.iter().enumerate() {
+            system.derivatives(start.t + part(call.time), &stage, &mut slope)?;
+            see(i, &stage, &slope);
+            let twice = part(call.twice);
+            let leap = |before: &mut V::Wide, now: &mut V::Wide, slope: &V::Wide, stage: &mut V::Wide, y: &V::Wide| {
+                for i in 0..V::LEN {
+                    let next = before.as_slice()[i] + twice * slope.as_slice()[i];
+                    before.as_mut_slice()[i] = now.as_slice()[i];
+                    now.as_mut_slice()[i] = next;
+                    stage.as_mut_slice()[i] = y.as_slice()[i] + next;
+                }
+            };
+            leap(&mut before.q, &mut now.q, &slope.q, &mut stage.q, &start.y.q);
+            leap(&mut before.u, &mut now.u, &slope.u, &mut stage.u, &start.y.u);
+            if !call.any {
+                continue;
+            }
+            for (sum, weights) in sums.iter_mut().zip(call.weights) {
+                add(sum, Lanes::new(weights), &now);
+            }
+            replace(&mut first, call.first, &now);
+            replace(&mut before, call.ended, &Stages::zeros());
+            replace(&mut now, call.ended, &scaled(part(call.substep), &start.slope));
+            replace(&mut now, call.last, &first);
+            stage = sum(&start.y, &now);
+        }
+        Ok(sums)
+    }
+
+    /// The derivatives that are not finite first, to be named.
+    #[cold]
+    fn first_bad<S: System<V>>(system: &mut S, start: &Start<V>) -> Result<Option<Phase<V>>, S::Error> {
+        let mut bad = None;
+        Self::march(system, start, &STEP, |_, _, slope| {
+            let found = || (0..COUNT).map(|lane| slope.of(lane)).find(|slope| !slope.is_finite());
+            bad = bad.or_else(found);
+        })?;
+        Ok(bad)
+    }
+}
+
+/// x + y.
+#[inline(always)]
+fn sum<V: Vector>(x: &Stages<V>, y: &Stages<V>) -> Stages<V> {
+    let mut out = *x;
+    for i in 0..V::LEN {
+        out.q.as_mut_slice()[i] = x.q.as_slice()[i] + y.q.as_slice()[i];
+        out.u.as_mut_slice()[i] = x.u.as_slice()[i] + y.u.as_slice()[i];
+    }
+    out
+}
+
+/// Adds factor·y.
+#[inline(always)]
+fn add<V: Vector>(to: &mut Stages<V>, factor: Lanes, y: &Stages<V>) {
+    let each = |to: &mut V::Wide, y: &V::Wide| {
+        for i in 0..V::LEN {
+            to.as_mut_slice()[i] = to.as_slice()[i] + factor * y.as_slice()[i];
+        }
+    };
+    each(&mut to.q, &y.q);
+    each(&mut to.u, &y.u);
+}
+
+/// factor·y.
+#[inline(always)]
+fn scaled<V: Vector>(factor: Lanes, y: &Stages<V>) -> Stages<V> {
+    let mut out = *y;
+    for i in 0..V::LEN {
+        out.q.as_mut_slice()[i] = factor * y.q.as_slice()[i];
+        out.u.as_mut_slice()[i] = factor * y.u.as_slice()[i];
+    }
+    out
+}
+
+/// Puts other values into some lanes.
+#[inline(always)]
+fn replace<V: Vector>(of: &mut Stages<V>, lanes: [bool; COUNT], by: &Stages<V>) {
+    for i in 0..V::LEN {
+        of.q.as_mut_slice()[i] = by.q.as_slice()[i].or(lanes, of.q.as_slice()[i]);
+        of.u.as_mut_slice()[i] = by.u.as_slice()[i].or(lanes, of.u.as_slice()[i]);
+    }
+}
+
+/// The same phase in every lane.
+#[inline(always)]
+fn fill<V: Vector>(phase: &Phase<V>) -> Stages<V> {
+    let mut out = Stages::<V>::zeros();
+    for i in 0..V::LEN {
+        out.q.as_mut_slice()[i] = Lanes::splat(phase.q[i]);
+        out.u.as_mut_slice()[i] = Lanes::splat(phase.u[i]);
+    }
+    out
+}
+
+/// What some lanes have together.
+#[inline(always)]
+fn total<V: Vector>(of: &Stages<V>, lanes: core::ops::Range<usize>) -> Phase<V> {
+    let mut out = Phase::<V>::zeros();
+    for i in 0..V::LEN {
+        out.q[i] = of.q.as_slice()[i].to_array()[lanes.clone()].iter().sum();
+        out.u[i] = of.u.as_slice()[i].to_array()[lanes.clone()].iter().sum();
+    }
+    out
+}
+
+impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
+    const METHOD: Method = Method::GraggBulirschStoer;
+    const ORDER: u32 = 14;
+    const ERROR_ORDER: u32 = 12;
+    // Of 0.7, 0.8 and 0.9, with growth by 2 to 4, what took least to 1e-6, 1e-9 and 1e-12 on Andrews' mechanism: steps are long against what changes, and the next one
+    // is often not like the last.
+    const CONTROL: Option<ControllerSettings> =
+        Some(ControllerSettings { safety: 0.7, beta: 0.0, shrink: 0.2, grow: 3.0 });
+    // Stages of crude columns are no states of the solution: sums over a step are taken from the interpolant.
+    const WEIGHTS: &'static [f64] = &[];
+    // Steps that stability bounds settle at 5.3 of the 6.6.
+    const STABILITY_BORDER: f64 = 5.0;
+    const SCAN: usize = 16;
+    type Dense = Knots<V>;
+
+    fn new() -> Self {
+        Self { stages: [Phase::zeros(); 2], error: Phase::zeros(), last: (Stages::zeros(), Stages::zeros()) }
+    }
+
+    #[inline(always)]
+    fn attempt<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        let (y, slope) = (&start.y, start.derivative());
+        let from = Start { t: Lanes::splat(start.t), y: fill(y), slope: fill(&slope), h: Lanes::splat(h) };
+        let last = &mut self.last;
+        let [changes, errors] = Self::march(system, &from, &STEP, |call, stage, slope| {
+            if call + 1 == CALLS {
+                *last = (*stage, *slope);
+            }
+        })?;
+        let change = total(&changes, 0..COUNT);
+        let end = zip(y, &change, |y, change| y + change);
+        self.error = total(&errors, 0..COUNT);
+        self.stages = [slope, zip(&change, &change, |change, _| change / h)];
+        if !end.is_finite() {
+            self.stages[1] = Self::first_bad(system, &from)?.unwrap_or(self.stages[1]);
+        }
+        Ok((end, tolerances.norm(&self.error, y, &end)))
+    }
+
+    #[inline(always)]
+    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
+        system.accelerations(end_t, &end.q, &end.u)
+    }
+
+    fn dense<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        end: &Knot<V>,
+        h: f64,
+    ) -> Result<Knots<V>, S::Error> {
+        let third = h / 3.0;
+        let (mut y, mut slope) = (fill(&start.y), fill(&start.derivative()));
+        let back = [false, false, true, true];
+        replace(&mut y, back, &fill(&end.y));
+        replace(&mut slope, back, &fill(&end.derivative()));
+        let t = Lanes::new([start.t, start.t, end.t, end.t]);
+        let from = Start { t, y, slope, h: Lanes::new([third, third, -third, -third]) };
+        let [changes, _] = Self::march(system, &from, &BETWEEN, |_, _, _| {})?;
+        let [first, second] = [(start, 0..2), (end, 2..4)].map(|(from, lanes)| {
+            let change = total(&changes, lanes);
+            zip(&from.y, &change, |y, change| y + change)
+        });
+        let mut stages = fill(&first);
+        replace(&mut stages, back, &fill(&second));
+        let mut slopes = Stages::zeros();
+        system.derivatives(t + from.h, &stages, &mut slopes)?;
+        let inner = [(0, first), (2, second)].map(|(lane, y)| Knot { t: 0.0, y, a: slopes.of(lane).u });
+        Ok(Knots::new([start, &inner[0], &inner[1], end], h))
+    }
+
+    /// The ends are all that it needs.
+    fn by_ends<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        end: &Knot<V>,
+        h: f64,
+        _: &Tolerances,
+    ) -> Result<Option<Knots<V>>, S::Error> {
+        self.dense(system, start, end, h).map(Some)
+    }
+
+    fn stages(&self) -> &[Phase<V>] {
+        &self.stages
+    }
+
+    fn error_vector(&self) -> Phase<V> {
+        self.error
+    }
+
+    fn stiffness(&self, h: f64, _: &Knot<V>) -> Option<f64> {
+        // By columns 12 and 10.
+        let [(x, a), (y, b)] = [1, 2].map(|lane| (self.last.0.of(lane), self.last.1.of(lane).u));
+        stiffness(h, (&x, &a), (&y, &b))
+    }
+}
+
+/// Where the interpolant is known, as parts of the step.
+const PLACES: [f64; 4] = [0.0, 1.0, 1.0 / 3.0, 2.0 / 3.0];
+/// Conditions: q, q̇ and q̈ at each of them.
+const CONDITIONS: usize = 12;
+
+/// The polynomial that has given q, q̇ and q̈ at both ends of a step and at thirds of it; u is its derivative.
+///
+/// Newton's form, each place three times; divided differences of places that coincide are derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knots<V> {
+    h: f64,
+    start: Phase<V>,
+    /// Divided differences of q over θ, from the second order on.
+    higher: [V; CONDITIONS - 2],
+}
+
+impl<V: Vector> Knots<V> {
+    /// Through these knots, in the order of time, a step of size h; their times are not read.
+    #[must_use]
+    pub fn new([start, first, second, end]: [&Knot<V>; 4], h: f64) -> Self {
+        let knots = [start, end, first, second];
+        let mut higher = [V::zeros(); CONDITIONS - 2];
+        for i in 0..V::LEN {
+            let mut column: [f64; CONDITIONS] = core::array::from_fn(|j| knots[j / 3].y.q[i]);
+            for order in 1..CONDITIONS {
+                for j in (order..CONDITIONS).rev() {
+                    let knot = knots[j / 3];
+                    let apart = PLACES[j / 3] - PLACES[(j - order) / 3];
+                    column[j] = match (apart == 0.0, order) {
+                        (true, 1) => h * knot.y.u[i],
+                        (true, _) => 0.5 * h * h * knot.a[i],
+                        (false, _) => (column[j] - column[j - 1]) / apart,
+                    };
+                }
+                if order > 1 {
+                    higher[order - 2][i] = column[order];
+                }
+            }
+        }
+        Self { h, start: start.y, higher }
+    }
+}
+
+impl<V: Vector> Dense<V> for Knots<V> {
+    fn at(&self, theta: f64) -> Phase<V> {
+        let Self { h, start, higher } = self;
+        // What is left of q behind θ², and its slope.
+        let mut rest = Phase { q: higher[CONDITIONS - 3], u: V::zeros() };
+        for j in (0..CONDITIONS - 3).rev() {
+            let by = theta - PLACES[(j + 2) / 3];
+            for i in 0..V::LEN {
+                rest.u[i] = rest.q[i] + by * rest.u[i];
+                rest.q[i] = higher[j][i] + by * rest.q[i];
+            }
+        }
+        let mut out = *start;
+        for i in 0..V::LEN {
+            out.q[i] += theta * (h * start.u[i] + theta * rest.q[i]);
+            out.u[i] += theta * (2.0 * rest.q[i] + theta * rest.u[i]) / h;
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SVector;
+
+    type V = SVector<f64, 1>;
+
+    /// Σ w = 1 and Σ w/n²ᵏ = 0 as far as the order goes; every lane is busy up to the last call but one.
+    #[test]
+    fn weights_extrapolate_to_substeps_of_no_length() {
+        let moment = |plan: &[Call; CALLS], which: usize, k: i32| -> f64 {
+            let ended =
+                plan.iter().flat_map(|call| (0..COUNT).filter(|lane| call.ended[*lane]).map(move |lane| (call, lane)));
+            ended.map(|(call, lane)| call.weights[which][lane] * call.twice[lane].powi(2 * k)).sum()
+        };
+        for k in 0..7 {
+            let one = f64::from(k == 0);
+            assert!((moment(&STEP, 0, k) - one).abs() < 1e-13, "{k}");
+            // The difference of two extrapolations, the second of one order less.
+            assert!(moment(&STEP, 1, k).abs() < 1e-13 || k == 6, "{k}");
+            assert!(k > 4 || (0.5 * moment(&BETWEEN, 0, k) - one).abs() < 1e-13, "{k}");
+        }
+        assert!(moment(&STEP, 1, 6).abs() > 1e-6);
+        for plan in [STEP, BETWEEN] {
+            for lane in 0..COUNT {
+                let last = plan.iter().position(|call| call.last[lane]).unwrap();
+                assert!(last + 2 >= CALLS && plan[last].time[lane] < 1.0, "{last}");
+            }
+        }
+    }
+
+    #[test]
+    fn knots_reproduce_a_polynomial_and_its_derivative() {
+        let value = |order: u32, t: f64| -> f64 {
+            let factor = |k: u32| (0..order).map(|i| f64::from(k) - f64::from(i)).product::<f64>();
+            (0..12).map(|k| (f64::from(k) - 4.3) * factor(k) * t.powi(k as i32 - order as i32)).sum()
+        };
+        let (t0, h) = (-0.3, 0.9);
+        let knot = |theta: f64| {
+            let at = t0 + theta * h;
+            let y = Phase { q: V::new(value(0, at)), u: V::new(value(1, at)) };
+            Knot { t: at, y, a: V::new(value(2, at)) }
+        };
+        let knots = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(knot);
+        let dense = Knots::new([&knots[0], &knots[1], &knots[2], &knots[3]], h);
+        for theta in [0.0, 0.1, 1.0 / 3.0, 0.5, 0.77, 1.0] {
+            let (y, t) = (dense.at(theta), t0 + theta * h);
+            assert!((y.q[0] - value(0, t)).abs() < 1e-12, "{theta}");
+            assert!((y.u[0] - value(1, t)).abs() < 1e-11, "{theta}");
+        }
+    }
+}
