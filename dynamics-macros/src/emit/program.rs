@@ -6,6 +6,7 @@
 
 mod operand;
 mod parts;
+mod table;
 
 use std::collections::{BTreeMap, BTreeSet};
 
