@@ -85,6 +85,11 @@ impl Emission<'_> {
     }
 
     fn print(&self, program: &Program) -> Printed {
+        self.body(&[]).whole(program)
+    }
+
+    /// A program that runs do not ask for at every step.
+    fn print_seldom(&self, program: &Program) -> Printed {
         Body { seldom: true, ..self.body(&[]) }.whole(program)
     }
 

@@ -2,7 +2,7 @@
 //! operations, a table is one literal.
 //!
 //! Values stand in one array: what the function is given, then what it computes. Operations of one kind whose operands are known stand together as
-//! runs; next comes the kind of which most are ready.
+//! runs; next comes the kind of which most are ready. Products that one sum or difference reads are computed with it, each rounded as if it stood by itself.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,41 +15,45 @@ use super::super::local;
 use super::operand::{binary_name, unary_name};
 use super::{Access, Body, Printed, defined, parsed, read};
 
+/// One entry of a table.
+struct Entry {
+    /// The runtime's name of the operation.
+    kind: String,
+    operands: Vec<NodeId>,
+    /// What it computes; nobody may want one of sine and cosine.
+    values: Vec<Option<NodeId>>,
+}
+
 /// The table of a program.
 struct Table<'a> {
+    access: &'a Access<'a>,
     /// Where every value stands.
     places: BTreeMap<NodeId, u16>,
     /// Places that are taken.
     total: u16,
     /// How what is given is written, in the order of its places.
     given: Vec<String>,
-    /// Operations by their names in the runtime, in the order in which they are met first.
+    /// Operations by their names, in the order in which they are met first.
     operations: Vec<String>,
     /// For each run: operation, number of entries, operands.
     code: Vec<u16>,
-    access: &'a Access<'a>,
 }
 
 impl Body<'_> {
     /// The steps as a table; `None` where some of them have no place there: functions that are given by values, choices that a state holds, and
     /// programs with more values than 16 bits count.
     pub(super) fn tabulate(&self, steps: &[Step], results: &[NodeId]) -> Option<Printed> {
-        let mut table = Table {
-            places: BTreeMap::new(),
-            total: 0,
-            given: Vec::new(),
-            operations: Vec::new(),
-            code: Vec::new(),
-            access: self.access,
-        };
-        table.give(steps, self.constants)?;
-        table.runs(steps)?;
+        let entries = steps.iter().map(|step| entry(self.access, step)).collect::<Option<Vec<_>>>()?;
+        let entries = with_products(entries, results);
+        let (places, given, operations, code) = (BTreeMap::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut table = Table { access: self.access, places, total: 0, given, operations, code };
+        table.give(&entries, self.constants)?;
+        table.runs(&entries)?;
         let (known, total) = (table.given.len(), usize::from(table.total));
-        let private = &self.access.private;
-        let given = parsed(&table.given.join(","));
+        let (private, x, given) = (&self.access.private, local("x"), parsed(&table.given.join(",")));
         let operations = table.operations.iter().map(|name| format_ident!("{name}"));
         let code: Vec<u8> = table.code.iter().flat_map(|number| number.to_le_bytes()).collect();
-        let (code, x) = (Literal::byte_string(&code), local("x"));
+        let code = Literal::byte_string(&code);
         let statements = quote! {
             let #x = &mut [0.0; #total];
             #x[..#known].copy_from_slice(&[#given]);
@@ -62,21 +66,20 @@ impl Body<'_> {
 
 impl Table<'_> {
     /// Places of what is read and not computed.
-    fn give(&mut self, steps: &[Step], constants: &[NodeId]) -> Option<()> {
-        let computed: BTreeSet<NodeId> = steps.iter().flat_map(defined).collect();
+    fn give(&mut self, entries: &[Entry], constants: &[NodeId]) -> Option<()> {
+        let computed: BTreeSet<NodeId> = entries.iter().flat_map(|entry| &entry.values).flatten().copied().collect();
         let constants: BTreeMap<NodeId, usize> = constants.iter().enumerate().map(|(i, id)| (*id, i)).collect();
-        for id in steps.iter().flat_map(|step| read(self.access.graph, step)) {
-            if computed.contains(&id) || self.places.contains_key(&id) {
-                continue;
+        for id in entries.iter().flat_map(|entry| &entry.operands) {
+            if !computed.contains(id) && !self.places.contains_key(id) {
+                let constant = constants.get(id).map(|i| format!("k[{i}]"));
+                self.given.push(constant.unwrap_or_else(|| self.access.leaf(*id)));
+                self.place(Some(*id))?;
             }
-            let value = constants.get(&id).map_or_else(|| self.access.leaf(id), |i| format!("k[{i}]"));
-            self.place(Some(id))?;
-            self.given.push(value);
         }
         Some(())
     }
 
-    /// The next place, for a value that nobody may want.
+    /// The next place.
     fn place(&mut self, id: Option<NodeId>) -> Option<()> {
         if let Some(id) = id {
             self.places.insert(id, self.total);
@@ -87,93 +90,119 @@ impl Table<'_> {
 
     /// How a result is read afterwards.
     fn result(&self, id: NodeId) -> TokenStream {
-        match self.places.get(&id) {
-            Some(place) if usize::from(*place) >= self.given.len() => {
-                let (x, place) = (local("x"), Literal::u16_unsuffixed(*place));
+        match self.places.get(&id).copied().map(usize::from) {
+            Some(place) if place >= self.given.len() => {
+                let (x, place) = (local("x"), Literal::usize_unsuffixed(place));
                 quote!(#x[#place])
             }
-            Some(place) => parsed(&self.given[usize::from(*place)]),
+            Some(place) => parsed(&self.given[place]),
             None => parsed(&self.access.leaf(id)),
         }
     }
 
-    /// Runs of operations until all are done.
-    fn runs(&mut self, steps: &[Step]) -> Option<()> {
-        let kinds = steps.iter().map(|step| self.kind(step)).collect::<Option<Vec<_>>>()?;
-        let maker: BTreeMap<NodeId, usize> =
-            steps.iter().enumerate().flat_map(|(i, step)| defined(step).into_iter().map(move |id| (id, i))).collect();
-        let mut missing = vec![0usize; steps.len()];
-        let mut readers = vec![Vec::new(); steps.len()];
-        for (i, step) in steps.iter().enumerate() {
-            let operands: BTreeSet<usize> =
-                read(self.access.graph, step).iter().filter_map(|id| maker.get(id)).copied().collect();
-            missing[i] = operands.len();
-            operands.into_iter().for_each(|operand| readers[operand].push(i));
+    /// Runs until all is computed.
+    fn runs(&mut self, entries: &[Entry]) -> Option<()> {
+        let values =
+            |(i, entry): (usize, &Entry)| entry.values.iter().flatten().map(move |id| (*id, i)).collect::<Vec<_>>();
+        let maker: BTreeMap<NodeId, usize> = entries.iter().enumerate().flat_map(values).collect();
+        let (mut missing, mut readers) = (vec![0usize; entries.len()], vec![Vec::new(); entries.len()]);
+        for (i, entry) in entries.iter().enumerate() {
+            let makers: BTreeSet<usize> = entry.operands.iter().filter_map(|id| maker.get(id)).copied().collect();
+            missing[i] = makers.len();
+            makers.into_iter().for_each(|maker| readers[maker].push(i));
         }
         let mut ready: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-        for i in (0..steps.len()).filter(|i| missing[*i] == 0) {
-            ready.entry(&kinds[i]).or_default().push(i);
+        for i in (0..entries.len()).filter(|i| missing[*i] == 0) {
+            ready.entry(&entries[i].kind).or_default().push(i);
         }
         while let Some(kind) = ready.iter().max_by_key(|(_, waiting)| waiting.len()).map(|(kind, _)| *kind) {
             let run = ready.remove(kind).unwrap_or_default();
-            self.run(kind, run.iter().map(|i| &steps[*i]))?;
+            self.run(kind, run.iter().map(|i| &entries[*i]))?;
             for reader in run.iter().flat_map(|i| &readers[*i]) {
                 missing[*reader] -= 1;
                 if missing[*reader] == 0 {
-                    ready.entry(&kinds[*reader]).or_default().push(*reader);
+                    ready.entry(&entries[*reader].kind).or_default().push(*reader);
                 }
             }
         }
         Some(())
     }
 
-    fn run<'s>(&mut self, kind: &str, steps: impl ExactSizeIterator<Item = &'s Step>) -> Option<()> {
+    fn run<'e>(&mut self, kind: &str, entries: impl ExactSizeIterator<Item = &'e Entry>) -> Option<()> {
         let known = self.operations.iter().position(|name| name == kind);
         let operation = known.unwrap_or_else(|| {
             self.operations.push(kind.to_owned());
             self.operations.len() - 1
         });
-        self.code.extend([u16::try_from(operation).ok()?, u16::try_from(steps.len()).ok()?]);
-        for step in steps {
-            for operand in read(self.access.graph, step) {
-                self.code.push(self.places[&operand]);
-            }
-            match step {
-                Step::SinCos { sin, cos, .. } => [*sin, *cos].into_iter().try_for_each(|id| self.place(id))?,
-                _ => defined(step).into_iter().try_for_each(|id| self.place(Some(id)))?,
-            }
+        self.code.extend([u16::try_from(operation).ok()?, u16::try_from(entries.len()).ok()?]);
+        for entry in entries {
+            self.code.extend(entry.operands.iter().map(|operand| self.places[operand]));
+            entry.values.iter().try_for_each(|id| self.place(*id))?;
         }
         Some(())
     }
-
-    /// The runtime's name of a step's operation.
-    fn kind(&self, step: &Step) -> Option<String> {
-        let id = match step {
-            Step::SinCos { .. } if self.access.accurate => return Some("SinCosAccurate".to_owned()),
-            Step::SinCos { .. } => return Some("SinCos".to_owned()),
-            Step::Smooth { .. } => return None,
-            Step::Node(id) => *id,
-        };
-        if self.access.branches.is_some_and(|branches| branches.contains_key(&id)) {
-            return None;
-        }
-        Some(match self.access.graph.node(id) {
-            Node::Number(_) | Node::Symbol(_) | Node::Smooth { .. } => return None,
-            Node::Add(..) => "Add".to_owned(),
-            Node::Sub(..) => "Sub".to_owned(),
-            Node::Mul(..) => "Mul".to_owned(),
-            Node::Div(..) => "Div".to_owned(),
-            Node::Neg(_) => "Neg".to_owned(),
-            Node::Unary(function, _) => capital(unary_name(function)),
-            Node::Binary(function, ..) => capital(binary_name(function)),
-            Node::Select { comparison: Comparison::Less, .. } => "Less".to_owned(),
-            Node::Select { comparison: Comparison::LessEqual, .. } => "LessEqual".to_owned(),
-            Node::Select { comparison: Comparison::Equal, .. } => "Equal".to_owned(),
-        })
-    }
 }
 
-/// The name of a function as that of an operation.
-fn capital(name: &str) -> String {
-    name[..1].to_uppercase() + &name[1..]
+/// A step by itself.
+fn entry(access: &Access<'_>, step: &Step) -> Option<Entry> {
+    let operands = read(access.graph, step);
+    let values = match step {
+        Step::SinCos { sin, cos, .. } => vec![*sin, *cos],
+        _ => defined(step).into_iter().map(Some).collect(),
+    };
+    Some(Entry { kind: kind(access, step)?, operands, values })
+}
+
+/// The runtime's name of a step's operation.
+fn kind(access: &Access<'_>, step: &Step) -> Option<String> {
+    let id = match step {
+        Step::SinCos { .. } if access.accurate => return Some("SinCosAccurate".to_owned()),
+        Step::SinCos { .. } => return Some("SinCos".to_owned()),
+        Step::Smooth { .. } => return None,
+        Step::Node(id) => *id,
+    };
+    if access.branches.is_some_and(|branches| branches.contains_key(&id)) {
+        return None;
+    }
+    let name = match access.graph.node(id) {
+        Node::Number(_) | Node::Symbol(_) | Node::Smooth { .. } => return None,
+        Node::Add(..) => "Add",
+        Node::Sub(..) => "Sub",
+        Node::Mul(..) => "Mul",
+        Node::Div(..) => "Div",
+        Node::Neg(_) => "Neg",
+        Node::Unary(function, _) => unary_name(function),
+        Node::Binary(function, ..) => binary_name(function),
+        Node::Select { comparison: Comparison::Less, .. } => "Less",
+        Node::Select { comparison: Comparison::LessEqual, .. } => "LessEqual",
+        Node::Select { comparison: Comparison::Equal, .. } => "Equal",
+    };
+    Some(name[..1].to_uppercase() + &name[1..])
+}
+
+/// Joins products to the sum or difference that alone reads them.
+fn with_products(mut entries: Vec<Entry>, results: &[NodeId]) -> Vec<Entry> {
+    let mut reads: BTreeMap<NodeId, usize> = BTreeMap::new();
+    for id in entries.iter().flat_map(|entry| &entry.operands).chain(results) {
+        *reads.entry(*id).or_default() += 1;
+    }
+    let single = |entry: &&Entry| entry.kind == "Mul" && entry.values[0].is_some_and(|id| reads.get(&id) == Some(&1));
+    let factors: BTreeMap<NodeId, Vec<NodeId>> =
+        entries.iter().filter(single).filter_map(|entry| Some((entry.values[0]?, entry.operands.clone()))).collect();
+    let mut joined = BTreeSet::new();
+    for entry in entries.iter_mut().filter(|entry| matches!(entry.kind.as_str(), "Add" | "Sub")) {
+        let (a, b) = (entry.operands[0], entry.operands[1]);
+        let plus = entry.kind == "Add";
+        let (kind, operands) = match (factors.get(&a), factors.get(&b)) {
+            (Some(x), Some(y)) => (if plus { "AddProducts" } else { "SubProducts" }, [&x[..], y].concat()),
+            (None, Some(y)) => (if plus { "AddProduct" } else { "SubProduct" }, [&[a], &y[..]].concat()),
+            // Sums do not depend on the order of their terms.
+            (Some(x), None) => (if plus { "AddProduct" } else { "ProductSub" }, [&[b], &x[..]].concat()),
+            (None, None) => continue,
+        };
+        joined.extend([a, b].into_iter().filter(|id| factors.contains_key(id)));
+        (entry.kind, entry.operands) = (kind.to_owned(), operands);
+    }
+    entries.retain(|entry| !entry.values.iter().flatten().any(|id| joined.contains(id)));
+    entries
 }

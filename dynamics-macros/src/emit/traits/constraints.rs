@@ -319,7 +319,7 @@ impl Emission<'_> {
             };
             return (TokenStream::new(), method);
         };
-        let Printed { functions, statements, results } = self.print(program);
+        let Printed { functions, statements, results } = self.print_seldom(program);
         let write = self.write(&quote!(#values), &results);
         let method = quote! {
             #[inline]

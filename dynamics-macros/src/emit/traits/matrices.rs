@@ -61,9 +61,9 @@ impl Emission<'_> {
             return quote!(#slice[..#count].copy_from_slice(&[#(#elements),*]););
         }
         let places: Vec<_> = nonzero(elements).collect();
-        let assignments = self.scattered(slice, &places).unwrap_or_else(|| {
-            blocks(places.into_iter().map(|(i, element)| quote!(#slice[#i] = #element;)).collect())
-        });
+        let assignments = self
+            .scattered(slice, &places)
+            .unwrap_or_else(|| blocks(places.into_iter().map(|(i, element)| quote!(#slice[#i] = #element;)).collect()));
         quote!(#slice[..#count].fill(0.0); #assignments)
     }
 
@@ -80,7 +80,8 @@ impl Emission<'_> {
 /// The place in the array of values that an expression reads, if it does nothing else: `x[7]`.
 fn place(element: &TokenStream) -> Option<u32> {
     let mut trees = element.clone().into_iter();
-    let (Some(TokenTree::Ident(array)), Some(TokenTree::Group(index)), None) = (trees.next(), trees.next(), trees.next())
+    let (Some(TokenTree::Ident(array)), Some(TokenTree::Group(index)), None) =
+        (trees.next(), trees.next(), trees.next())
     else {
         return None;
     };
