@@ -1,5 +1,7 @@
 //! What generated code calls: short names for what would otherwise be spelt out in every model.
 
+pub mod table;
+
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 use crate::constrain::{assemble, check_sides, check_start, move_by_speeds, set_sides, solve_once};

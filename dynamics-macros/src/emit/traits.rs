@@ -83,11 +83,16 @@ impl Emission<'_> {
 
     fn body<'b>(&'b self, constants: &'b [NodeId]) -> Body<'b> {
         let constraints = self.constrained().map(|_| (self.rows(), self.switched()));
-        Body { access: &self.access, surface: self.surface, constants, constraints }
+        Body { access: &self.access, surface: self.surface, constants, constraints, seldom: false }
     }
 
     fn print(&self, program: &Program) -> Printed {
         self.body(&[]).whole(program)
+    }
+
+    /// A program that runs do not ask for at every step.
+    fn print_seldom(&self, program: &Program) -> Printed {
+        Body { seldom: true, ..self.body(&[]) }.whole(program)
     }
 
     /// Whether a function of so many steps may be inlined. Each part into which the compiler divides a program has a copy of what may; a long one makes

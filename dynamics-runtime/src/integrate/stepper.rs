@@ -263,7 +263,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 // Time does not resolve the step: at a large t, or where the first or fixed step is absurdly small.
                 return Err(StepError::StepTooSmall { coordinate: 0, h: self.h });
             }
-            let mut trial = self.try_step(system, end_t, h);
+            let mut trial = self.try_step::<_, false>(system, end_t, h);
             if let Ok(made) = &trial {
                 match self.landing(system, made) {
                     Ok(None) => {}
@@ -361,8 +361,14 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         (end, end - t)
     }
 
+    /// A step as it is found, before it is judged. `AGAIN`: instead of one that was made.
     #[inline(always)]
-    fn try_step<Y: System<V>>(&mut self, system: &mut Y, end_t: f64, h: f64) -> Result<Trial<V>, Failure<Y::Error>> {
+    fn try_step<Y: System<V>, const AGAIN: bool>(
+        &mut self,
+        system: &mut Y,
+        end_t: f64,
+        h: f64,
+    ) -> Result<Trial<V>, Failure<Y::Error>> {
         let (mut kept, mut plain) = (Kept::default(), 0.0);
         self.fruitless = self.fruitless.saturating_sub(1);
         let branches = self.hold_branches(system, h).map_err(Failure::Evaluation)? != Hold::Off;
@@ -373,7 +379,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             system.hold_stages(kept.stages, tolerances);
             let mut start = begin;
             system.attempting(&mut start, h).map_err(Failure::Evaluation)?;
-            let (mut y, mut error) = self.scheme.attempt(system, &start, h, tolerances).map_err(Failure::Evaluation)?;
+            let attempt = if AGAIN {
+                Self::attempt_again(&mut self.scheme, system, (&start, h), tolerances)
+            } else {
+                self.scheme.attempt(system, &start, h, tolerances)
+            };
+            let (mut y, mut error) = attempt.map_err(Failure::Evaluation)?;
             if !self.scheme.converged() {
                 return Err(Failure::NotSolved);
             }

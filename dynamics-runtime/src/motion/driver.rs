@@ -104,7 +104,7 @@ impl<M: Simulate, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<S> {
     }
 
     fn attempt(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, tolerances: &Tolerances) -> bool {
-        self.0.attempt(plant, &step.start, step.h, tolerances).is_ok()
+        Stepper::attempt_again(&mut self.0, plant, (&step.start, step.h), tolerances).is_ok()
     }
 
     fn accepted(&mut self, step: &Step<M::Vector>) {

@@ -124,7 +124,7 @@ fn literal(number: Number) -> String {
     if value.is_sign_negative() && value != 0.0 { format!("({value:?})") } else { format!("{:?}", value.abs()) }
 }
 
-fn unary_name(function: Unary) -> &'static str {
+pub(super) fn unary_name(function: Unary) -> &'static str {
     match function {
         Unary::Sin => "sin",
         Unary::Cos => "cos",
@@ -144,7 +144,7 @@ fn unary_name(function: Unary) -> &'static str {
     }
 }
 
-fn binary_name(function: Binary) -> &'static str {
+pub(super) fn binary_name(function: Binary) -> &'static str {
     match function {
         Binary::Atan2 => "atan2",
         Binary::Powf => "powf",

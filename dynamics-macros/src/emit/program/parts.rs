@@ -32,6 +32,8 @@ pub(in super::super) struct Body<'a> {
     pub(in super::super) constants: &'a [NodeId],
     /// Rows of constraints and switched constraints; `None` without constraints.
     pub(in super::super) constraints: Option<(usize, usize)>,
+    /// Whether few programs ask for it: what is long is a table.
+    pub(in super::super) seldom: bool,
 }
 
 impl Body<'_> {
@@ -44,7 +46,8 @@ impl Body<'_> {
             let results = results.iter().map(|id| printer.result(*id)).collect();
             return Printed { functions: TokenStream::new(), statements, results };
         }
-        self.print_parts(program, steps, results, &wanted)
+        let table = if self.seldom && std::env::var("NOTABLE").is_err() { self.tabulate(steps, results) } else { None };
+        table.unwrap_or_else(|| self.print_parts(program, steps, results, &wanted))
     }
 
     /// A program without staging.

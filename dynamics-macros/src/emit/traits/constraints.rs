@@ -319,7 +319,7 @@ impl Emission<'_> {
             };
             return (TokenStream::new(), method);
         };
-        let Printed { functions, statements, results } = self.print(program);
+        let Printed { functions, statements, results } = self.print_seldom(program);
         let write = self.write(&quote!(#values), &results);
         let method = quote! {
             #[inline]
@@ -353,7 +353,7 @@ impl Emission<'_> {
         let name = format_ident!("{name}");
         // The functions of a large program take q̈ and λ, in a model without constraints, too.
         let constraints = Some((self.rows(), self.switched()));
-        let body = Body { access: &self.access, surface: self.surface, constants: &[], constraints };
+        let body = Body { access: &self.access, surface: self.surface, constants: &[], constraints, seldom: true };
         let Printed { functions, statements, results } = body.whole(program);
         let (private, f64, at_state, prologue) = (&self.private, self.float(), self.at_state(), self.prologue());
         let (a, lambda, values) = (local("a"), local("lambda"), local("values"));

@@ -20,7 +20,7 @@ impl Emission<'_> {
         result: &TokenStream,
         value: impl FnOnce(&[TokenStream]) -> TokenStream,
     ) -> (TokenStream, TokenStream) {
-        let Printed { functions, statements, results } = self.print(program);
+        let Printed { functions, statements, results } = self.print_seldom(program);
         let (name, at_state, prologue, value) = (local(name), self.at_state(), self.prologue(), value(&results));
         let solution = self.solution(&program.results, false);
         let inlining = self.inlining(program.body.len() + program.hoisted.len());
@@ -33,7 +33,7 @@ impl Emission<'_> {
 
     /// `fn name(&self, state, values)`, which writes the results to a slice.
     pub(super) fn writing(&self, program: &Program, name: &str) -> (TokenStream, TokenStream) {
-        let Printed { functions, statements, results } = self.print(program);
+        let Printed { functions, statements, results } = self.print_seldom(program);
         let (name, at_state, prologue, values) = (local(name), self.at_state(), self.prologue(), local("values"));
         let (f64, solution) = (&self.float(), self.solution(&program.results, false));
         let write = self.write(&quote!(#values), &results);

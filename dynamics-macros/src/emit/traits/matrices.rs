@@ -2,7 +2,7 @@
 //!
 //! A large matrix is mostly zeros: of one with more than [`SPARSE`] elements only the others are written, and of a symmetric one half of them.
 
-use proc_macro2::TokenStream;
+use proc_macro2::{Literal, TokenStream, TokenTree};
 use quote::quote;
 
 use super::super::local;
@@ -28,7 +28,15 @@ impl Emission<'_> {
             let places = nonzero(elements).map(|(i, element)| (i / columns, i % columns, element));
             let symmetric = is_symmetric(elements, columns);
             let places = places.filter(|(i, j, _)| !symmetric || j <= i);
-            let assignments = blocks(places.map(|(i, j, element)| quote!(#matrix[#j][#i] = #element;)).collect());
+            let places: Vec<_> = places.map(|(i, j, element)| (j * rows + i, element)).collect();
+            let flat = quote!(#matrix.as_flattened_mut());
+            let assignments = self.scattered(&flat, &places).unwrap_or_else(|| {
+                let assignment = |(at, element): (usize, &TokenStream)| {
+                    let (j, i) = (at / rows, at % rows);
+                    quote!(#matrix[#j][#i] = #element;)
+                };
+                blocks(places.into_iter().map(assignment).collect())
+            });
             let (i, j) = (local("i"), local("j"));
             let mirrored = symmetric
                 .then(|| quote!(for #i in 0..#rows { for #j in 0..#i { #matrix[#i][#j] = #matrix[#j][#i]; } }));
@@ -52,10 +60,32 @@ impl Emission<'_> {
         if count <= SPARSE {
             return quote!(#slice[..#count].copy_from_slice(&[#(#elements),*]););
         }
-        let assignments = nonzero(elements).map(|(i, element)| quote!(#slice[#i] = #element;));
-        let assignments = blocks(assignments.collect());
+        let places: Vec<_> = nonzero(elements).collect();
+        let assignments = self
+            .scattered(slice, &places)
+            .unwrap_or_else(|| blocks(places.into_iter().map(|(i, element)| quote!(#slice[#i] = #element;)).collect()));
         quote!(#slice[..#count].fill(0.0); #assignments)
     }
+
+    /// Writes expressions to their places in a slice by a table, where all of them stand in the array of values.
+    fn scattered(&self, slice: &TokenStream, elements: &[(usize, &TokenStream)]) -> Option<TokenStream> {
+        let pair = |(to, element): &(usize, &TokenStream)| Some([u32::try_from(*to).ok()?, place(element)?]);
+        let pairs = elements.iter().map(pair).collect::<Option<Vec<_>>>()?;
+        let bytes: Vec<u8> = pairs.into_iter().flatten().flat_map(u32::to_le_bytes).collect();
+        let (private, pairs, x) = (&self.private, Literal::byte_string(&bytes), local("x"));
+        Some(quote!(#private::table::scatter(#pairs, #x, &mut #slice[..]);))
+    }
+}
+
+/// The place in the array of values that an expression reads, if it does nothing else: `x[7]`.
+fn place(element: &TokenStream) -> Option<u32> {
+    let mut trees = element.clone().into_iter();
+    let (Some(TokenTree::Ident(array)), Some(TokenTree::Group(index)), None) =
+        (trees.next(), trees.next(), trees.next())
+    else {
+        return None;
+    };
+    if array != "x" { None } else { index.stream().to_string().parse().ok() }
 }
 
 /// Whether a matrix of expressions by rows is its transpose, word for word.

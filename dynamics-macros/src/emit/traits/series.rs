@@ -112,7 +112,7 @@ impl Emission<'_> {
 
     /// A program of one order. The signature of parts never matters: it is one function.
     fn coefficients(&self, access: &Access<'_>, program: &Program) -> Printed {
-        Body { access, surface: self.surface, constants: &[], constraints: None }.whole(program)
+        Body { access, surface: self.surface, constants: &[], constraints: None, seldom: false }.whole(program)
     }
 
     fn expanding_constrained(&self, series: &Series, constrained: &Constrained) -> TokenStream {

@@ -10,7 +10,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::super::local;
-use super::super::program::{Printed, defined, read};
+use super::super::program::{Body, Printed, defined, read};
 use super::{Emission, Names, identity};
 
 /// Accelerations, and corrections where there are constraints, in two stages.
@@ -252,7 +252,8 @@ impl Emission<'_> {
         let mut wanted = staged.constants.clone();
         wanted.extend(staged.fixed.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
         let hoisted = Program { name: "constants".to_owned(), ..program.clone() };
-        let Printed { functions, statements, results } = self.body(&[]).print(&hoisted, &staged.once, &wanted);
+        let body = Body { seldom: true, ..self.body(&[]) };
+        let Printed { functions, statements, results } = body.print(&hoisted, &staged.once, &wanted);
         let (constants, fixed) = results.split_at(staged.constants.len());
         let pivots: Vec<_> =
             staged.fixed.iter().zip(fixed.chunks(2)).map(|(p, v)| (p.0, v[0].clone(), v[1].clone())).collect();

@@ -20,7 +20,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.origin = (end_t, 0);
         let h = end_t - step.start.t;
         self.scheme.retrace(step, h / step.h);
-        match self.try_step(system, end_t, h) {
+        match self.try_step::<_, true>(system, end_t, h) {
             Ok(Trial { start, end, kept, .. }) => {
                 self.now = end;
                 Ok(Step { start, end, h, kept })
@@ -112,7 +112,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             return Ok(Some(dense));
         }
         let strays = scheme.retrace(&Step { start, end, ..*step }, 1.0);
-        let (found, _) = scheme.attempt(system, &start, step.h, tolerances)?;
+        let (found, _) = Self::attempt_again(scheme, system, (&start, step.h), tolerances)?;
         if strays && !(scheme.converged() && Self::ends_there(system, step, found, tolerances)?) {
             return Ok(None);
         }
@@ -120,6 +120,17 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         // The step after it may be made again, too.
         scheme.accepted(step);
         Ok(Some(dense))
+    }
+
+    /// What a step of this size leads to, without upkeep. Attempts are inlined where steps are made; everywhere else this one copy serves, for they are most of what a method is to a compiler.
+    #[inline(never)]
+    pub(crate) fn attempt_again<Y: System<V>>(
+        scheme: &mut S,
+        system: &mut Y,
+        (start, h): (&Knot<V>, f64),
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), Y::Error> {
+        scheme.attempt(system, start, h, tolerances)
     }
 
     /// Whether a step that was made once more ends where it did.
@@ -159,7 +170,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let mut start = step.start;
         system.hold_stages(step.kept.stages, tolerances);
         system.attempting(&mut start, step.h)?;
-        let (mut end, error) = scheme.attempt(system, &start, step.h, tolerances)?;
+        let (mut end, error) = Self::attempt_again(scheme, system, (&start, step.h), tolerances)?;
         if !(scheme.converged() && end.is_finite() && error.is_finite()) {
             return Ok(None);
         }
