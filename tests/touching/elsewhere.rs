@@ -326,7 +326,7 @@ fn what_only_fades_touches_nothing() {
     }
 }
 
-/// A bead that comes down a track e^(5x), is turned round by a spring where it is flat, and goes up again: the gradient is 5e-5 of its longest there, and nothing vanishes.
+/// A bead that comes down a track e^(5x), is turned round by a spring where it is flat, and goes up again: the gradient is 5e-7 of its longest there, and nothing vanishes.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y)]
 struct Follower {
@@ -353,26 +353,26 @@ impl Follower {
 
 #[test]
 fn what_is_only_scaled_touches_nothing() {
-    let model = Follower { mass: 1.0, stiffness: 1e4, rate: 5.0 };
-    let (x, down): (f64, f64) = (1.7, -100.0);
+    let model = Follower { mass: 1.0, stiffness: 1e6, rate: 5.0 };
+    let (x, down): (f64, f64) = (2.6, -2e3);
     let height = (5.0 * x).exp();
     let start = model.state().x(x).y(height).y_rate(down).x_rate(down / (5.0 * height)).build().unwrap();
-    let energy = 0.5 * down * down * (1.0 + (5.0 * height).powi(-2)) + 5e3 * x * x;
+    let energy = 0.5 * down * down * (1.0 + (5.0 * height).powi(-2)) + 5e5 * x * x;
     let mut back = 0;
     for formulation in EXACT {
         for method in methods() {
-            for digits in [6, 8, 10] {
-                let run = model.simulate(start).until(60.0).method(&method).formulation(formulation);
-                let run = run.tolerance(10f64.powi(-digits)).max_steps(3000).run();
+            for digits in [6, 8] {
+                let run = model.simulate(start).until(400.0).method(&method).formulation(formulation);
+                let run = run.tolerance(10f64.powi(-digits)).max_steps(6000).run();
                 let motion = run.unwrap_or_else(|error| panic!("{formulation} {method} 1e-{digits}: {error}"));
                 let (q, u) = (*motion.end().q(), *motion.end().u());
-                let off = 0.5 * (u[0] * u[0] + u[1] * u[1]) + 5e3 * q[0] * q[0] - energy;
+                let off = 0.5 * (u[0] * u[0] + u[1] * u[1]) + 5e5 * q[0] * q[0] - energy;
                 assert!(off.abs() < 0.05 * energy, "{formulation} {method} 1e-{digits}: {off:e}");
                 back += usize::from(motion.steps().any(|state| state.x() < -1.0) && q[1] > 100.0);
             }
         }
     }
-    assert!(back >= 22, "{back}");
+    assert!(back >= 16, "{back}");
 }
 
 /// A bead on an ellipse.
