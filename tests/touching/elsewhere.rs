@@ -174,6 +174,37 @@ fn fixed_steps_stay_on_their_branch_or_say_so() {
     assert!(right > 10, "{right}");
 }
 
+/// y² = x⁶ with steps of which one or two are taken within the place: of 1,600 runs nine went over to the other branch as a success.
+#[test]
+fn long_steps_stay_on_their_branch_or_say_so() {
+    let (mut right, mut refused) = (0, 0);
+    for k in 0..60 {
+        let scene = scene(k);
+        let model = curves::osculating::At::bead(&scene);
+        let part = |by: f64| (f64::from(k) * by).fract();
+        let at = (0.5 * part(0.618) - 0.9, 0.8 + 0.4 * part(0.37));
+        let start = curves::osculating::At::start(&model, &scene, at);
+        let truth = scene.out(curves::osculating::At::truth(&scene, at, 2.0));
+        let methods: [Any<_>; 2] = [methods::Rk4.into(), methods::Dop853.into()];
+        for formulation in EXACT {
+            for method in &methods {
+                for h in [0.1, 0.05] {
+                    let run = model.simulate(start).until(2.0).method(method).formulation(formulation);
+                    let Ok(motion) = run.fixed_step(h).run() else {
+                        refused += 1;
+                        continue;
+                    };
+                    right += 1;
+                    let off = (0..2).map(|i| (motion.end().q()[i] - truth[i]).abs()).fold(0.0, f64::max);
+                    assert!(off < 0.02, "{k} {formulation} {method} {h}: {off:e}");
+                }
+            }
+        }
+    }
+    println!("{right} right, {refused} refused");
+    assert!(right > 60, "{right}");
+}
+
 /// Four bars, a + b = c + d.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, coupler: rad, rocker: rad)]
@@ -293,4 +324,111 @@ fn what_only_fades_touches_nothing() {
             assert!(off < 1e-4, "{formulation} {method}: {off:e}");
         }
     }
+}
+
+/// A bead that comes down a track e^(5x), is turned round by a spring where it is flat, and goes up again: the gradient is 5e-7 of its longest there, and nothing vanishes.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+struct Follower {
+    mass: f64,
+    stiffness: f64,
+    rate: f64,
+}
+
+#[dynamics]
+impl Follower {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiffness * q.x.powi(2)
+    }
+    #[holonomic]
+    fn track(&self, q: &Coordinates<Self>) -> Expr {
+        (self.rate * q.x).exp() - q.y
+    }
+}
+
+#[test]
+fn what_is_only_scaled_touches_nothing() {
+    let model = Follower { mass: 1.0, stiffness: 1e6, rate: 5.0 };
+    let (x, down): (f64, f64) = (2.6, -2e3);
+    let height = (5.0 * x).exp();
+    let start = model.state().x(x).y(height).y_rate(down).x_rate(down / (5.0 * height)).build().unwrap();
+    let energy = 0.5 * down * down * (1.0 + (5.0 * height).powi(-2)) + 5e5 * x * x;
+    let mut back = 0;
+    for formulation in EXACT {
+        for method in methods() {
+            for digits in [6, 8] {
+                let run = model.simulate(start).until(400.0).method(&method).formulation(formulation);
+                let run = run.tolerance(10f64.powi(-digits)).max_steps(6000).run();
+                let motion = run.unwrap_or_else(|error| panic!("{formulation} {method} 1e-{digits}: {error}"));
+                let (q, u) = (*motion.end().q(), *motion.end().u());
+                let off = 0.5 * (u[0] * u[0] + u[1] * u[1]) + 5e5 * q[0] * q[0] - energy;
+                assert!(off.abs() < 0.05 * energy, "{formulation} {method} 1e-{digits}: {off:e}");
+                back += usize::from(motion.steps().any(|state| state.x() < -1.0) && q[1] > 100.0);
+            }
+        }
+    }
+    assert!(back >= 16, "{back}");
+}
+
+/// A bead on an ellipse.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x, y)]
+struct Slim {
+    mass: f64,
+    half: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Slim {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[potential]
+    fn weight(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * q.x
+    }
+    #[holonomic]
+    fn way(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.powi(2) + (q.y / self.half).powi(2) - 1.0
+    }
+}
+
+/// Both sides of a slim ellipse are near to each other, and are one branch.
+#[test]
+fn slim_ellipses_touch_nothing() {
+    let mut run_on = 0;
+    for (k, half) in [0.03, 0.01, 0.003, 0.001].into_iter().enumerate() {
+        for until in [1.7, 2.9, 3.3, 4.1, 5.2] {
+            let model = Slim { mass: 1.0, half, g: 0.3 };
+            let (sine, cosine) = (0.4 + 0.3 * k as f64).sin_cos();
+            let start = model.state().x(cosine).y(half * sine).x_rate(-sine).y_rate(half * cosine).build().unwrap();
+            let energy = 0.5 * (sine * sine + half * half * cosine * cosine) + model.g * cosine;
+            for formulation in EXACT {
+                for digits in [4, 5, 6, 8] {
+                    let run = model.simulate(start).until(until).formulation(formulation);
+                    match run.tolerance(10f64.powi(-digits)).run() {
+                        Ok(motion) => {
+                            run_on += 1;
+                            let (q, u) = (*motion.end().q(), *motion.end().u());
+                            let off = 0.5 * (u[0] * u[0] + u[1] * u[1]) + model.g * q[0] - energy;
+                            let told = motion.summary().to_string().contains("\n  warning ");
+                            assert!(off.abs() < 0.05 || told, "{half} {until} {formulation} 1e-{digits}: {off:e}");
+                        }
+                        Err(error) => {
+                            let touches = matches!(error.kind, Kind::BranchesTouch { .. });
+                            assert!(!touches, "{half} {until} {formulation} 1e-{digits}: {error}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(run_on >= 140, "{run_on}");
 }

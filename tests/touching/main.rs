@@ -3,6 +3,7 @@
 //!
 //! Each curve is run by its row against the same motion by a parameter of the branch alone, which knows of no other branch.
 
+mod closures;
 mod curves;
 mod elsewhere;
 
@@ -106,9 +107,12 @@ fn what_touches_is_named_and_the_motion_before_it_is_right() {
         let at = (-0.6, 1.0);
         let start = curves::osculating::At::start(&model, &scene, at);
         let Err(error) = model.simulate(start).until(2.0).tolerance(1e-10).run() else { continue };
-        let Kind::BranchesTouch { row, at: time, changed } = error.kind else { panic!("{error}") };
+        let Kind::BranchesTouch { rows, at: time, changed } = error.kind else { panic!("{error}") };
         let message = error.to_string();
-        assert!(row == "way" && message.contains("`way` touch at t = ") && message.contains("by itself"), "{message}");
+        assert!(
+            rows.contains("way") && message.contains("`way` touch at t = ") && message.contains("by itself"),
+            "{message}"
+        );
         (named, changed_over) = (named + 1, changed_over + usize::from(changed));
         // Where its parameter, x, is 0.
         let truth = scene.out(curves::osculating::At::truth(&scene, at, time));

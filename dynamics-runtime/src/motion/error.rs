@@ -231,11 +231,11 @@ pub enum SimulationErrorKind {
         /// Largest over smallest singular value of Φ_q.
         condition: f64,
     },
-    /// Branches of a constraint have a tangent in common on the way of the motion, as y² = x⁴ where x = 0, and it has gone on along another one than its own, or that is not
+    /// Branches of constraints have a tangent in common on the way of the motion, as y² = x⁴ where x = 0, and it has gone on along another one than its own, or that is not
     /// decided. The motion up to there is right.
     BranchesTouch {
-        /// The row whose gradient vanishes there.
-        row: &'static str,
+        /// The row whose gradient vanishes there, or the rows that depend on each other.
+        rows: Involved,
         /// When.
         at: f64,
         /// It is known that steps went over to another branch.

@@ -261,11 +261,11 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             return Ok(());
         }
         let found = self.touching.reached(&self.plan.plant, self.stepper.now(), last);
-        let Some(Touch { row, at, changed, before }) = found else { return Ok(()) };
+        let Some(Touch { rows, at, changed, before }) = found else { return Ok(()) };
         let h = self.stepper.tally().proposed;
         self.stepper.go_back(&before);
         sink.go_back(before.t);
-        Err(Halt { kind: Kind::BranchesTouch { row: M::ROWS[row].name, at, changed }, h })
+        Err(Halt { kind: Kind::BranchesTouch { rows, at, changed }, h })
     }
 
     fn now(&self) -> M::State {

@@ -12,19 +12,20 @@
 //! Source: M. Golubitsky & D. G. Schaeffer, Singularities and Groups in Bifurcation Theory I, Springer 1985, ch. II (contact of branches, x^k: A₁ crossing, A₃ tacnode, A₅ …).
 
 mod path;
+mod strand;
 
 use alloc::collections::VecDeque;
-use alloc::vec;
 use alloc::vec::Vec;
 
-use path::{Path, weights};
+use path::Path;
+use strand::{Lengths, Strand, Strands, rows_of};
 
 use super::plant::Plant;
-use crate::constrain::held::holds;
-use crate::constrain::{self, Gradients};
-use crate::integrate::{Hermite, Knot};
+use crate::constrain::Involved;
+use crate::constrain::memory::norm;
+use crate::integrate::{Dense, Hermite, Knot};
 use crate::math;
-use crate::model::{ConstraintKind, Constraints, ModelState, Vector};
+use crate::model::{Constraints, ModelState, Vector};
 
 /// Part of the largest gradient met below which its row may be about to vanish on the way between steps.
 const VANISHES: f64 = 1e-3;
@@ -32,6 +33,10 @@ const VANISHES: f64 = 1e-3;
 const RISES: f64 = 1e-2;
 /// Power of the distance with which a gradient vanishes, from which on branches touch.
 const TOUCH: f64 = 1.4;
+/// The same from which on it vanishes at all, as far as can be told at a distance.
+const VANISHING: f64 = 0.6;
+/// Part of the longest gradient of a combination of rows above which it is not asked where it is least between states.
+const MAY_VANISH: f64 = 0.1;
 /// Most states that are kept.
 const MOST: usize = 128;
 /// Distance at which it is tried first, in usual steps: the polynomial reaches over as much as one of them.
@@ -61,7 +66,7 @@ const RESTS: (f64, f64) = (1e-6, 1e-2);
 
 /// Branches of a constraint that touch on the way of a motion.
 pub(super) struct Touch<V> {
-    pub(super) row: usize,
+    pub(super) rows: Involved,
     /// When.
     pub(super) at: f64,
     /// It is known that the motion has gone over to another branch; else it could not be decided.
@@ -73,7 +78,7 @@ pub(super) struct Touch<V> {
 /// A place where the gradient of a row vanishes, behind which it is not decided yet on which branch the motion is.
 #[derive(Clone, Copy)]
 struct Pending {
-    row: usize,
+    strand: Strand,
     at: f64,
     /// The distance from which on it is tried next.
     next: f64,
@@ -84,39 +89,31 @@ struct Pending {
 /// A state that was reached, with the lengths of the gradients there.
 struct Seen<M: Constraints> {
     knot: Knot<M::Vector>,
-    lengths: M::Rows,
+    lengths: Lengths<M::Rows>,
 }
 
-/// Follows the gradients of the constraints of one row along a run.
+/// Follows the gradients of constraints along a run.
 pub(super) struct Touching<M: Constraints> {
-    rows: Vec<usize>,
+    strands: Strands<M>,
     seen: VecDeque<Seen<M>>,
     /// The longest gradients and the largest speed met.
-    most: (M::Rows, f64),
+    most: (Lengths<M::Rows>, f64),
     /// The longest step.
     longest: f64,
     pending: Option<Pending>,
-    /// √Mᵢᵢ at the start.
-    weights: M::Vector,
-    workspace: Vec<f64>,
 }
 
 impl<M: Constraints> Touching<M> {
     /// Of a run that starts at a state.
     pub(super) fn from(model: &M, start: &M::State) -> Self {
-        let single = M::CONSTRAINTS.iter().filter(|one| one.kind == ConstraintKind::Holonomic && one.rows == 1);
-        let rows: Vec<usize> = single.map(|one| one.first).collect();
-        let len = if rows.is_empty() { 0 } else { constrain::workspace_len(M::Vector::LEN, M::Rows::LEN) };
-        let mut workspace = vec![0.0; len];
-        let weights = if rows.is_empty() { M::Vector::zeros() } else { weights(model, start, &mut workspace) };
-        let seen = VecDeque::with_capacity(if rows.is_empty() { 0 } else { MOST + 1 });
-        let most = (M::Rows::zeros(), 0.0);
-        Self { rows, seen, most, longest: 0.0, pending: None, weights, workspace }
+        let strands = Strands::from(model, start);
+        let seen = VecDeque::with_capacity(if strands.all.is_empty() { 0 } else { MOST + 1 });
+        Self { strands, seen, most: (Lengths::zeros(), 0.0), longest: 0.0, pending: None }
     }
 
     /// Whether there is nothing to follow.
     pub(super) fn is_idle(&self) -> bool {
-        self.rows.is_empty()
+        self.strands.all.is_empty()
     }
 
     /// A step has ended here, the `last` of the motion or before it jumps. What touches, where the motion is known not to go on along its branch, or where it cannot be known.
@@ -132,7 +129,7 @@ impl<M: Constraints> Touching<M> {
         }
         let pending = self.pending.as_mut()?;
         let gone = (now.t - pending.at).abs();
-        let part = self.seen[self.seen.len() - 1].lengths[pending.row] / self.most.0[pending.row];
+        let part = self.seen[self.seen.len() - 1].lengths.of(pending.strand) / self.most.0.of(pending.strand);
         if part <= SMALL {
             pending.small = math::max(pending.small, gone);
         }
@@ -141,9 +138,12 @@ impl<M: Constraints> Touching<M> {
         if gone < pending.next && !last && !rests {
             return None;
         }
-        let Pending { row, at, .. } = pending;
+        let Pending { strand, at, .. } = pending;
         let before = self.before(at);
-        let touch = |changed| Touch { row, at, changed, before };
+        let touch = |changed| {
+            let state = plant.state(before.t, &before.y.q, &before.y.u);
+            Touch { rows: rows_of(plant.model, &state, strand), at, changed, before }
+        };
         match self.decide(plant, &pending) {
             Some(true) => {
                 self.pending = None;
@@ -166,10 +166,8 @@ impl<M: Constraints> Touching<M> {
 
     fn add(&mut self, plant: &Plant<'_, '_, M>, now: &Knot<M::Vector>) {
         let state = plant.state(now.t, &now.y.q, &now.y.u);
-        let lengths = self.lengths(plant.model, &state);
-        for row in &self.rows {
-            self.most.0[*row] = math::max(self.most.0[*row], lengths[*row]);
-        }
+        let lengths = self.strands.lengths(plant.model, plant.constants, &state);
+        self.most.0.at_least(&lengths);
         self.most.1 = math::max(self.most.1, self.length(&now.y.u));
         if let Some(last) = self.seen.back() {
             self.longest = math::max(self.longest, (now.t - last.knot.t).abs());
@@ -186,63 +184,72 @@ impl<M: Constraints> Touching<M> {
     }
 
     fn length(&self, x: &M::Vector) -> f64 {
-        math::sqrt(x.as_slice().iter().zip(self.weights.as_slice()).map(|(x, w)| (x * w) * (x * w)).sum())
-    }
-
-    fn lengths(&mut self, model: &M, state: &M::State) -> M::Rows {
-        let gradients = Gradients::alone(model, state, &mut self.workspace);
-        let mut lengths = M::Rows::zeros();
-        for row in self.rows.iter().filter(|row| holds::<M>(state.modes(), **row)) {
-            lengths[*row] = path::length(gradients.row(*row), self.weights.as_slice());
-        }
-        lengths
+        let weights = self.strands.weights.as_slice();
+        math::sqrt(x.as_slice().iter().zip(weights).map(|(x, w)| (x * w) * (x * w)).sum())
     }
 
     /// Looks whether a gradient vanishes around the last state but one, or around the last one where no other follows.
     fn suspect(&mut self, plant: &Plant<'_, '_, M>, last: bool) {
         let n = self.seen.len();
-        for k in 0..self.rows.len() {
-            let row = self.rows[k];
-            // A slack rope leads nobody, wherever its gradient is.
-            if !holds::<M>(plant.modes, row) {
+        let now = self.seen[n - 1].knot;
+        let state = plant.state(now.t, &now.y.q, &now.y.u);
+        for k in 0..self.strands.all.len() {
+            let strand = self.strands.all[k];
+            if !self.strands.holds(&state, strand) {
                 continue;
             }
-            let at = |i: usize| self.seen[i].lengths[row];
-            let least = |i: usize| {
-                let (before, after) = (i.checked_sub(1).map(at), (i + 1 < n).then(|| at(i + 1)));
-                let beside = math::max(before.unwrap_or(0.0), after.unwrap_or(0.0));
-                before.is_none_or(|x| x >= at(i)) && after.is_none_or(|x| x >= at(i)) && at(i) < (1.0 - RISES) * beside
-            };
-            let suspects = [n.checked_sub(2), if last { n.checked_sub(1) } else { None }];
-            // One that only fades, and nobody comes to rest, does not vanish.
-            let stops = at(n - 1) <= RESTS.0 * self.most.0[row] && self.is_slow(&self.seen[n - 1].knot);
-            let here = if stops { Some(n - 1) } else { None };
-            let Some(i) = suspects.into_iter().flatten().find(|i| least(*i)).or(here) else { continue };
+            let Some(i) = self.shortest(strand, last) else { continue };
             let (from, to) = (i.saturating_sub(1), (i + 1).min(n - 1));
-            let found = (from..to).map(|i| self.least_between(plant, row, i));
-            let Some((t, least)) = found.collect::<Vec<_>>().into_iter().reduce(|a, b| if b.1 < a.1 { b } else { a })
-            else {
-                continue;
-            };
+            let found = (from..to).map(|i| self.least_between(plant, strand, i));
+            let found = found.collect::<Vec<_>>().into_iter().reduce(|a, b| if b.1 < a.1 { b } else { a });
+            let Some((place, least)) = found else { continue };
             // A start in such a place has been looked at.
-            let begins = (t - self.seen[0].knot.t).abs() <= BEGINS * self.longest;
-            if least <= VANISHES * self.most.0[row] && !begins {
-                self.pending = Some(Pending { row, at: t, next: FIRST * self.longest, small: 0.0 });
+            let begins = (place.t() - self.seen[0].knot.t).abs() <= BEGINS * self.longest;
+            if least > VANISHES * self.most.0.of(strand) || begins {
+                continue;
+            }
+            let (one, other) = (self.seen[from].knot.y.q, self.seen[to].knot.y.q);
+            let mut way = other;
+            (0..M::Vector::LEN).for_each(|i| way[i] -= one[i]);
+            let way = self.length(&way);
+            if !self.strands.is_plain((plant.model, plant.constants), &place, strand, way) {
+                let next = FIRST * self.longest;
+                self.pending = Some(Pending { strand, at: place.t(), next, small: 0.0 });
                 return;
             }
         }
     }
 
-    /// Where the gradient of a row is least in a step, along the quintic through its ends, and how long it is there.
-    fn least_between(&mut self, plant: &Plant<'_, '_, M>, row: usize, step: usize) -> (f64, f64) {
+    /// The state beside which a gradient is least: the last but one, or the last.
+    fn shortest(&self, strand: Strand, last: bool) -> Option<usize> {
+        let n = self.seen.len();
+        let at = |i: usize| self.seen[i].lengths.of(strand);
+        let least = |i: &usize| {
+            let (before, after) = (i.checked_sub(1).map(at), (i + 1 < n).then(|| at(i + 1)));
+            let beside = math::max(before.unwrap_or(0.0), after.unwrap_or(0.0));
+            before.is_none_or(|x| x >= at(*i)) && after.is_none_or(|x| x >= at(*i)) && at(*i) < (1.0 - RISES) * beside
+        };
+        let most = self.most.0.of(strand);
+        let suspects = [n.checked_sub(2), if last { n.checked_sub(1) } else { None }];
+        // One that only fades, and nobody comes to rest, does not vanish.
+        let stops = at(n - 1) <= RESTS.0 * most && self.is_slow(&self.seen[n - 1].knot);
+        let here = if stops { Some(n - 1) } else { None };
+        let may_vanish = |i: &usize| strand != Strand::All || at(*i) <= MAY_VANISH * most;
+        suspects.into_iter().flatten().find(least).or(here).filter(may_vanish)
+    }
+
+    /// Where a gradient is least in a step, along the quintic through its ends, and how long it is there.
+    fn least_between(&mut self, plant: &Plant<'_, '_, M>, strand: Strand, step: usize) -> (M::State, f64) {
         let (start, end) = (self.seen[step].knot, self.seen[step + 1].knot);
         let h = end.t - start.t;
         let between = Hermite::between(&start, &end, h);
-        let mut value = |theta: f64| {
-            use crate::integrate::Dense;
+        let state = |theta: f64| {
             let y = between.at(theta);
-            let state = plant.state(start.t + theta * h, &y.q, &y.u);
-            self.lengths(plant.model, &state)[row]
+            plant.state(start.t + theta * h, &y.q, &y.u)
+        };
+        let mut value = |theta: f64| {
+            let gradient = self.strands.gradient(plant.model, plant.constants, &state(theta), strand);
+            norm(gradient.as_slice())
         };
         let places = (0..=PLACES).map(|k| k as f64 / PLACES as f64);
         let mut best = (0.0, f64::INFINITY);
@@ -259,14 +266,15 @@ impl<M: Constraints> Touching<M> {
         let middle = 0.5 * (a + b);
         let found = value(middle);
         best = if found < best.1 { (middle, found) } else { best };
-        (start.t + best.0 * h, best.1)
+        (state(best.0), best.1)
     }
 
     /// Whether it has come to rest in the place.
     fn rests(&self, plant: &Plant<'_, '_, M>, pending: &Pending) -> bool {
         let Some(now) = self.seen.back() else { return false };
-        let held = holds::<M>(plant.modes, pending.row);
-        held && now.lengths[pending.row] <= RESTS.0 * self.most.0[pending.row] && self.is_slow(&now.knot)
+        let state = plant.state(now.knot.t, &now.knot.y.q, &now.knot.y.u);
+        let short = now.lengths.of(pending.strand) <= RESTS.0 * self.most.0.of(pending.strand);
+        short && self.strands.holds(&state, pending.strand) && self.is_slow(&now.knot)
     }
 
     fn is_slow(&self, now: &Knot<M::Vector>) -> bool {
@@ -282,17 +290,22 @@ impl<M: Constraints> Touching<M> {
 
     /// Whether the motion is on its branch behind the place; `None` where that is not decided yet.
     fn decide(&mut self, plant: &Plant<'_, '_, M>, pending: &Pending) -> Option<bool> {
-        let least = LEAST * self.most.0[pending.row];
-        let Self { seen, weights, workspace, .. } = self;
-        let (row, knots) = (pending.row, seen.iter().map(|seen| seen.knot).collect::<Vec<_>>());
-        let mut path = Path::new(plant, &knots, (pending.at, row), weights, workspace);
+        let least = LEAST * self.most.0.of(pending.strand);
+        let Self { seen, strands, .. } = self;
+        let knots = seen.iter().map(|seen| seen.knot).collect::<Vec<_>>();
+        let mut path = Path::new(plant, &knots, (pending.at, pending.strand), strands);
         let most = (knots[knots.len() - 1].t - pending.at).abs();
         let most = most.min(math::max(SPAN * self.longest, pending.small));
         let mut found = None;
         for k in 0..HALVINGS {
             let distance = most * math::powi(0.5, k as i32);
             let Some(power) = path.power(distance, least) else { continue };
-            let kept = if power < TOUCH { Some(true) } else { path.keeps(distance) };
+            let kept = match power {
+                // At this distance it is as long as anywhere: nothing is seen of the place.
+                _ if power < VANISHING => continue,
+                _ if power < TOUCH => Some(true),
+                _ => path.keeps(distance),
+            };
             match kept {
                 Some(true) => return kept,
                 // Polynomials that reach too far agree by chance.

@@ -204,11 +204,13 @@ impl fmt::Display for SimulationErrorKind {
                  on, if on any, what its constraints have drifted would decide; choose `Formulation::Projected`",
                 rows.rank_loss()
             ),
-            Self::BranchesTouch { row, at, changed } => write!(
+            Self::BranchesTouch { rows, at, changed } => write!(
                 f,
-                "branches of constraint `{row}` touch at t = {}, where its gradient vanishes: {}; declare the branch that is meant by itself (`y - x.powi(2)` in place of \
+                "branches of {} {rows} touch at t = {}, where {}: {}; declare the branch that is meant by itself (`y - x.powi(2)` in place of \
                  `y.powi(2) - x.powi(4)`), choose a tolerance of 1e-6 to 1e-9, whose steps may go over the place, or end the motion before",
+                if rows.count() == 1 { "constraint" } else { "constraints" },
                 Rounded(*at),
+                if rows.count() == 1 { "its gradient vanishes" } else { "they depend on each other" },
                 match changed {
                     true =>
                         "they have a tangent in common, and steps beside it ended on another branch than that of the motion",

@@ -2,10 +2,11 @@
 
 use alloc::vec::Vec;
 
+use super::strand::{Strand, Strands};
+use crate::constrain;
 use crate::constrain::assemble::weigh;
 use crate::constrain::gradients::mass;
 use crate::constrain::memory::norm;
-use crate::constrain::{self, Gradients};
 use crate::integrate::{Knot, Phase};
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
@@ -43,24 +44,22 @@ pub(super) fn length(gradient: &[f64], weights: &[f64]) -> f64 {
 pub(super) struct Path<'p, 'r, 'm, M: Constraints> {
     plant: &'p Plant<'r, 'm, M>,
     knots: &'p [Knot<M::Vector>],
-    /// When the motion is in the place, and the row whose gradient vanishes there.
+    /// When the motion is in the place, and what vanishes there.
     at: f64,
-    row: usize,
+    strand: Strand,
     direction: f64,
-    weights: &'p M::Vector,
-    workspace: &'p mut [f64],
+    strands: &'p mut Strands<M>,
 }
 
 impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
     pub(super) fn new(
         plant: &'p Plant<'r, 'm, M>,
         knots: &'p [Knot<M::Vector>],
-        (at, row): (f64, usize),
-        weights: &'p M::Vector,
-        workspace: &'p mut [f64],
+        (at, strand): (f64, Strand),
+        strands: &'p mut Strands<M>,
     ) -> Self {
         let direction = (knots[knots.len() - 1].t - knots[0].t).signum();
-        Self { plant, knots, at, row, direction, weights, workspace }
+        Self { plant, knots, at, strand, direction, strands }
     }
 
     /// The power of the distance with which the gradient vanishes on both sides; `None` where they do not agree, as so near that it is not known well enough where the place is.
@@ -91,7 +90,7 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
         let mut lengths = [0.0; 4];
         for (length, side) in lengths.iter_mut().zip([-2.0, -1.0, 1.0, 2.0]) {
             let y = self.state(side, distance)?;
-            *length = norm(&self.gradient(side, distance, &y));
+            *length = norm(self.gradient(side, distance, &y).as_slice());
         }
         Some(lengths)
     }
@@ -105,16 +104,16 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
         let [septic, quintic] = [NODES, NODES - 1].map(|n| self.continued(&nodes[..n], distance));
         let met = self.state(1.0, distance)?;
         let [septic, quintic, met] = [septic, quintic, met].map(|y| self.gradient(1.0, distance, &y));
-        let apart = |a: &[f64], b: &[f64]| math::sqrt(a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum());
-        let decided = apart(&septic, &quintic) <= AGREE * norm(&septic) && norm(&septic) > 0.0;
-        decided.then(|| apart(&septic, &met) <= KEEPS * norm(&septic))
+        let apart = |a: &M::Vector, b: &M::Vector| norm(sum(a, b, -1.0).as_slice());
+        let size = norm(septic.as_slice());
+        let decided = apart(&septic, &quintic) <= AGREE * size && size > 0.0;
+        decided.then(|| apart(&septic, &met) <= KEEPS * size)
     }
 
-    /// The gradient of the row, in weighted coordinates.
-    fn gradient(&mut self, side: f64, distance: f64, y: &Phase<M::Vector>) -> Vec<f64> {
+    /// The gradient, in weighted coordinates.
+    fn gradient(&mut self, side: f64, distance: f64, y: &Phase<M::Vector>) -> M::Vector {
         let state = self.plant.state(self.time(side, distance), &y.q, &y.u);
-        let gradients = Gradients::alone(self.plant.model, &state, self.workspace);
-        gradients.row(self.row).iter().zip(self.weights.as_slice()).map(|(x, w)| x / w).collect()
+        self.strands.gradient(self.plant.model, self.plant.constants, &state, self.strand)
     }
 
     fn time(&self, side: f64, distance: f64) -> f64 {
@@ -154,14 +153,15 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
         }
         let (model, constants) = (self.plant.model, self.plant.constants);
         let mut state = self.plant.state(t + h, &end.q, &end.u);
-        constrain::project_positions(model, constants, &mut state, self.workspace).ok()?;
-        constrain::project_velocities(model, constants, &mut state, self.workspace).ok()?;
+        constrain::project_positions(model, constants, &mut state, &mut self.strands.workspace).ok()?;
+        constrain::project_velocities(model, constants, &mut state, &mut self.strands.workspace).ok()?;
         Some(Phase { q: *state.q(), u: *state.u() })
     }
 
     fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Option<Phase<M::Vector>> {
         let state = self.plant.state(t, &y.q, &y.u);
-        let solved = constrain::accelerate(self.plant.model, self.plant.constants, &state, self.workspace).ok()?;
+        let solved =
+            constrain::accelerate(self.plant.model, self.plant.constants, &state, &mut self.strands.workspace).ok()?;
         Some(Phase { q: y.u, u: solved.accelerations })
     }
 
