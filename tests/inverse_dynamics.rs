@@ -72,3 +72,66 @@ fn any_accelerations() {
         assert!((found - wanted).abs() < 1e-13 * 25.0, "{found} for {wanted}");
     }
 }
+
+/// A rigid body whose mass is aside of its frame, which shifts and turns: a tree of one body is tried for it, and not taken.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m, y: m, yaw: rad, roll: rad)]
+#[units(m: kg, a: m, j: kg * m^2, g: m / s^2)]
+struct Floating {
+    m: f64,
+    a: f64,
+    j: f64,
+    g: f64,
+}
+#[dynamics]
+impl Floating {
+    fn body(&self, q: &Coordinates<Self>) -> RigidBody {
+        let frame = Frame::new(vec3(q.x, q.y, 0.0), Mat3::rotation_z(q.yaw) * Mat3::rotation_x(q.roll));
+        RigidBody::new(self.m, vec3(self.a, 0.0, self.a), Mat3::diagonal(self.j, 2.0 * self.j, 3.0 * self.j), frame)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        self.body(q).kinetic_energy()
+    }
+    #[potential]
+    fn weight(&self, q: &Coordinates<Self>) -> Expr {
+        self.body(q).potential_energy(-self.g * Vec3::Y)
+    }
+}
+
+/// As M q̈ − Q by entries; and its derivatives, of which linearisations are made, as differences of that. What a tree of bodies leaves behind in the graph once hid the symbols ẋ and ẏ from gradients.
+#[test]
+fn of_a_body_that_floats() {
+    let model = Floating { m: 2.0, a: 0.3, j: 0.1, g: 9.81 };
+    let state = model.state().x(0.4).y(-0.7).yaw(0.9).roll(0.3).x_rate(0.2).y_rate(1.1).yaw_rate(-0.8).roll_rate(0.6);
+    let state = state.build().expect("nothing holds it");
+    let by_entries = |state: &State<Floating>, a: [f64; 4]| {
+        model.mass_matrix(state) * nalgebra::SVector::from(a) - model.generalized_force(state)
+    };
+    for k in 0..5 {
+        let mut a = [0.3, -1.2, 0.8, 2.1];
+        if k < 4 {
+            a = [0.0; 4];
+            a[k] = 1.0;
+        }
+        let (found, wanted) = (model.inverse_dynamics(&state, &a.into()), by_entries(&state, a));
+        assert!((found - wanted).amax() < 1e-13 * 20.0, "{k}: {found:?} for {wanted:?}");
+        let mut values = [0.0; 32];
+        assert!(model.variations(&state, &a.into(), &[].into(), &mut values));
+        for (j, rate) in (0..4).flat_map(|j| [(j, false), (j, true)]) {
+            let h = 1e-5;
+            let moved = |h: f64| {
+                let mut moved = state;
+                if rate {
+                    moved.u_mut()[j] += h
+                } else {
+                    moved.q_mut()[j] += h
+                }
+                by_entries(&moved, a)
+            };
+            let wanted = (moved(h) - moved(-h)) / (2.0 * h);
+            let off = (0..4).map(|i| (values[if rate { 16 } else { 0 } + 4 * i + j] - wanted[i]).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-7, "{k}, {j}, {rate}: {wanted:?}");
+        }
+    }
+}

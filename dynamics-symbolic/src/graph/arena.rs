@@ -160,16 +160,20 @@ impl Graph {
         self.cone(roots).iter().map(of).sum()
     }
 
-    /// Runs `work` while no node stands for its value but `kept`, functions of one variable of these, and what depends on parameters alone: what is
+    /// Runs `work` while no node stands for its value but `kept`, symbols, functions of one variable of these, and what depends on parameters alone: what is
     /// built then is a new form of what is there already, and stands for it from then on. A function has no other form, and sines and cosines of
-    /// an angle, like the orders of a smooth function, are evaluated together: there must be one node of each.
+    /// an angle, like the orders of a smooth function, are evaluated together: there must be one node of each; so of symbols, or a gradient by one would miss what reads the other.
     pub(crate) fn afresh<T>(&mut self, kept: &[NodeId], work: impl FnOnce(&mut Self) -> T) -> T {
         let constant = |id: NodeId| self.dependence(id).within(Dependence::PARAMETERS);
         let mut hidden: Vec<bool> = self.ids().map(|id| !constant(id)).collect();
         kept.iter().for_each(|id| hidden[id.index()] = false);
         for id in self.ids() {
-            if let Node::Unary(_, argument) | Node::Smooth { argument, .. } = self.node(id) {
-                hidden[id.index()] &= hidden[argument.index()];
+            match self.node(id) {
+                Node::Symbol(_) => hidden[id.index()] = false,
+                Node::Unary(_, argument) | Node::Smooth { argument, .. } => {
+                    hidden[id.index()] &= hidden[argument.index()]
+                }
+                _ => {}
             }
         }
         self.hidden = hidden;
