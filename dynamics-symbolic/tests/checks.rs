@@ -138,7 +138,7 @@ fn energies_do_not_jump() {
         b.energy("energy", role, t);
         findings(b.model)
     };
-    let jumps = vec![Finding::EnergyJumps { name: "energy".into(), origin: Origin(0) }];
+    let jumps = vec![Finding::EnergyJumps { name: "energy".into(), origin: Origin(0), at_rest: false }];
     let (kinetic, lagrangian) = (EnergyRole::Kinetic, EnergyRole::Lagrangian);
     let abs = |b: &mut Builder, x: NodeId| [b.g().unary(Unary::Abs, x), b.ratio(1, 1)];
     assert_eq!(found(kinetic, &abs), jumps);
