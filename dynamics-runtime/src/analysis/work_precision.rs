@@ -10,7 +10,7 @@
 //! # What is believed
 //!
 //! The reference is the end of three runs: a method at a tolerance near rounding, the same method at ten times that, and a second method of another
-//! family. Its uncertainty is twice the largest difference between any two of them. Errors below it are not believed: their
+//! family, none with steps longer than a five-hundredth of the motion. Its uncertainty is twice the largest difference between any two of them. Errors below it are not believed: their
 //! signs are hollow, tables say `<`. Where the uncertainty leaves fewer than three digits, a run of the reference fails, or no run has an error
 //! that is believed, there is no study but an error.
 
@@ -49,6 +49,8 @@ struct Candidate<'m, M: Simulate> {
 
 /// Chosen where no tolerances are given: from a sketch to all digits but one or two.
 const DECADES: core::ops::RangeInclusive<i32> = 3..=13;
+/// Longest steps of the reference, in parts of the motion.
+const LONGEST: f64 = 2e-3;
 /// Time for the repeats of one run, unless it is set.
 const EFFORT: Duration = Duration::from_millis(60);
 
@@ -182,10 +184,14 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         Ok(study)
     }
 
-    /// A simulation with the options for all; with so many steps at most, where neither the number nor an option says otherwise.
-    fn simulation(&self, end: f64, method: &Any<M>, most_steps: Option<u64>) -> Simulation<'m, M> {
+    /// A simulation with the options for all; one of the reference with so many steps at most, where neither the number nor an option says otherwise, and with steps so short
+    /// that it does not go over what lasts for a hundredth of the motion and less: where all its runs missed that, they would agree.
+    fn simulation(&self, end: f64, method: &Any<M>, reference: Option<u64>) -> Simulation<'m, M> {
         let simulation = self.model.simulate(self.start).until(end).method(method);
-        let simulation = match most_steps {
+        let longest = LONGEST * (end - self.start.t()).abs();
+        let resolved = longest > 1e3 * f64::EPSILON * end.abs().max(self.start.t().abs());
+        let simulation = match reference {
+            Some(most) if resolved => simulation.max_steps(most).max_step(longest),
             Some(most) => simulation.max_steps(most),
             None => simulation,
         };
