@@ -31,6 +31,7 @@ pub use error::{OutsideError, WorkPrecisionError};
 pub use reference::Reference;
 pub use study::{Cost, Curve, ErrorOf, Errors, Measured, Point, Study};
 
+use crate::analysis::runs;
 use crate::methods::{Any, Dop853, DormandPrince5};
 use crate::model::ModelState;
 use crate::motion::{Simulate, Simulation};
@@ -49,8 +50,6 @@ struct Candidate<'m, M: Simulate> {
 
 /// Chosen where no tolerances are given: from a sketch to all digits but one or two.
 const DECADES: core::ops::RangeInclusive<i32> = 3..=13;
-/// Longest steps of the reference, in parts of the motion.
-const LONGEST: f64 = 2e-3;
 /// Time for the repeats of one run, unless it is set.
 const EFFORT: Duration = Duration::from_millis(60);
 
@@ -184,15 +183,11 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         Ok(study)
     }
 
-    /// A simulation with the options for all; one of the reference with so many steps at most, where neither the number nor an option says otherwise, and with steps so short
-    /// that it does not go over what lasts for a hundredth of the motion and less: where all its runs missed that, they would agree.
+    /// A simulation with the options for all; one of the reference with short steps, and so many at most, where no option says otherwise.
     fn simulation(&self, end: f64, method: &Any<M>, reference: Option<u64>) -> Simulation<'m, M> {
         let simulation = self.model.simulate(self.start).until(end).method(method);
-        let longest = LONGEST * (end - self.start.t()).abs();
-        let resolved = longest > 1e3 * f64::EPSILON * end.abs().max(self.start.t().abs());
         let simulation = match reference {
-            Some(most) if resolved => simulation.max_steps(most).max_step(longest),
-            Some(most) => simulation.max_steps(most),
+            Some(most) => runs::with_short_steps(simulation, (self.start.t(), end)).max_steps(most),
             None => simulation,
         };
         match &self.options {
