@@ -26,6 +26,8 @@ const SLOW: Oscillator = Oscillator { omega: 1.9 };
 const NEAR: Oscillator = Oscillator { omega: 1.999 };
 const FULL: Oscillator = Oscillator { omega: 2.0 };
 
+const KICKED: Closure = Closure(|t, _, _| (-((t - 50.0) / 0.2_f64) * ((t - 50.0) / 0.2)).exp());
+
 fn oscillators<'m>() -> Ladder<'m> {
     let rungs = compare("oscillators").rung(oscillator("slow", &SLOW)).rung(oscillator("near", &NEAR));
     rungs.rung(oscillator("full", &FULL)).until(10.0)
@@ -140,6 +142,11 @@ fn what_cannot_be_trusted_is_refused() {
     let error = refused(chaos(120.0));
     assert!(matches!(&error, LadderError::NotConverged { output, .. } if output == "x"), "{error}");
     assert!(ran(chaos(1.0)).difference("a", "x").unwrap().is_believed());
+
+    // A kick that long steps go over, on both rungs.
+    let kick = |name| Rung::new(name, &KICKED, at_rest_or_not([0.0], [1.0])).output("x", |_, state| state.q[0]);
+    let error = refused(compare("kick").rung(kick("one")).rung(kick("other")).until(100.0));
+    assert!(matches!(error, LadderError::NotConverged { .. }), "{error}");
 
     let stopped = oscillators().rung(oscillator("x", &FULL).with(|s| s.stop_at("centre", Direction::Falling)));
     assert!(

@@ -57,6 +57,18 @@ fn errors_are_those_of_the_closed_form_and_the_reference_knows_its_own() {
     assert!(run.time > Duration::ZERO);
 }
 
+/// A kick that steps go over which have grown before it: runs that all miss it agree, and so would those of a reference with steps as long.
+#[test]
+fn what_long_steps_miss_the_reference_has_seen() {
+    let model = Closure(|t, _, _| (-((t - 50.0) / 0.2_f64).powi(2)).exp());
+    let study = model.work_precision(at_rest_or_not([0.0], [1.0])).until(100.0).effort(Duration::ZERO);
+    let found =
+        ran(study.tolerances([1e-6]).methods([Dop853.into()]).variant("short steps", Dop853, |s| s.max_step(0.05)));
+    let velocity = |curve| found.curve(curve).unwrap().points[0].outcome.as_ref().unwrap().errors.velocities;
+    let kick = 0.2 * core::f64::consts::PI.sqrt();
+    assert!((velocity("DOP853 (order 8)") - kick).abs() < 1e-6 && velocity("short steps") < 1e-6, "{found}");
+}
+
 #[test]
 fn costs_lie_between_runs_and_no_error_is_reached_below_the_uncertainty() {
     let model = Oscillator { omega: 2.0 };

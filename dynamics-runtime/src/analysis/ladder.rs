@@ -9,7 +9,7 @@
 //!
 //! # What is believed
 //!
-//! Every rung runs twice, the second time at a hundredth of the tolerance. What its outputs differ by is its own numerical error, and the errors of
+//! Every rung runs twice, the second time at a hundredth of the tolerance and in steps of a five-hundredth of the motion at most. What its outputs differ by is its own numerical error, and the errors of
 //! two rungs together are the *uncertainty* of their difference. A difference below it says only that the models agree so far
 //! (minimal and redundant coordinates of one model do): tables say `<`, signs are hollow. Where a difference is uncertain by more than a
 //! thousandth of the output and by more than half of itself, as in chaotic motions, there is no comparison but an error.

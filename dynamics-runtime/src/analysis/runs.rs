@@ -14,6 +14,19 @@ const ROUNDS: u32 = 3;
 /// Most repeats in one round.
 const MOST: u32 = 101;
 
+/// Longest steps of a run that others are measured against, in parts of the motion.
+const LONGEST: f64 = 2e-3;
+
+/// With steps so short that they do not go over what lasts for a hundredth of the motion, where time resolves them: runs that all missed that would agree.
+pub(super) fn with_short_steps<'m, M: Simulate>(
+    simulation: Simulation<'m, M>,
+    (start, end): (f64, f64),
+) -> Simulation<'m, M> {
+    let longest = LONGEST * (end - start).abs();
+    let resolved = longest > 1e3 * f64::EPSILON * end.abs().max(start.abs());
+    if resolved { simulation.max_step(longest) } else { simulation }
+}
+
 /// What happened and when; the state there, which follows in further lines, has no place in a table.
 pub(super) fn in_a_line(error: &impl ToString) -> String {
     error.to_string().lines().next().unwrap_or_default().to_string()

@@ -33,7 +33,7 @@ pub(super) fn climb(
     interval: (f64, f64),
 ) -> Result<Comparison, LadderError> {
     let runs: Vec<Box<dyn AnyMotion + '_>> =
-        ladder.rungs.iter().map(|rung| rung.run(interval.1, ladder.tolerance)).collect::<Result<_, _>>()?;
+        ladder.rungs.iter().map(|rung| rung.run(interval.1, ladder.tolerance, false)).collect::<Result<_, _>>()?;
     let times = common_times(interval, ladder.intervals, runs.iter().flat_map(|run| run.knots()));
     let names: Vec<&str> = outputs.iter().map(|output| output.name.as_str()).collect();
     let ran: Vec<Ran> = ladder
@@ -84,7 +84,7 @@ fn ran(
     outputs: &[&str],
 ) -> Result<Ran, LadderError> {
     let loose = run.sample(times, outputs)?;
-    let values = rung.run(end, tighter)?.sample(times, outputs)?;
+    let values = rung.run(end, tighter, true)?.sample(times, outputs)?;
     let apart = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let rounding = |values: &Vec<f64>| f64::EPSILON * values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let errors = loose.iter().zip(&values).map(|pair| apart(pair).max(rounding(pair.1))).collect();

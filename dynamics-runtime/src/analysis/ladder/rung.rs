@@ -44,8 +44,10 @@ impl<'m, M: Simulate> Rung<'m, M> {
         self
     }
 
-    fn simulation(&self, end: f64, tolerance: f64) -> Simulation<'m, M> {
+    fn simulation(&self, end: f64, tolerance: f64, short_steps: bool) -> Simulation<'m, M> {
         let simulation = self.model.simulate(self.start).until(end).tolerance(tolerance);
+        let simulation =
+            if short_steps { runs::with_short_steps(simulation, (self.start.t(), end)) } else { simulation };
         match &self.options {
             Some(options) => options(simulation),
             None => simulation,
@@ -75,7 +77,7 @@ pub(super) trait AnyRung {
     /// The unit of one of them, empty where it is not known.
     fn unit(&self, output: &str) -> Result<&'static str, LadderError>;
     /// Runs it.
-    fn run(&self, end: f64, tolerance: f64) -> Result<Box<dyn AnyMotion + '_>, LadderError>;
+    fn run(&self, end: f64, tolerance: f64, short_steps: bool) -> Result<Box<dyn AnyMotion + '_>, LadderError>;
     /// Runs it, keeps nothing and takes the time.
     fn time(&self, end: f64, tolerance: f64) -> Option<Duration>;
 }
@@ -129,15 +131,15 @@ impl<M: Simulate> AnyRung for Rung<'_, M> {
         })
     }
 
-    fn run(&self, end: f64, tolerance: f64) -> Result<Box<dyn AnyMotion + '_>, LadderError> {
+    fn run(&self, end: f64, tolerance: f64, short_steps: bool) -> Result<Box<dyn AnyMotion + '_>, LadderError> {
         let failed = |reason: String| LadderError::Fails { rung: self.name.clone(), tolerance, reason };
-        let motion = self.simulation(end, tolerance).run().map_err(|error| failed(in_a_line(&error)))?;
+        let motion = self.simulation(end, tolerance, short_steps).run().map_err(|error| failed(in_a_line(&error)))?;
         reaches(&motion.end(), end).map_err(failed)?;
         Ok(Box::new(Moved { rung: self, motion }))
     }
 
     fn time(&self, end: f64, tolerance: f64) -> Option<Duration> {
-        runs::once(self.simulation(end, tolerance))
+        runs::once(self.simulation(end, tolerance, false))
     }
 }
 

@@ -36,7 +36,7 @@ enum Kind<M: Simulate> {
 
 impl<M: Simulate> Default for Reference<M> {
     /// DOP853 and Dormand–Prince 5(4) at tolerance 1e-14; where a run of theirs fails, as beside change points, where rounding counts, Verner 9(8) and DOP853 at the
-    /// tightest of 1e-13, 1e-12, 1e-11 and 1e-10 at which they do not.
+    /// tightest of 1e-13, 1e-12, 1e-11 and 1e-10 at which they do not. No step of a reference is longer than a five-hundredth of the motion, unless options say another `.max_step(..)`.
     fn default() -> Self {
         Self(Kind::Chosen)
     }
