@@ -662,16 +662,14 @@ pub(crate) fn apart<M: Constraints>(
     (!near).then(|| (M::ROWS[row].name, residual[row]))
 }
 
-/// What turns residuals into distances, and what these are judged by.
+/// What turns residuals into distances.
 struct Distances<'w> {
     gradients: Gradients<'w>,
-    /// 1 + |q|.
-    size: f64,
 }
 
 impl<'w> Distances<'w> {
     fn of<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
-        Self { gradients: Gradients::of(model, state, workspace), size: 1.0 + max_abs(state.q().as_slice()) }
+        Self { gradients: Gradients::of(model, state, workspace) }
     }
 
     /// |residual|/‖Φ_q‖ of a row.
