@@ -128,3 +128,21 @@ fn changes_are_judged_by_their_size() {
         assert!(run(1e-8).unwrap().events().iter().any(|event| !event.impacts.is_empty()), "{size:e}");
     }
 }
+
+/// Drift ends a run by its part of the mechanism. By parts of 1 m a micrometre's lost its rod without a word.
+#[test]
+fn drift_is_judged_by_its_size() {
+    let mut ends = Vec::new();
+    for size in SIZES {
+        let model = Dumbbell { g: 0.0, ..dumbbell(size) };
+        let start = model.state().v(size).y_rate(-2.0 * size).w_rate(2.0 * size);
+        let start = start.release("first").release("second").release("stick").build().unwrap();
+        let run = model.simulate(start).until(100.0).method(methods::Rk4).fixed_step(0.1);
+        let error = run.formulation(Formulation::Augmented).run().unwrap_err();
+        let Kind::Drift { row: "rod", distance, limit, .. } = error.kind else { panic!("{size:e}: {error}") };
+        assert!(distance > limit && limit > 5e-4 * size && limit < 6e-3 * size, "{size:e}: {error}");
+        ends.push(error.time);
+    }
+    // Of what is larger than a metre coordinates count alone, so that limits are up to two times tighter.
+    assert!(ends[0] > 1.0 && ends[1] == ends[0] && ends[2] == ends[0] && ends[3] > 0.3 * ends[0], "{ends:?}");
+}

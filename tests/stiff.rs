@@ -242,3 +242,31 @@ fn stiff_reactions_are_met_where_the_motion_has_them() {
         assert!((times(&alpha)[0] - breaks).abs() < 1e-4, "{k:e} {c}: {:?} {breaks}", times(&alpha));
     }
 }
+
+/// The same where nothing acts: the time that is reported is the method's, not its interpolant's, and the motion is what it is without the event.
+#[test]
+fn stiff_reactions_that_are_only_watched_are_met_likewise() {
+    let mut worst = 0.0_f64;
+    for (k, c) in [(1e4, 400.0), (1e4, 2000.0), (1e6, 2e4)] {
+        let tow = Tow { mass: 1.0, k, c, soft: 40.0, limit: 10.0, slips: 6.0, speed: 1.0 };
+        let start = tow.state().x_rate(1.0).z_rate(1.0).build().unwrap();
+        let breaks = tow.breaks_away();
+        for method in [methods::Any::from(methods::Radau5), methods::Esdirk4.into()] {
+            for tolerance in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
+                let run = tow.simulate(start).until(1.5 * breaks).method(&method).tolerance(tolerance);
+                let motion = run.run().unwrap_or_else(|e| panic!("{k:e} {c} {method} {tolerance:e}: {e}"));
+                let [told] = motion.events() else { panic!("{k:e} {c} {method} {tolerance:e}") };
+                let late = (told.time() - breaks) / tolerance;
+                worst = worst.max(late.abs());
+                println!("{k:e} {c} {method} {tolerance:e}: {late:.2} tolerances, {:?}", motion.counts());
+                // The state is that of the instant, and none of a step that was made to find it is left.
+                let state = &told.before;
+                assert!((state.t() - told.time()).abs() == 0.0 && (motion.end_time() - 1.5 * breaks).abs() < 1e-12);
+                let times: Vec<f64> = motion.steps().map(|state| state.t()).collect();
+                assert!(times.is_sorted() && !times.contains(&told.time()), "{k:e} {c} {method} {tolerance:e}");
+            }
+        }
+    }
+    println!("{worst} tolerances at most");
+    assert!(worst < 2.0, "{worst}");
+}

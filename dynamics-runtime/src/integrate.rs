@@ -396,7 +396,7 @@ impl<V: Vector> Knot<V> {
 ///
 /// `attempt` makes a trial step and keeps its stages; `finish` evaluates q̈ at its end; `dense` builds the interpolant.
 /// They are called in this order, each at most once per step.
-pub trait Scheme<V: Vector> {
+pub trait Scheme<V: Vector>: Clone {
     /// Which method this is.
     const METHOD: Method;
     /// Order of the step.

@@ -137,7 +137,7 @@ plain! {
     /// Störmer's and Verlet's method, symplectic, with a fixed step: [`integrate::StormerVerlet`]. For models without constraints whose mass matrix is constant
     /// and whose forces have no velocities.
     StormerVerlet: Separable
-    /// The same with holonomic constraints: [`integrate::Rattle`].
+    /// The same with holonomic constraints: [`integrate::Rattle`]. Ends with an error at change points, positions where constraints lose rank; [`Dop853`] passes them.
     Rattle: SeparableHolonomic
     /// Störmer–Verlet composed to order 4: [`integrate::Composition4`].
     Composition4: Separable

@@ -5,7 +5,7 @@ use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
 
 use super::curves::{self, Curve};
-use super::{DRIFTING, EXACT, STARTS, methods, scene};
+use super::{DRIFTING, EXACT, STARTS, methods, neutral::Neutral, scene};
 
 /// y² = x⁶, led along x.
 #[derive(Clone, Debug, Dynamics)]
@@ -203,31 +203,6 @@ fn long_steps_stay_on_their_branch_or_say_so() {
     }
     println!("{right} right, {refused} refused");
     assert!(right > 60, "{right}");
-}
-
-/// Four bars, a + b = c + d.
-#[derive(Clone, Debug, Dynamics)]
-#[coordinates(crank: rad, coupler: rad, rocker: rad)]
-#[units(inertia: kg * m^2, lengths: m)]
-struct Neutral {
-    inertia: f64,
-    lengths: [f64; 4],
-}
-
-#[dynamics]
-impl Neutral {
-    fn bar(&self, length: f64, angle: Expr) -> Vec2 {
-        length * vec2(angle.cos(), angle.sin())
-    }
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.inertia * (q.crank.dt().powi(2) + 0.3 * q.coupler.dt().powi(2) + 1.4 * q.rocker.dt().powi(2))
-    }
-    #[holonomic]
-    fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-        let [a, b, c, d] = self.lengths;
-        self.bar(a, q.crank) + self.bar(b, q.coupler) - self.bar(c, q.rocker) - vec2(d, 0.0)
-    }
 }
 
 /// RATTLE moves the end of a step along the gradients where it starts, which does not lead to the constraints beside a change point: it says what that is, and what passes.

@@ -6,6 +6,8 @@
 mod closures;
 mod curves;
 mod elsewhere;
+#[path = "../models/neutral.rs"]
+mod neutral;
 
 use curves::*;
 use dynamics::methods::Any;

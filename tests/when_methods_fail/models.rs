@@ -8,6 +8,8 @@ pub(crate) mod double_pendulum;
 pub(crate) mod hencky;
 #[path = "../models/kepler.rs"]
 pub(crate) mod kepler;
+#[path = "../models/neutral.rs"]
+pub(crate) mod neutral;
 #[path = "../models/top.rs"]
 pub(crate) mod top;
 #[path = "../models/truss.rs"]

@@ -273,11 +273,17 @@ fn own_size<M: Constraints>(model: &M, unit: &str) -> f64 {
     if largest > 0.0 { largest.min(1.0) } else { 1.0 }
 }
 
-/// The size against which a row of this gradient is judged where contacts are met and left, for coordinates or, per unit of time, velocities: that of the model and the largest value of the same unit together.
+/// The size against which a row of this gradient is judged where contacts are met and left, and by what it may drift, for coordinates or, per unit of time, velocities: that of the model and the largest value of the same unit together.
 #[cfg(feature = "alloc")]
 pub(crate) fn size_along<M: Constraints>(model: &M, values: &[f64], gradient: &[f64]) -> f64 {
     let of_unit = |unit: &str| own_size(model, unit) + largest_of::<M>(values, unit);
     along::<M>(gradient, of_unit).unwrap_or_else(|| size(values))
+}
+
+/// No [size](size_along) of a row is less.
+#[cfg(feature = "alloc")]
+pub(crate) fn least_size<M: Constraints>(model: &M) -> f64 {
+    M::COORDINATES.iter().map(|coordinate| own_size(model, coordinate.unit)).fold(1.0, f64::min)
 }
 
 /// 1 + |v|∞.

@@ -9,6 +9,8 @@
 //!   long in 1/h, as the step is all but exactly a motion of a nearby energy. True while M is constant and forces have no velocities:
 //!   simulations refuse other models, as M(q) brings velocities into Q. Systems that do not say so
 //!   ([`System::has_velocity_forces`]) are evaluated twice per step, which keeps order 2 and nothing else.
+//! * **Change points** are not passed: beside a position where constraints lose rank their gradients where a step starts do not lead onto Φ = 0 where it ends. Simulations end there with an error that
+//!   names the position, and what passes it.
 //! * **Resonance**: steps near hω = π/2, 2π/3, … of a nonlinear oscillation excite it by the step; hω < 1 is safe.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
 //! * **Stability**: oscillations to hω = 2.

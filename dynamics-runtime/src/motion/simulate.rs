@@ -279,8 +279,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Ends the simulation with an error where a constraint has drifted by more than this part of 1 + |q|, as |Φ|/‖Φ_q‖, or its
-    /// velocities by more than this part of 1 + |q̇|, as |Φ̇|/‖Φ_q‖ or |A q̇ + b|/‖A‖; infinite: never. Default 1e-3. Matters to formulations that let constraints drift.
+    /// Ends the simulation with an error where a constraint has drifted by more than this part of s + |q|, as |Φ|/‖Φ_q‖, or its
+    /// velocities by more than this part of s + |q̇|, as |Φ̇|/‖Φ_q‖ or |A q̇ + b|/‖A‖, of the coordinates in its row, by unit; s is the model's largest parameter of the same unit, at most 1, and 1
+    /// of angles and where there is none. Infinite: never. Default 1e-3. Matters to formulations that let constraints drift.
     pub fn drift_limit(mut self, limit: f64) -> Self {
         self.drift_limit = limit;
         self

@@ -72,6 +72,18 @@ const LIMIT: f64 = 1e-5;
 /// Weight of the last step in the mean sensitivity.
 const FADE: f64 = 0.1;
 
+/// What steps leave in an [`Upkeep`].
+pub(crate) struct Noted<M: Constraints> {
+    upkept: Upkept,
+    push: M::Vector,
+    pace: Pace,
+    look: Option<drifting::Look<M::Rows>>,
+    usual: Option<f64>,
+    latest: Option<f64>,
+    moved: Option<f64>,
+    held: Option<Tolerances>,
+}
+
 /// Keeps the constraints of one run; what it works in is allocated once.
 pub(crate) struct Upkeep<M: Constraints> {
     pub(crate) formulation: Option<Formulation>,
@@ -145,6 +157,19 @@ impl<M: Constraints> Upkeep<M> {
             under_way: false,
             workspace,
         }
+    }
+
+    /// What steps have left in it so far.
+    pub(crate) fn noted(&self) -> Noted<M> {
+        let Self { upkept, push, pace, look, usual, latest, moved, held, .. } = *self;
+        Noted { upkept, push, pace, look, usual, latest, moved, held }
+    }
+
+    /// Forgets what steps have left in it since.
+    pub(crate) fn put_back(&mut self, noted: Noted<M>) {
+        let Noted { upkept, push, pace, look, usual, latest, moved, held } = noted;
+        (self.upkept, self.push, self.pace, self.look) = (upkept, push, pace, look);
+        (self.usual, self.latest, self.moved, self.held) = (usual, latest, moved, held);
     }
 
     /// The memory that it worked in.
@@ -637,16 +662,14 @@ pub(crate) fn apart<M: Constraints>(
     (!near).then(|| (M::ROWS[row].name, residual[row]))
 }
 
-/// What turns residuals into distances, and what these are judged by.
+/// What turns residuals into distances.
 struct Distances<'w> {
     gradients: Gradients<'w>,
-    /// 1 + |q|.
-    size: f64,
 }
 
 impl<'w> Distances<'w> {
     fn of<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
-        Self { gradients: Gradients::of(model, state, workspace), size: 1.0 + max_abs(state.q().as_slice()) }
+        Self { gradients: Gradients::of(model, state, workspace) }
     }
 
     /// |residual|/‖Φ_q‖ of a row.

@@ -215,7 +215,7 @@ impl fmt::Display for SimulationErrorKind {
                     true =>
                         "they have a tangent in common, and steps beside it ended on another branch than that of the motion",
                     false => {
-                        "on which of them the motion goes on, if on any, is not decided (a gradient that only fades, to 1e-5 of its longest, looks the same: divide the row by its size)"
+                        "on which of them the motion goes on, if on any, is not decided (one that only becomes short, to 1e-5 of what it was, may look the same: divide the row by its size)"
                     }
                 }
             ),

@@ -43,6 +43,8 @@ pub(crate) trait Steps<M: Simulate> {
     fn reject(&mut self, step: &Step<M::Vector>);
     fn go_back(&mut self, to: &Knot<M::Vector>);
     fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>);
+    /// Another one that stands where this one does, if its steps may be so stiff that interpolants know less than their ends.
+    fn twin(&self) -> Option<Box<dyn Steps<M> + '_>>;
 }
 
 impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
@@ -108,5 +110,9 @@ impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
 
     fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>) {
         self.end_at_branch(made);
+    }
+
+    fn twin(&self) -> Option<Box<dyn Steps<M> + '_>> {
+        S::STABILITY_BORDER.is_infinite().then(|| Box::new(self.clone()) as Box<dyn Steps<M> + '_>)
     }
 }

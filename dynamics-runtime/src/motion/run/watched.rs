@@ -3,7 +3,8 @@
 //! A crossing is found by the interpolant, but a step ends where the method itself has it: it is made again to end there. What the interpolant is off, within what is permitted,
 //! functions that read stiff forces amplify: the reaction to a spring of 10⁶ N/m is off by 1 N for a micrometre, and with it an instant by hundreds of tolerances. Ends of steps
 //! know better, as what is stiff has died out there. So the place is corrected by the slope of the interpolant, and where that leads far from where it had the crossing, by secants
-//! of what the steps made again give, in a bracket. The crossings of such a step are looked for once more, up to its new end.
+//! of what the steps made again give, in a bracket. The crossings of such a step are looked for once more, up to its new end. Crossings at which nothing acts are put there likewise where methods are
+//! implicit, by steps of a second stepper, so that the motion is what it is without them: two or three steps for each.
 
 use alloc::vec::Vec;
 use core::cell::RefCell;
@@ -12,8 +13,8 @@ use super::super::driver::Interpolant;
 use super::super::error::SimulationErrorKind as Kind;
 use super::super::record::EventRecord;
 use super::super::watch::Flow;
-use super::{Flight, Halt, Plan, Sink, evaluation, halt};
-use crate::integrate::{Crossing, Dense, Direction, Step};
+use super::{Flight, Halt, Plan, Sink, Steps, evaluation, halt};
+use crate::integrate::{Crossing, Dense, Direction, Knot, Step};
 use crate::model::{Model, ModelState};
 use crate::motion::Simulate;
 
@@ -53,10 +54,14 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let mut known: Vec<Crossing> = Vec::new();
         loop {
             let (dense, mut events) = self.look(&mut step, &known)?;
+            if !events.is_empty() {
+                self.sharpen(&step, &*dense, &mut events);
+            }
             let watch = &mut self.plan.watch;
             let Some(acting) = watch.first_acting() else {
                 watch.carry_on();
                 self.check_sides(sink, &step)?;
+                in_order(&mut events, h);
                 events.into_iter().for_each(|event| sink.event(event));
                 return self.hand_over(sink, &step).map_err(at);
             };
@@ -66,7 +71,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             let reached = if known.contains(&crossing) {
                 Reached::Near
             } else {
-                match self.end_at(&mut step, &*dense, &crossing) {
+                match end_at(self.stepper, self.plan, (&mut step, &*dense), &crossing) {
                     Ok(reached) => reached,
                     Err(halt) => return Err(self.take_back(&whole, halt)),
                 }
@@ -79,6 +84,9 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             let moves = !matches!(reached, Reached::Start);
             if moves {
                 self.check_sides(sink, &step)?;
+            } else {
+                // Implicit methods have no step of length zero. It counts, so that events without end come to that of the steps.
+                self.stepper.reject(&whole);
             }
             let end = self.now();
             let places = self.plan.watch.found.iter().map(|found| is_at(found, &crossing));
@@ -88,6 +96,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
                     (event.before, event.after) = (end, end);
                 }
             }
+            in_order(&mut events, h);
             events.into_iter().for_each(|event| sink.event(event));
             let flow = if moves { self.hand_over(sink, &step).map_err(at)? } else { Flow::Continue };
             let acted = self.act(sink, acting, step.h)?;
@@ -120,72 +129,93 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         Ok((dense, events))
     }
 
-    /// Ends the step at the crossing, by the method itself and not by its interpolant: a few corrections put the event
-    /// function to zero at the state that results.
-    fn end_at(
-        &mut self,
-        step: &mut Step<M::Vector>,
-        dense: &dyn Dense<M::Vector>,
-        crossing: &Crossing,
-    ) -> Result<Reached, Halt> {
-        let whole = *step;
-        let at = |kind| Halt { kind, h: whole.h };
-        let mut search = Search::new(crossing);
-        let (mut theta, mut stands) = (crossing.theta, true);
-        loop {
-            let end_t = whole.start.t + theta * whole.h;
-            if theta <= 0.0 || end_t == whole.start.t {
-                // Implicit methods have no step of length zero. It counts, so that events without end come to that of the steps.
-                self.stepper.reject(&whole);
-                return Ok(Reached::Start);
+    /// Puts the events that nothing acts at where the method itself has them, by steps of another stepper, of which nothing is left.
+    fn sharpen(&mut self, whole: &Step<M::Vector>, dense: &dyn Dense<M::Vector>, events: &mut [EventRecord<M::State>]) {
+        let found = &self.plan.watch.found;
+        let acting = self.plan.watch.first_acting().map(|acting| found[acting]);
+        let apart = |crossing: &Crossing| !acting.is_some_and(|acting| is_at(crossing, &acting));
+        let found: Vec<Crossing> = found[..events.len()].to_vec();
+        let Some(mut twin) = self.stepper.twin() else { return };
+        let Plan { plant, .. } = &mut *self.plan;
+        let (branches, noted, listener) = ((plant.branches, plant.known), plant.upkeep.noted(), plant.listener.take());
+        for (event, crossing) in events.iter_mut().zip(&found).filter(|(_, crossing)| apart(crossing)) {
+            let mut step = *whole;
+            // Where no step ends there, what the interpolant says is all that is known.
+            if let Ok(Reached::Near | Reached::Far) = end_at(&mut *twin, self.plan, (&mut step, dense), crossing) {
+                let Knot { t, y, .. } = step.end;
+                let state = self.plan.plant.state(t, &y.q, &y.u);
+                (event.before, event.after) = (state, state);
             }
-            let Plan { plant, watch, .. } = &mut *self.plan;
-            *step = match self.stepper.shorten(plant, &whole, end_t) {
-                Ok(step) => step,
-                // What was found before counts.
-                Err(_) if search.best.is_some() => {
-                    stands = false;
-                    break;
-                }
-                Err(error) => return Err(halt::<M>(error)),
-            };
-            let reached = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
-            let miss = watch.value(crossing.index, &reached).map_err(at)?;
-            if !search.note(theta, miss) {
+        }
+        let Plan { plant, .. } = &mut *self.plan;
+        (plant.branches, plant.known) = branches;
+        plant.upkeep.put_back(noted);
+        plant.listener = listener;
+    }
+}
+
+/// Ends the step at the crossing, by the method itself and not by its interpolant: a few corrections put the event
+/// function to zero at the state that results.
+fn end_at<M: Simulate>(
+    stepper: &mut dyn Steps<M>,
+    plan: &mut Plan<'_, '_, M>,
+    (step, dense): (&mut Step<M::Vector>, &dyn Dense<M::Vector>),
+    crossing: &Crossing,
+) -> Result<Reached, Halt> {
+    let whole = *step;
+    let at = |kind| Halt { kind, h: whole.h };
+    let mut search = Search::new(crossing);
+    let (mut theta, mut stands) = (crossing.theta, true);
+    loop {
+        let end_t = whole.start.t + theta * whole.h;
+        if theta <= 0.0 || end_t == whole.start.t {
+            return Ok(Reached::Start);
+        }
+        let Plan { plant, watch, .. } = &mut *plan;
+        *step = match stepper.shorten(plant, &whole, end_t) {
+            Ok(step) => step,
+            // What was found before counts.
+            Err(_) if search.best.is_some() => {
+                stands = false;
                 break;
             }
-            let Some(slope) = self.slope(&whole, dense, crossing, theta)? else { break };
-            let Some(better) = search.next(slope) else { break };
-            theta = better;
-        }
-        // The last correction may have been the worse one.
-        let theta = search.found().unwrap_or(theta);
-        let end_t = whole.start.t + theta * whole.h;
-        if !stands || end_t != step.end.t {
-            *step = self.stepper.shorten(&mut self.plan.plant, &whole, end_t).map_err(halt::<M>)?;
-        }
-        Ok(if (theta - crossing.theta).abs() <= NEAR { Reached::Near } else { Reached::Far })
-    }
-
-    /// The slope of the event function by the interpolant. Where it jumps, as a reaction does where a force jumps, a secant leads away from the place: half-way it
-    /// is on one side of the jump. A kink whose slopes are less than five to one apart bends less; of a sharper one the interpolant's place is taken.
-    fn slope(
-        &mut self,
-        whole: &Step<M::Vector>,
-        dense: &dyn Dense<M::Vector>,
-        crossing: &Crossing,
-        theta: f64,
-    ) -> Result<Option<f64>, Halt> {
-        let Plan { plant, watch, options, .. } = &mut *self.plan;
-        let (a, b) = ((theta - NEAR).max(0.0), (theta + NEAR).min(1.0));
-        let mut g = |theta| {
-            let state = plant.within(dense, whole, &options.tolerances, theta);
-            watch.value(crossing.index, &state).map_err(|kind: Kind| Halt { kind, h: whole.h })
+            Err(error) => return Err(halt::<M>(error)),
         };
-        let (from, to) = (g(a)?, g(b)?);
-        let jumps = (g(0.5 * (a + b))? - 0.5 * (from + to)).abs() > JUMPS * (to - from).abs();
-        Ok((!jumps).then_some((to - from) / (b - a)))
+        let reached = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
+        let miss = watch.value(crossing.index, &reached).map_err(at)?;
+        if !search.note(theta, miss) {
+            break;
+        }
+        let Some(slope) = slope(plan, (&whole, dense), crossing, theta)? else { break };
+        let Some(better) = search.next(slope) else { break };
+        theta = better;
     }
+    // The last correction may have been the worse one.
+    let theta = search.found().unwrap_or(theta);
+    let end_t = whole.start.t + theta * whole.h;
+    if !stands || end_t != step.end.t {
+        *step = stepper.shorten(&mut plan.plant, &whole, end_t).map_err(halt::<M>)?;
+    }
+    Ok(if (theta - crossing.theta).abs() <= NEAR { Reached::Near } else { Reached::Far })
+}
+
+/// The slope of the event function by the interpolant. Where it jumps, as a reaction does where a force jumps, a secant leads away from the place: half-way it
+/// is on one side of the jump. A kink whose slopes are less than five to one apart bends less; of a sharper one the interpolant's place is taken.
+fn slope<M: Simulate>(
+    plan: &mut Plan<'_, '_, M>,
+    (whole, dense): (&Step<M::Vector>, &dyn Dense<M::Vector>),
+    crossing: &Crossing,
+    theta: f64,
+) -> Result<Option<f64>, Halt> {
+    let Plan { plant, watch, options, .. } = plan;
+    let (a, b) = ((theta - NEAR).max(0.0), (theta + NEAR).min(1.0));
+    let mut g = |theta| {
+        let state = plant.within(dense, whole, &options.tolerances, theta);
+        watch.value(crossing.index, &state).map_err(|kind: Kind| Halt { kind, h: whole.h })
+    };
+    let (from, to) = (g(a)?, g(b)?);
+    let jumps = (g(0.5 * (a + b))? - 0.5 * (from + to)).abs() > JUMPS * (to - from).abs();
+    Ok((!jumps).then_some((to - from) / (b - a)))
 }
 
 /// The search for the part of a step that ends at a crossing.
@@ -268,6 +298,11 @@ impl Search {
         let worse = self.far && miss.abs() > BETTER * self.first.1.abs();
         Some(if worse { self.first.0 } else { theta })
     }
+}
+
+/// Sorts the events of a step of this length.
+fn in_order<S: ModelState>(events: &mut [EventRecord<S>], h: f64) {
+    events.sort_by(|one, other| (one.time() * h.signum()).total_cmp(&(other.time() * h.signum())));
 }
 
 /// Whether a crossing is at the same place as another one, as far as the interpolant tells.

@@ -9,6 +9,7 @@ use super::super::pace::Turned;
 use super::super::singular::{self, Decided};
 use super::{Distances, Upkeep};
 use crate::constrain::Gradients;
+use crate::constrain::assemble::{least_size, size_along};
 use crate::constrain::held::active_rows;
 use crate::constrain::memory::{max_abs, norm};
 use crate::error::SolveError;
@@ -57,9 +58,10 @@ impl<M: Constraints> Upkeep<M> {
     pub(crate) fn is_far(&mut self, model: &M, state: &M::State, h: f64) -> bool {
         let Some(look) = self.look.filter(|look| look.left > 0 && look.modes == state.modes()) else { return false };
         let Some(Reach { delta, reach }) = self.reach(model, state, h, &look.usual) else { return false };
-        let [of_q, of_u] = [state.q(), state.u()].map(|values| self.drift_limit * (1.0 + max_abs(values.as_slice())));
+        // No row is judged by less.
+        let least = self.drift_limit * least_size(model);
         let little = reach > 0.0 && look.part * reach <= FAR * look.reach;
-        let far = little && delta <= of_q && delta <= h.abs() * of_u;
+        let far = little && delta <= least && delta <= h.abs() * least;
         self.look = Some(Look { left: look.left - 1, ..look });
         far
     }
@@ -88,10 +90,9 @@ impl<M: Constraints> Upkeep<M> {
         }
         let (position, velocity) = (model.residual(state), model.velocity_residual(state));
         let distances = Distances::of(model, state, &mut self.workspace);
-        let of_positions = self.drift_limit * distances.size;
-        let of_velocities = self.drift_limit * (1.0 + max_abs(state.u().as_slice()));
-        let drifted = |what, row: usize, residual, limit| {
+        let drifted = |what, row: usize, residual, values: &M::Vector| {
             let distance = distances.along(row, residual);
+            let limit = self.drift_limit * size_along(model, values.as_slice(), distances.gradients.row(row));
             let row = M::ROWS[row].name;
             // What is not a number, on either side, has drifted.
             let kept = distance <= limit;
@@ -100,8 +101,8 @@ impl<M: Constraints> Upkeep<M> {
         active_rows::<M>(state.modes(), false).find_map(|row| {
             let position = (row < M::Residual::LEN).then(|| position[row]);
             position
-                .and_then(|position| drifted("positions", row, position, of_positions))
-                .or_else(|| drifted("velocities", row, velocity[row], of_velocities))
+                .and_then(|position| drifted("positions", row, position, state.q()))
+                .or_else(|| drifted("velocities", row, velocity[row], state.u()))
         })
     }
 
