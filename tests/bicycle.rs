@@ -211,9 +211,9 @@ fn turns_without_hands() {
     let model = model();
     let at = |speed: f64| {
         let search = model.steady_motions(leaning(speed, [0.0, 0.0])).holding(&["roll", "steer", "rear"]);
-        search.random(150).within("roll", [-1.2, 1.2]).within("steer", [-1.2, 1.2]).run().expect("straight on")
+        search.random(100).within("roll", [-1.2, 1.2]).within("steer", [-1.2, 1.2]).run().expect("straight on")
     };
-    for (speed, count) in [(1.0, 5), (5.0, 5), (6.0, 5), (6.3, 3), (9.0, 3)] {
+    for (speed, count) in [(1.0, 5), (6.0, 5), (6.3, 3)] {
         let found = at(speed);
         // What hangs below the plane rolls, too.
         let above = || found.equilibria.iter().filter(|one| one.state.roll().abs() < std::f64::consts::FRAC_PI_2);
@@ -242,7 +242,7 @@ fn turns_without_hands() {
         assert!(one.state.roll() > 1e-3, "{one}");
         one.state.roll().powi(2)
     };
-    let points = [6.014, 6.018, 6.022].map(|speed| (lean(speed), speed));
+    let points = [6.0215, 6.0228, 6.0238].map(|speed| (lean(speed), speed));
     let weight =
         |k: usize| (0..3).filter(|j| *j != k).map(|j| points[j].0 / (points[j].0 - points[k].0)).product::<f64>();
     let capsize: f64 = (0..3).map(|k| weight(k) * points[k].1).sum();
