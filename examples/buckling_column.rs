@@ -33,19 +33,16 @@ impl Column {
     fn head(&self, q: &Coordinates<Self>) -> Vec2 {
         self.length * vec2(q.theta.sin(), q.theta.cos())
     }
-    /// Both springs are drawn where they are: one beside the hinge, one at the head.
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let (foot, head) = (vec2(0.0, 0.0), self.head(q));
-        let wall = vec2(-0.8 * self.length, head.y);
-        let weight = Drawing::new().arrow(head + vec2(0.0, 0.35), head + vec2(0.0, 0.05)).color(Color::Amber);
-        let column =
-            Drawing::new().ground(vec2(-0.4, 0.0), vec2(0.4, 0.0)).pivot(foot).line(foot, head).dot(head).with(weight);
-        if self.level > 0.0 {
-            column.spring(wall, head)
-        } else {
-            column.arc(foot, 0.2, 0.5 * std::f64::consts::PI - q.theta, 0.5 * std::f64::consts::PI)
-        }
+        let column = Drawing::new()
+            .ground(vec2(-0.4, 0.0), vec2(0.4, 0.0))
+            .pivot(foot)
+            .line(foot, head)
+            .dot(head)
+            .arrow(head + vec2(0.0, 0.35), head + vec2(0.0, 0.05));
+        if self.level > 0.0 { column.spring(vec2(-0.8 * self.length, head.y), head) } else { column }
     }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {

@@ -30,13 +30,12 @@ impl Arch {
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let (apex, b) = (vec2(0.0, q.z), self.half_span);
-        let loaded = Drawing::new().arrow(apex + vec2(0.0, 0.25), apex + vec2(0.0, 0.04)).color(Color::Amber);
         Drawing::new()
             .ground(vec2(-b - 0.1, 0.0), vec2(-b + 0.1, 0.0))
             .ground(vec2(b - 0.1, 0.0), vec2(b + 0.1, 0.0))
             .polyline([vec2(-b, 0.0).into(), apex, vec2(b, 0.0).into()])
             .dot(apex)
-            .with(loaded)
+            .arrow(apex + vec2(0.0, 0.25), apex + vec2(0.0, 0.04))
     }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
