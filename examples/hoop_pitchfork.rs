@@ -29,6 +29,20 @@ impl Hoop {
         let out = self.offset + self.radius * q.theta.sin();
         vec3(out * turned.cos(), out * turned.sin(), -self.radius * q.theta.cos())
     }
+    #[drawing]
+    fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
+        let (s, c) = ((self.speed * q.t).sin(), (self.speed * q.t).cos());
+        let hoop = |angle: f64| {
+            let out = self.offset + self.radius * angle.sin();
+            vec3(out * c, out * s, -self.radius * angle.cos())
+        };
+        let axis = 1.25 * self.radius;
+        Drawing::new()
+            .curve(0.0, std::f64::consts::TAU, 48, hoop)
+            .line(vec3(0.0, 0.0, -axis), vec3(0.0, 0.0, axis))
+            .dot(self.bead(q))
+            .tail("bead", self.bead(q), 0.5)
+    }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
         0.5 * self.mass * self.bead(q).dt().norm_squared()
@@ -84,6 +98,24 @@ fn main() -> common::Outcome {
     assert!(least >= critical - 1e-9 && least < 1.01 * critical);
     println!("{} folds from offset 0.05 m through the cusp to −0.05 m", curve.len());
 
+    // Let go a little beside the bottom: slower than the pitchfork it stays there, faster it leaves, and swings about the position aside.
+    let [slow, fast] = [0.8, 1.4].map(|part| hoop(part * critical, 0.0));
+    let swing = |hoop: &Hoop| hoop.state().theta(0.05).build();
+    let (stays, leaves) =
+        (slow.simulate(swing(&slow)?).until(6.0).run()?, fast.simulate(swing(&fast)?).until(6.0).run()?);
+    let highest =
+        |motion: &Motion<'_, Hoop>| motion.sample(common::times(6.0, 3000)).map(|s| s.theta()).fold(0.0, f64::max);
+    // By the energy in axes that turn, which is kept: cos θ = 2 g/(R ω²) − cos 0.05 where it turns back.
+    let farthest = (2.0 * g / (radius * fast.speed.powi(2)) - 0.05f64.cos()).acos();
+    println!(
+        "at {:.3} rad/s it stays within {:.3} rad, at {:.3} rad/s it swings up to {:.6} rad",
+        slow.speed,
+        highest(&stays),
+        fast.speed,
+        highest(&leaves)
+    );
+    assert!(highest(&stays) < 0.051 && (highest(&leaves) - farthest).abs() < 1e-4);
+
     let mut files = common::Files::of("hoop_pitchfork");
     let born = Panel::new(Axis::new("speed in rad/s"), Axis::new("offset in m"));
     let born = born.line("folds", curve.iter().map(|([speed, offset], _)| (*speed, *offset)));
@@ -93,6 +125,8 @@ fn main() -> common::Outcome {
         .diagram("About a line 1 cm beside it", &imperfect, [imperfect.panel("θ in rad", angle)])
         .panels("Where three positions are possible", "Right of the curve, whose cusp is the pitchfork.", [born])
         .write_html(files.path("hoop_pitchfork.html"))?;
+    let film = Animation::new().add(&stays, "0.8 of the critical speed").add(&leaves, "1.4 times the critical speed");
+    film.speed(0.25).write_html(files.path("bead.html"))?;
     files.list();
     Ok(())
 }

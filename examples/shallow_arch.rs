@@ -27,6 +27,16 @@ impl Arch {
     fn free(&self) -> f64 {
         (self.half_span.powi(2) + self.rise.powi(2)).sqrt()
     }
+    #[drawing]
+    fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
+        let (apex, b) = (vec2(0.0, q.z), self.half_span);
+        Drawing::new()
+            .ground(vec2(-b - 0.1, 0.0), vec2(-b + 0.1, 0.0))
+            .ground(vec2(b - 0.1, 0.0), vec2(b + 0.1, 0.0))
+            .polyline([vec2(-b, 0.0).into(), apex, vec2(b, 0.0).into()])
+            .dot(apex)
+            .arrow(apex + vec2(0.0, 0.25), apex + vec2(0.0, 0.04))
+    }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
         0.5 * self.mass * q.z.dt().powi(2)
@@ -87,6 +97,7 @@ fn main() -> common::Outcome {
         .diagram("Equilibria", &diagram, [statics])
         .panels("The jump", "From rest in the limit point, with the load a thousandth above it.", [motion])
         .write_html(files.path("shallow_arch.html"))?;
+    snap.animation().plot(["z"]).speed(0.25).write_html(files.path("snap.html"))?;
     diagram.write_csv(files.path("equilibria.csv"))?;
     files.list();
     Ok(())

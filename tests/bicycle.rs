@@ -168,3 +168,106 @@ fn the_published_speeds() {
         }
     }
 }
+
+/// A state that leans and steers, at rest in both, with the rear wheel turning as at this speed.
+fn leaning(speed: f64, [roll, steer]: [f64; 2]) -> State<bicycle::Bicycle> {
+    let model = model();
+    let start = model.state().roll(roll).steer(steer).pitch_guess(0.0);
+    let start = start.rear_rate(-speed / model.radius[0]).roll_rate(0.0).steer_rate(0.0);
+    start.assemble().expect("both wheels touch the ground")
+}
+
+/// Where it turns, too, stiffness and damping are the derivatives of the accelerations.
+#[test]
+fn linearised_where_it_turns() {
+    let model = model();
+    let accelerations = |state: &State<bicycle::Bicycle>| {
+        let a = model.accelerations(state).expect("regular");
+        nalgebra::Vector3::new(a[3], a[5], a[6])
+    };
+    for (speed, place) in [(1.0, [0.3, 0.5]), (6.0, [0.1, 0.03]), (5.0, [-0.7, 0.2])] {
+        let linear = model.linearize_in(&leaning(speed, place), &["roll", "steer", "rear"]).expect("regular");
+        let by = linear.mass.clone().try_inverse().expect("inertia") * &linear.stiffness;
+        for k in 0..2 {
+            let moved = |h: f64| {
+                let mut place = place;
+                place[k] += h;
+                accelerations(&leaning(speed, place))
+            };
+            let h = 1e-5;
+            let wanted = (moved(h) - moved(-h)) / (2.0 * h);
+            let off = (0..3).map(|i| (by[(i, k)] + wanted[i]).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-6 * (1.0 + wanted.amax()), "{speed}, {k}: {off:.1e} of {wanted}");
+        }
+        // Nothing depends on the heading.
+        let yaw = linear.coordinates.iter().position(|q| q.name == "yaw").expect("independent");
+        assert!(by.column(yaw).amax() < 1e-11, "{speed}: {by}");
+    }
+}
+
+/// Turns without hands at a speed: two to each side below the capsize speed, one above (P. Basu-Mandal, A. Chatterjee & J. M. Papadopoulos, Proc. R. Soc. A 463 (2007) 1983).
+#[test]
+fn turns_without_hands() {
+    let model = model();
+    let at = |speed: f64| {
+        let search = model.steady_motions(leaning(speed, [0.0, 0.0])).holding(&["roll", "steer", "rear"]);
+        search.random(100).within("roll", [-1.2, 1.2]).within("steer", [-1.2, 1.2]).run().expect("straight on")
+    };
+    for (speed, count) in [(1.0, 5), (6.0, 5), (6.3, 3)] {
+        let found = at(speed);
+        // What hangs below the plane rolls, too.
+        let above = || found.equilibria.iter().filter(|one| one.state.roll().abs() < std::f64::consts::FRAC_PI_2);
+        assert_eq!(above().count(), count, "{speed}: {found}");
+        for one in above() {
+            let rolling = one.state;
+            // What is not looked for stays, and so do the velocities that were given.
+            assert!(
+                (rolling.rear_rate() + speed / model.radius[0]).abs() < 1e-14 && rolling.yaw().abs() < 1e-12,
+                "{one}"
+            );
+            assert!(rolling.roll_rate() == 0.0 && rolling.steer_rate() == 0.0, "{one}");
+            // To the other side as well.
+            let mirror = |other: &Equilibrium<State<bicycle::Bicycle>>| {
+                (other.state.roll() + rolling.roll()).abs() + (other.state.steer() + rolling.steer()).abs() < 1e-10
+            };
+            assert!(found.equilibria.iter().any(mirror), "{found}");
+            let a = model.accelerations(&rolling).expect("regular");
+            assert!([2, 3, 4, 5, 6, 7].into_iter().all(|i| a[i].abs() < 1e-9), "{one}\n{a}");
+        }
+    }
+    // The family that runs forward begins where straight running capsizes: v over lean², carried on to no lean.
+    let lean = |speed: f64| {
+        let guess = (0.37 * (6.024_262 - speed)).sqrt();
+        let one = model.steady_in(&leaning(speed, [guess, 0.29 * guess]), &["roll", "steer", "rear"]).expect("a turn");
+        assert!(one.state.roll() > 1e-3, "{one}");
+        one.state.roll().powi(2)
+    };
+    let points = [6.0215, 6.0228, 6.0238].map(|speed| (lean(speed), speed));
+    let weight =
+        |k: usize| (0..3).filter(|j| *j != k).map(|j| points[j].0 / (points[j].0 - points[k].0)).product::<f64>();
+    let capsize: f64 = (0..3).map(|k| weight(k) * points[k].1).sum();
+    assert!((capsize - 6.024_262_015_388_37).abs() < 1e-7, "{capsize}");
+}
+
+/// It goes round as it was found: for twenty seconds, through more than a turn.
+#[test]
+fn a_turn_goes_on() {
+    let model = model();
+    let one = model.steady_in(&leaning(5.8, [0.26, 0.08]), &["roll", "steer", "rear"]).expect("a turn");
+    let motion = model.simulate(one.state).until(20.0).tolerance(1e-14).run().expect("it rolls");
+    let (mut worst, mut fastest): (f64, f64) = (0.0, 0.0);
+    for k in 0..=200 {
+        let state = motion.at(0.1 * f64::from(k));
+        let off = (state.roll() - one.state.roll()).abs().max((state.steer() - one.state.steer()).abs());
+        worst = worst.max(off).max((state.yaw_rate() - one.state.yaw_rate()).abs());
+        let a = model.accelerations(&state).expect("regular");
+        fastest = [2, 3, 4, 5, 6, 7].iter().fold(fastest, |most, i| a[*i].abs().max(most));
+    }
+    assert!(worst < 1e-9 && fastest < 1e-9, "off by {worst:.1e}, {fastest:.1e} per second squared");
+    assert!(motion.end().yaw().abs() > std::f64::consts::TAU, "{}", motion.end().yaw());
+    // A name that is not independent of the others, and one that is none.
+    let error = model.steady_in(&leaning(5.8, [0.26, 0.08]), &["roll", "steer", "rear", "front"]).unwrap_err();
+    assert!(matches!(error, EquilibriumError::Derivatives(LinearizeError::Dependent { .. })), "{error}");
+    let error = model.steady_in(&leaning(5.8, [0.26, 0.08]), &["lean"]).unwrap_err();
+    assert!(matches!(error, EquilibriumError::Derivatives(LinearizeError::UnknownCoordinate { .. })), "{error}");
+}

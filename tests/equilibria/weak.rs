@@ -58,7 +58,7 @@ mod models {
         }
     }
 
-    /// `fading` tanh x + `slope` |x| + `flat` x⁴/4 + `soft` e^(−x), with a mass y on a spring beside it.
+    /// `fading` tanh x + `slope` |x| + `flat` x⁴/4 + `soft` e^(−x) − `well` e^(−x²), with a mass y on a spring beside it.
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(x, y)]
     pub(super) struct Shapes {
@@ -66,6 +66,7 @@ mod models {
         pub(super) slope: f64,
         pub(super) flat: f64,
         pub(super) soft: f64,
+        pub(super) well: f64,
         pub(super) aside: f64,
         /// A push at this time, as long as 0.1.
         pub(super) pulse: f64,
@@ -82,6 +83,7 @@ mod models {
                 + self.slope * q.x.abs()
                 + 0.25 * self.flat * q.x.powi(4)
                 + self.soft * (-q.x).exp()
+                - self.well * (-q.x.powi(2)).exp()
         }
         #[potential]
         fn spring(&self, q: &Coordinates<Self>) -> Expr {
@@ -93,7 +95,8 @@ mod models {
             Force::along(q.y, (-late.powi(2)).exp())
         }
     }
-    pub(super) const NONE: Shapes = Shapes { fading: 0.0, slope: 0.0, flat: 0.0, soft: 0.0, aside: 0.3, pulse: -1e9 };
+    pub(super) const NONE: Shapes =
+        Shapes { fading: 0.0, slope: 0.0, flat: 0.0, soft: 0.0, well: 0.0, aside: 0.3, pulse: -1e9 };
 
     /// A spring that begins with the fifth power.
     #[derive(Clone, Debug, Dynamics)]
@@ -150,6 +153,18 @@ fn from_far_along_constraints() {
         // By the angle, too, Newton's method goes down from below the horizontal, and up from above.
         let y = if degrees < 90 { -1.0 } else { 1.0 };
         assert!(one.state.x().abs() < 1e-14 && (one.state.y() - y).abs() < 1e-15, "{degrees}°: {one}");
+    }
+    // Level the force along the circle is greatest, and its slope is zero: it begins to fall.
+    for l in [1e-3, 1.0, 1e3] {
+        let model = Cartesian { l, ..model };
+        for side in [1.0, -1.0] {
+            let one = model.equilibrium(&model.state().x(side * l).build().unwrap());
+            let one = one.unwrap_or_else(|error| panic!("{l}, {side}: {error}"));
+            assert!(one.state.x().abs() < 1e-14 * l && (one.state.y() + l).abs() < 1e-15 * l, "{l}, {side}: {one}");
+        }
+        let level = model.state().x(l).build().unwrap();
+        let found = model.equilibria(level).random(20).spread(l).run().unwrap();
+        assert!(found.equilibria.len() == 2 && found.failures.is_empty(), "{l}: {found}");
     }
     let bowl = Bowl { m: 1.0, a: 0.1, g: 9.81 };
     for [x, y] in [[0.05, 0.02], [0.5, 0.1], [0.3, -0.7], [4.0, 3.0], [-100.0, 1.0]] {
@@ -214,6 +229,17 @@ fn forces_that_fade_away_are_no_balance() {
             "e^−x from {x}: {error}"
         );
     }
+    // So far from a well that neither its force nor its stiffness is a number above zero: nothing there says that it ends, and nothing holds it.
+    let well = Shapes { well: 1.0, ..NONE };
+    for x in [30.0, 40.0, 1000.0, 1e6] {
+        let far = well.state().x(x).y(0.3).build().unwrap();
+        for error in [well.equilibrium(&far).map(drop), well.stability(&far).map(drop)] {
+            let error = error.expect_err(&format!("−e^−x² from {x}"));
+            assert!(matches!(error, EquilibriumError::Faded { coordinate: "x", .. }), "−e^−x² from {x}: {error}");
+        }
+    }
+    let inside = well.equilibrium(&well.state().x(0.4).build().unwrap()).unwrap();
+    assert!(inside.state.x().abs() < 1e-15 && well.stability(&inside.state).unwrap().is_stable(), "{inside}");
     // What nothing acts on stays where it is, and is at rest there.
     let free = NONE.equilibrium(&NONE.state().x(5.0).build().unwrap()).unwrap();
     assert_eq!((free.state.x(), free.state.y()), (5.0, 0.3));

@@ -131,6 +131,7 @@ fn a_section_that_is_not_crossed_says_how_near_it_was() {
     for said in [
         model.poincare(start).run().unwrap_err(),
         model.poincare(start).every(1.0).points(0).run().unwrap_err(),
+        model.poincare(start).section(|s| s.theta(), Direction::Any).every(1.0).until(9.0).run().unwrap_err(),
         model.poincare(start).section(|s| s.theta(), Direction::Any).run().unwrap_err(),
         model.poincare(start).every(0.0).run().unwrap_err(),
         model.poincare(start).every(1.0).fold("theta", -1.0).run().unwrap_err(),

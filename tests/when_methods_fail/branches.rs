@@ -152,6 +152,8 @@ fn forces_that_fade_away_balance_nothing() {
     let shape = Shape { fading: 1.0, slope: 0.0 };
     let error = shape.equilibrium(&shape.state().x(0.5).build().unwrap()).unwrap_err();
     assert!(matches!(error, EquilibriumError::Faded { coordinate: "x", .. }), "{error}");
+    let error = shape.equilibrium(&shape.state().x(1e4).build().unwrap()).unwrap_err();
+    assert!(matches!(error, EquilibriumError::Faded { coordinate: "x", .. }), "{error}");
 }
 
 #[test]

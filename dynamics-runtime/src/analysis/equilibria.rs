@@ -3,6 +3,7 @@
 //! ```text
 //! let hanging = model.equilibrium(&start)?;                                              // the one that Newton's method finds from a start
 //! let all = model.equilibria(start).random(200).within("x", [-1.0, 1.0]).run()?;         // from many starts, each once
+//! let turns = model.steady_motions(riding).random(50).within("lean", [-1.0, 1.0]).run()?;  // motions that stay as they are
 //! println!("{}", model.stability(&hanging.state)?);
 //! ```
 //!
@@ -29,6 +30,7 @@ pub use search::{Found, Search};
 pub use stability::{Stability, StabilityVerdict, Undecided};
 
 use crate::analysis::LinearizeError;
+use crate::analysis::linearize::indices;
 use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
 use crate::constrain::{Mechanism, Reaction, project_positions, with_workspace};
@@ -63,6 +65,25 @@ pub trait Equilibria: Constraints + Powers {
     /// As [`Equilibria::equilibrium`], and where the motion that is found does not stay.
     fn steady(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
         find(self, start, Asked { moving: true, ..Asked::REST })
+    }
+
+    /// As [`Equilibria::steady`] of what rolls, where these velocities are the independent ones that stay as they are in the start, by the names of their coordinates: of a bicycle
+    /// `["roll", "steer", "rear"]`, the first two of them 0, for turns at a given speed.
+    ///
+    /// # Errors
+    /// Also where a name is not a coordinate, or its velocity is not independent of the others.
+    fn steady_in(
+        &self,
+        start: &Self::State,
+        independent: &[&str],
+    ) -> Result<Equilibrium<Self::State>, EquilibriumError> {
+        find_holding(self, start, Asked { moving: true, ..Asked::REST }, &indices::<Self>(independent)?)
+    }
+
+    /// A search for steady motions from many starts, all of them with the velocities of this state, of what rolls the independent ones. Random starts differ in the coordinates that have a range
+    /// ([`Search::within`]): give one to what is looked for, as the lean, and none to what only counts what happens, as the place.
+    fn steady_motions(&self, around: Self::State) -> Search<'_, Self> {
+        Search::new(self, around).moving()
     }
 
     /// Whether it stays in an equilibrium or a steady motion: by energy where that is conserved, by the eigenvalues of small motions elsewhere, and told apart where
@@ -140,6 +161,16 @@ pub(super) fn find<M: Constraints>(
     start: &M::State,
     asked: Asked,
 ) -> Result<Equilibrium<M::State>, EquilibriumError> {
+    find_holding(model, start, asked, &[])
+}
+
+/// As [`find`]; of what rolls the velocities of these coordinates stay, if there are any.
+fn find_holding<M: Constraints>(
+    model: &M,
+    start: &M::State,
+    asked: Asked,
+    held: &[usize],
+) -> Result<Equilibrium<M::State>, EquilibriumError> {
     if M::FRICTION {
         return Err(LinearizeError::Friction.into());
     }
@@ -150,7 +181,7 @@ pub(super) fn find<M: Constraints>(
         start.u_mut().as_mut_slice().fill(0.0);
     }
     if rolls::<M>(&start) && start.u().as_slice().iter().any(|u| *u != 0.0) {
-        return rolling::find(model, &start);
+        return rolling::find(model, &start, held);
     }
     let constants = model.constants().map_err(SolveError::from)?;
     with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut start, memory))?;

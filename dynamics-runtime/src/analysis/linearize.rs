@@ -36,7 +36,7 @@ use crate::constrain::held::active_rows;
 use crate::constrain::{check_start, solve_once};
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
 pub(super) use modes::eigenvector;
-pub(super) use reduce::{Tangent, scales};
+pub(super) use reduce::{Tangent, indices, scales};
 pub(super) use spectrum::{drop_rounding, general, symmetric as undamped, with_potential};
 pub(super) use steady::later;
 
@@ -284,7 +284,7 @@ fn linearize<M: Constraints>(model: &M, state: &M::State, wanted: &[&str]) -> Re
     }
     check_start(model, state)?;
     refuse_corner(model, state)?;
-    let preferred = reduce::indices::<M>(wanted)?;
+    let preferred = indices::<M>(wanted)?;
     let read = Read::of(model, state)?;
     if !preferred.is_empty() {
         return in_coordinates(model, state, &read, [&preferred; 2]);

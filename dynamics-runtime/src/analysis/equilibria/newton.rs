@@ -4,7 +4,8 @@
 //! that any λ makes of the forces weighed by the inertias at the start, and K its derivative (`Statics::covariant`): both are those of the place and not of the coordinates that happen to be
 //! independent there. By height a pendulum's weight is the same force all around, which no Newton step can make smaller. Where less than a 32nd of the step is admitted, K is nearly singular and the direction worth little: a
 //! Levenberg–Marquardt step, whose damping is adapted, takes its place (J. Nocedal & S. J. Wright, *Numerical Optimization*, §10.3 and §11.2). It goes on to
-//! the least ‖F‖ nearby; if that is not 0 there is no equilibrium, and K has lost a direction there: a fold lies between it and the load.
+//! the least ‖F‖ nearby; if that is not 0 there is no equilibrium, and K has lost a direction there: a fold lies between it and the load. Where ‖F‖ does not fall to first order it may be
+//! greatest, as on a pendulum that is level: it is looked at a little beside, first the way that it would fall.
 //!
 //! Near the end every full step is taken until the corrections no longer shrink: to rounding, whatever the units. Directions in which K vanishes altogether
 //! (coordinates on which nothing depends) are left alone.
@@ -37,6 +38,9 @@ const AWAY: f64 = 1e12;
 pub(super) const VANISHED: f64 = 1e-13;
 /// Forces that became so much smaller in all iterations, and still do, run away.
 const FADING: f64 = 1e-12;
+/// How far beside a place where ‖F‖ does not fall to first order it is looked at, in what coordinates are measured by, and by which part of it ‖F‖² has to be smaller there.
+const BESIDE: [f64; 2] = [1e-3, 1e-2];
+const SMALLER: f64 = 1e-10;
 /// Forces up to this many times their measured rounding count as balance.
 const ROUNDED: f64 = 1e3;
 
@@ -172,28 +176,20 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
         let factors = Factors::of(&stiffness).ok_or_else(|| search.unsettled(iteration, &statics, &state))?;
         let newton = factors.solve(&-&statics.force);
         let change = search.relative(&state, &(&statics.tangent.positions * &newton));
-        if change <= NEAR {
-            // In the end only what rounding moves is left.
-            if change <= f64::EPSILON * f64::EPSILON || change > SETTLED * last {
-                return search.accept(state, statics, &factors, change, iteration);
-            }
-            let Some(next) = search.moved(&state, &statics, &newton) else {
-                return search.accept(state, statics, &factors, change, iteration);
-            };
-            last = change;
-            statics = Statics::of(model, &next, &[])?;
-            state = next;
-            continue;
-        }
-        last = f64::INFINITY;
-        match search.step(&state, &statics, (&stiffness, &newton))? {
-            Some(next) => {
-                state = next;
-                search.check_bounds(&state)?;
-                statics = Statics::of(model, &state, &[])?;
-            }
-            None => return search.accept(state, statics, &factors, change, iteration),
-        }
+        let is_near = change <= NEAR;
+        // In the end only what rounding moves is left.
+        let ends = is_near && (change <= f64::EPSILON * f64::EPSILON || change > SETTLED * last);
+        let next = match is_near {
+            true => search.moved(&state, &statics, &newton).filter(|_| !ends),
+            false => search.step(&state, &statics, (&stiffness, &newton))?,
+        };
+        last = if is_near { change } else { f64::INFINITY };
+        let Some(next) = next.or_else(|| search.downhill(&state, &statics, (&stiffness, &factors), change)) else {
+            return search.accept(state, statics, &factors, change, iteration);
+        };
+        state = next;
+        search.check_bounds(&state)?;
+        statics = Statics::of(model, &state, &[])?;
     }
     Err(search.unsettled(MOST, &statics, &state))
 }
@@ -218,8 +214,12 @@ impl<M: Constraints> Search<'_, M> {
 
     /// The position after a change of the independent coordinates; `None` where the constraints cannot be followed that far.
     fn moved(&self, state: &M::State, statics: &Statics<M::Rows>, change: &DVector<f64>) -> Option<M::State> {
+        self.moved_by(state, &(&statics.tangent.positions * change))
+    }
+
+    /// As [`Self::moved`], after a step of all coordinates.
+    fn moved_by(&self, state: &M::State, step: &DVector<f64>) -> Option<M::State> {
         let mut next = *state;
-        let step = &statics.tangent.positions * change;
         next.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
         let taken = with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, &mut next, memory));
         let taken = taken.ok()?;
@@ -293,6 +293,54 @@ impl<M: Constraints> Search<'_, M> {
         None
     }
 
+    /// A place a little beside what is not in balance, where ‖F‖ is smaller though it does not fall to first order: the way that it would begin to move, or where K resists least.
+    fn downhill(
+        &self,
+        state: &M::State,
+        statics: &Statics<M::Rows>,
+        (stiffness, factors): (&DMatrix<f64>, &Factors),
+        change: f64,
+    ) -> Option<M::State> {
+        let noise = statics.noise(self.model, state).ok()?;
+        if self.is_balanced(statics, factors, change, &noise) {
+            return None;
+        }
+        let weighed = self.weighed(statics, stiffness)?;
+        let here = weighed.force.norm_squared();
+        let falls =
+            statics.mass.clone().cholesky().map(|mass| &statics.tangent.velocities * mass.solve(&-&statics.force));
+        let square = weighed.stiffness.tr_mul(&weighed.stiffness).symmetric_eigen();
+        let mut order: Vec<usize> = (0..square.eigenvalues.len()).collect();
+        order.sort_by(|i, j| square.eigenvalues[*i].total_cmp(&square.eigenvalues[*j]));
+        let soft = order.into_iter().filter_map(|k| {
+            let along = weighed.upper.solve_upper_triangular(&square.eigenvectors.column(k).into_owned())?;
+            Some(&statics.tangent.positions * along)
+        });
+        for way in falls.into_iter().chain(soft) {
+            let size = self.relative(state, &way);
+            if size <= 0.0 || !size.is_finite() {
+                continue;
+            }
+            for far in BESIDE.into_iter().flat_map(|far| [far, -far]) {
+                let next = self.moved_by(state, &(&way * (far / size)));
+                let is_less = |next: &M::State| self.merit(next).is_some_and(|merit| merit < here * (1.0 - SMALLER));
+                if let Some(next) = next.filter(is_less) {
+                    return Some(next);
+                }
+            }
+        }
+        None
+    }
+
+    /// Whether what is left of forces is rounding.
+    fn is_balanced(&self, statics: &Statics<M::Rows>, factors: &Factors, change: f64, noise: &DVector<f64>) -> bool {
+        let rounded = statics.force.iter().zip(noise.iter()).all(|(force, noise)| force.abs() <= ROUNDED * noise);
+        // Or the last correction was rounding, and took all of the force: nothing of it acts where nothing resists.
+        let left = &statics.force + &statics.stiffness * factors.solve(&-&statics.force);
+        let gone = left.iter().zip(statics.force.iter()).all(|(left, force)| left.abs() <= 1e-6 * force.abs());
+        rounded || (gone && change <= 1e-11)
+    }
+
     /// What is in balance to rounding is an equilibrium.
     fn accept(
         &self,
@@ -303,12 +351,7 @@ impl<M: Constraints> Search<'_, M> {
         iterations: usize,
     ) -> Result<Settled<M>, EquilibriumError> {
         let noise = statics.noise(self.model, &state)?;
-        let rounded = statics.force.iter().zip(noise.iter()).all(|(force, noise)| force.abs() <= ROUNDED * noise);
-        // Or the last correction was rounding, and took all of the force: nothing of it acts where nothing resists.
-        let left = &statics.force + &statics.stiffness * factors.solve(&-&statics.force);
-        let gone = left.iter().zip(statics.force.iter()).all(|(left, force)| left.abs() <= 1e-6 * force.abs());
-        let balanced = rounded || (gone && change <= 1e-11);
-        if !balanced {
+        if !self.is_balanced(&statics, factors, change, &noise) {
             let resting = corner::beside(self.model, &self.constants, &state, &statics)?;
             return Err(resting.unwrap_or_else(|| self.none(&state, &statics)));
         }

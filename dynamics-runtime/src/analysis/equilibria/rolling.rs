@@ -25,6 +25,12 @@ use crate::model::{Constraints, ModelState, Vector};
 const MOST: usize = 60;
 /// Corrections from here on, of what coordinates are measured by, are the last ones.
 const NEAR: f64 = 1e-7;
+/// Most corrections of coordinates that depend on others.
+const CORRECTIONS: usize = 12;
+/// Columns below this part of the largest are zero.
+const NOTHING: f64 = 1e-9;
+/// The longest step that is taken whatever becomes of forces.
+const STRIDE: f64 = 0.2;
 /// Singular values below this part of the largest are zero.
 const VANISHED: f64 = 1e-11;
 
@@ -43,16 +49,29 @@ struct Here {
     force: DVector<f64>,
 }
 
-/// The steady motion near a state that rolls.
-pub(super) fn find<M: Constraints>(model: &M, start: &M::State) -> Result<Equilibrium<M::State>, EquilibriumError> {
+/// The steady motion near a state that rolls; the velocities of `held` coordinates stay, or those that are chosen where there are none.
+pub(super) fn find<M: Constraints>(
+    model: &M,
+    start: &M::State,
+    held: &[usize],
+) -> Result<Equilibrium<M::State>, EquilibriumError> {
     let constants = model.constants().map_err(SolveError::from)?;
-    let mut rolling = Rolling { model, constants, preferred: Vec::new() };
+    let mut rolling = Rolling { model, constants, preferred: held.to_vec() };
+    let all = if held.is_empty() { choices::<M>(start).to_vec() } else { alloc::vec![held.to_vec()] };
     let mut why = None;
-    for preferred in choices::<M>(start) {
+    for preferred in all {
         rolling.preferred = preferred;
-        match rolling.search(start) {
-            Ok(found) => return Ok(found),
-            Err(error) => why = why.or(Some(error)),
+        // Those that are independent at first stay so.
+        let rates = rolling.at(start)?.tangent.rates;
+        if let Some(dependent) = held.iter().find(|i| !rates.contains(i)) {
+            return Err(LinearizeError::Dependent { name: M::COORDINATES[*dependent].name }.into());
+        }
+        rolling.preferred = rates;
+        for falls in [true, false] {
+            match rolling.search(start, falls) {
+                Ok(found) => return Ok(found),
+                Err(error) => why = why.or(Some(error)),
+            }
         }
     }
     Err(why.unwrap_or(EquilibriumError::NotSteady { name: M::COORDINATES[0].name, left: f64::NAN }))
@@ -68,7 +87,7 @@ fn choices<M: Constraints>(start: &M::State) -> [Vec<usize>; 3] {
 impl<M: Constraints> Rolling<'_, M> {
     fn at(&self, state: &M::State) -> Result<Here, EquilibriumError> {
         let read = Read::of(self.model, state)?;
-        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[], &self.preferred]);
+        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
         let linear = assemble::<M>(&read, &tangent);
         let force = &linear.mass * &linear.accelerations;
         Ok(Here { linear, tangent, force })
@@ -79,9 +98,9 @@ impl<M: Constraints> Rolling<'_, M> {
         let mut next = *state;
         let step = &here.tangent.positions * by;
         next.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
-        with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, &mut next, memory))?;
+        self.place(&mut next)?;
         let read = Read::of(self.model, &next)?;
-        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[], &self.preferred]);
+        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
         let missed = self.model.velocity_residual(&next);
         let held = active_rows::<M>(next.modes(), false).map(|row| missed.as_slice()[row]);
         let change = tangent.particular(&DMatrix::from_iterator(tangent.row_count(), 1, held));
@@ -89,8 +108,34 @@ impl<M: Constraints> Rolling<'_, M> {
         Ok(next)
     }
 
-    /// Newton's method, with steps halved until forces become smaller.
-    fn search(&self, start: &M::State) -> Result<Equilibrium<M::State>, EquilibriumError> {
+    /// Back on the holonomic constraints, by coordinates that depend on the others: the shortest way back would move the place and the heading along.
+    fn place(&self, state: &mut M::State) -> Result<(), EquilibriumError> {
+        for _ in 0..CORRECTIONS {
+            let read = Read::of(self.model, state)?;
+            if read.holonomic == 0 {
+                break;
+            }
+            let rows = read.jacobian.rows(0, read.holonomic).into_owned();
+            let tangent = Tangent::new(&rows, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
+            let residual = self.model.residual(state);
+            let missed = active_rows::<M>(state.modes(), true).map(|row| residual.as_slice()[row]);
+            let change = tangent.particular(&DMatrix::from_iterator(read.holonomic, 1, missed));
+            state.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
+            if self.relative(state, &change.column(0).into_owned()) <= f64::EPSILON {
+                break;
+            }
+        }
+        // What is left is rounding, unless that went too far.
+        let taken = with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, state, memory))?;
+        if taken.change > 1e-6 {
+            let (row, distance) = (M::ROWS[0].name, taken.change);
+            return Err(SolveError::OffConstraint { what: "positions", row, residual: distance, distance }.into());
+        }
+        Ok(())
+    }
+
+    /// Newton's method, with steps halved until forces become smaller, or, where that leads nowhere, only so far that angles move by a fifth of a radian.
+    fn search(&self, start: &M::State, falls: bool) -> Result<Equilibrium<M::State>, EquilibriumError> {
         let mut state =
             self.moved(start, &self.at(start)?, &DVector::zeros(self.at(start)?.tangent.coordinates.len()))?;
         let mut last = f64::INFINITY;
@@ -102,12 +147,12 @@ impl<M: Constraints> Rolling<'_, M> {
                 return self.accept(state, &here, iterations, &newton);
             }
             last = if change <= NEAR { change } else { f64::INFINITY };
-            let mut part = (0.5 / change).min(1.0);
+            let mut part = (if falls { 0.5 } else { STRIDE } / change).min(1.0);
             let norm = here.force.norm();
             state = loop {
                 let next = self.moved(&state, &here, &(&newton * part));
                 if let Ok(next) = next
-                    && self.at(&next).is_ok_and(|there| change <= NEAR || there.force.norm() < norm)
+                    && self.at(&next).is_ok_and(|there| !falls || change <= NEAR || there.force.norm() < norm)
                 {
                     break next;
                 }
@@ -126,7 +171,14 @@ impl<M: Constraints> Rolling<'_, M> {
     }
 
     fn solve(&self, here: &Here, force: &DVector<f64>) -> DVector<f64> {
-        let svd = here.linear.stiffness.clone().svd(true, true);
+        // Of coordinates on which nothing depends, as its place, columns are rounding: they stand still.
+        let mut stiffness = here.linear.stiffness.clone();
+        let most = stiffness.amax();
+        stiffness
+            .column_iter_mut()
+            .filter(|column| column.amax() <= NOTHING * most)
+            .for_each(|mut column| column.fill(0.0));
+        let svd = stiffness.svd(true, true);
         let least = VANISHED * svd.singular_values.amax();
         svd.solve(force, least.max(f64::MIN_POSITIVE))
             .unwrap_or_else(|_| DVector::zeros(here.tangent.coordinates.len()))

@@ -7,7 +7,8 @@ use core::f64::consts::{PI, TAU};
 use core::fmt;
 
 use super::statics::scales;
-use super::{Asked, Equilibrium, EquilibriumError, find};
+use super::{Asked, Equilibrium, EquilibriumError, find_holding};
+use crate::analysis::linearize::indices;
 use crate::analysis::numbers::Numbers;
 use crate::constrain::assemble::{at_time, positions_of};
 use crate::model::{Constraints, ModelState, Terms, Vector};
@@ -23,12 +24,27 @@ pub struct Search<'m, M: Constraints> {
     ranges: Vec<(String, [f64; 2])>,
     spread: Option<f64>,
     frozen: bool,
+    moving: bool,
+    held: Vec<String>,
 }
 
 impl<'m, M: Constraints> Search<'m, M> {
     pub(super) fn new(model: &'m M, around: M::State) -> Self {
         let (starts, ranges) = (Vec::new(), Vec::new());
-        Self { model, around, starts, random: 0, seed: 0, ranges, spread: None, frozen: false }
+        let (frozen, moving, held) = (false, false, Vec::new());
+        Self { model, around, starts, random: 0, seed: 0, ranges, spread: None, frozen, moving, held }
+    }
+
+    /// For steady motions.
+    pub(super) fn moving(mut self) -> Self {
+        self.moving = true;
+        self
+    }
+
+    /// Of what rolls, the independent velocities that stay as they are in all starts, as for [`super::Equilibria::steady_in`]. In searches for rest nothing moves, and this says nothing.
+    pub fn holding(mut self, independent: &[&str]) -> Self {
+        self.held = independent.iter().map(|name| (*name).to_owned()).collect();
+        self
     }
 
     /// Starts, instead of the state that the search was opened with.
@@ -38,7 +54,7 @@ impl<'m, M: Constraints> Search<'m, M> {
     }
 
     /// So many random starts beside the others, the same for the same seed: angles on which the model depends with period 2π anywhere, other
-    /// coordinates in their ranges, all of them then moved onto the constraints.
+    /// coordinates in their ranges, all of them then moved onto the constraints. Of steady motions coordinates without a range stay as they are.
     pub fn random(mut self, count: usize) -> Self {
         self.random = count;
         self
@@ -84,16 +100,19 @@ impl<'m, M: Constraints> Search<'m, M> {
         let mut found =
             Found { equilibria: Vec::new(), hits: Vec::new(), failures: Vec::new(), random: self.random, lone: 0 };
         let ranges = if self.random > 0 { self.ranges(&periodic)? } else { Vec::new() };
-        let asked = Asked { frozen: self.frozen, ..Asked::REST };
+        let asked = Asked { frozen: self.frozen, moving: self.moving };
+        let held: Vec<&str> = self.held.iter().map(String::as_str).collect();
+        let held = indices::<M>(&held)?;
+        let find = |start: &M::State| find_holding(self.model, start, asked, &held);
         for start in starts {
-            found.add(find(self.model, &start, asked), &periodic);
+            found.add(find(&start), &periodic);
         }
         let (given, mut numbers) = (found.hits.len(), Numbers(self.seed));
         for _ in 0..self.random {
             let mut start = self.around;
             start.q_mut().as_mut_slice().iter_mut().zip(&ranges).for_each(|(q, range)| *q = numbers.within(*range));
             let placed = positions_of(self.model, start, &alloc::vec![false; M::Vector::LEN]);
-            found.add(placed.map_err(Into::into).and_then(|start| find(self.model, &start, asked)), &periodic);
+            found.add(placed.map_err(Into::into).and_then(|start| find(&start)), &periodic);
         }
         found.lone = found.hits[given..].iter().filter(|hits| **hits == 1).count();
         found.settle()
@@ -101,7 +120,8 @@ impl<'m, M: Constraints> Search<'m, M> {
 
     /// The range of every coordinate.
     fn ranges(&self, periodic: &[bool]) -> Result<Vec<[f64; 2]>, EquilibriumError> {
-        let mut ranges: Vec<Option<[f64; 2]>> = periodic.iter().map(|p| p.then_some([-PI, PI])).collect();
+        let usual = |p: &bool| (*p && !self.moving).then_some([-PI, PI]);
+        let mut ranges: Vec<Option<[f64; 2]>> = periodic.iter().map(usual).collect();
         if let Some(distance) = self.spread {
             if !(distance.is_finite() && distance > 0.0) {
                 return Err(EquilibriumError::Range { name: "spread".to_owned(), range: [-distance, distance] });
@@ -124,6 +144,10 @@ impl<'m, M: Constraints> Search<'m, M> {
             if !any {
                 return Err(EquilibriumError::UnknownCoordinate { name: name.clone() });
             }
+        }
+        if self.moving {
+            let stay = |(range, q): (Option<[f64; 2]>, &f64)| range.unwrap_or([*q; 2]);
+            return Ok(ranges.into_iter().zip(self.around.q().as_slice()).map(stay).collect());
         }
         let missing = ranges.iter().position(Option::is_none);
         missing.map_or(Ok(()), |i| Err(EquilibriumError::NoRange { coordinate: M::COORDINATES[i].name }))?;
@@ -200,6 +224,10 @@ impl<S: ModelState> fmt::Display for Found<S> {
             let values = one.coordinates.iter().zip(one.state.q().as_slice());
             for (i, (coordinate, value)) in values.enumerate() {
                 write!(f, "{}{} = {:.10}", if i == 0 { "" } else { ", " }, coordinate.name, value + 0.0)?;
+                let rate = one.state.u().as_slice()[i];
+                if rate != 0.0 {
+                    write!(f, " (moves by {rate:.6e} per second)")?;
+                }
             }
             writeln!(f, "  (from {hits} starts)")?;
         }
@@ -214,12 +242,15 @@ impl<S: ModelState> fmt::Display for Found<S> {
 /// Whether two results are one equilibrium, for all that is known of their accuracy.
 fn same<S: ModelState>(a: &Equilibrium<S>, b: &Equilibrium<S>, periodic: &[bool]) -> bool {
     let scales = scales(a.coordinates, a.state.q().as_slice());
-    (0..scales.len()).all(|i| {
-        let apart = (a.state.q().as_slice()[i] - b.state.q().as_slice()[i]).abs();
-        let apart = if periodic[i] { apart.min((apart - TAU).abs()) } else { apart };
-        let uncertain = a.uncertainty.as_slice()[i] + b.uncertainty.as_slice()[i];
-        apart <= 1e-7 * scales[i] + 10.0 * uncertain
-    })
+    let rates = a.state.u().as_slice().iter().zip(b.state.u().as_slice());
+    let fastest = a.state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    rates.into_iter().all(|(u, w)| (u - w).abs() <= 1e-6 * fastest)
+        && (0..scales.len()).all(|i| {
+            let apart = (a.state.q().as_slice()[i] - b.state.q().as_slice()[i]).abs();
+            let apart = if periodic[i] { apart.min((apart - TAU).abs()) } else { apart };
+            let uncertain = a.uncertainty.as_slice()[i] + b.uncertainty.as_slice()[i];
+            apart <= 1e-7 * scales[i] + 10.0 * uncertain
+        })
 }
 
 /// In (−π, π]. What is −π to rounding is π.

@@ -3,7 +3,8 @@
 //! Where a singular value of K vanishes beside the others, K says nothing of how far the place may be off: at a critical load forces begin with the third power, and what they
 //! are within 10⁻⁵ of it is rounding. The direction is followed, with what is stiff kept in balance (Lyapunov & Schmidt: M. Golubitsky & D. G. Schaeffer, *Singularities and Groups in Bifurcation
 //! Theory* I, chapter VII), until the force left in it is told from rounding. Where it never is, rests lie side by side, and each is one. Where it is to one side
-//! and never to the other, forces have faded away below rounding, as e^(−x) does and 1 − tanh²x: smooth functions do not vanish over a stretch otherwise.
+//! and never to the other, forces have faded away below rounding, as e^(−x) does and 1 − tanh²x: smooth functions do not vanish over a stretch otherwise. Likewise where
+//! nothing depends on the direction nearby, but at other places of it, from small to large, something does: far from its well even the stiffness of −e^(−x²) is below all numbers.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,8 +24,11 @@ const FIRST: f64 = 1e-13;
 const LAST: f64 = 2.0;
 /// Distances are doubled, but by no more than this.
 const STRIDE: f64 = 0.05;
-/// Where nothing is left at these distances, nothing is anywhere.
+/// Where nothing is left at these distances, nothing is anywhere nearby; the last two may meet zero, of which anything may hold.
 const FAR: [f64; 6] = [-0.05, 0.05, -0.4, 0.4, -1.0, 1.0];
+/// Places of other size that are looked at where nothing is: powers of ten of a coordinate, and how many in each.
+const DECADES: [i32; 2] = [-9, 9];
+const EACH: i32 = 4;
 /// Corrections of what is stiff at each distance.
 const CORRECTIONS: usize = 6;
 /// Forces above this many times their rounding are told from it.
@@ -78,18 +82,52 @@ impl<M: Constraints> Soft<'_, M> {
             }
             let sides = self.sides(&left, &(&along / size), k)?;
             let far = match sides {
+                [Side::Never, Side::Never] if self.depends_far_away(&(&all / size))? => {
+                    return Err(self.faded(&all, &scales));
+                }
                 [Side::Never, Side::Never] => 0.0,
                 [Side::Ends(a, _), Side::Ends(b, _)] => a.max(b),
-                [Side::Ends(_, true), _] | [_, Side::Ends(_, true)] => {
-                    let i = largest(all.iter().zip(&scales).map(|(x, scale)| x.abs() / scale));
-                    let value = self.state.q().as_slice()[i];
-                    return Err(EquilibriumError::Faded { coordinate: M::COORDINATES[i].name, value });
-                }
+                [Side::Ends(_, true), _] | [_, Side::Ends(_, true)] => return Err(self.faded(&all, &scales)),
                 [Side::Ends(a, _), _] | [_, Side::Ends(a, _)] => a,
             };
             reach += along.abs() * (far / size);
         }
         Ok(reach)
+    }
+
+    fn faded(&self, all: &DVector<f64>, scales: &[f64]) -> EquilibriumError {
+        let i = largest(all.iter().zip(scales).map(|(x, scale)| x.abs() / scale));
+        EquilibriumError::Faded { coordinate: M::COORDINATES[i].name, value: self.state.q().as_slice()[i] }
+    }
+
+    /// Whether no force changes as all coordinates move by parts of `all` nearby, and one does far away, with no choice of the model in between. Straight on, without corrections: rests
+    /// that lie on a curve are left at once.
+    fn depends_far_away(&self, all: &DVector<f64>) -> Result<bool, EquilibriumError> {
+        let moved = |s: f64| {
+            let mut beside = *self.state;
+            beside.q_mut().as_mut_slice().iter_mut().zip(all.iter()).for_each(|(q, d)| *q += s * d);
+            beside
+        };
+        let here = self.statics.force_beside(self.model, self.state)?;
+        // Where there is no force that is a number nothing is learnt.
+        let changes = |beside: &M::State| -> bool {
+            let Ok(there) = self.statics.force_beside(self.model, beside) else { return false };
+            let change = (&there - &here).abs();
+            change.iter().zip(self.noise.iter()).any(|(change, noise)| *change > TOLD * noise)
+                // Large coordinates round more.
+                && self.statics.noise(self.model, beside).is_ok_and(|noise| {
+                    change.iter().zip(noise.iter()).any(|(change, noise)| *change > 1e3 * noise)
+                })
+        };
+        if FAR[..4].iter().any(|s| changes(&moved(*s))) {
+            return Ok(false);
+        }
+        let i = all.iamax();
+        let (from, along) = (self.state.q().as_slice()[i], all[i]);
+        let pieces_here = pieces(self.model, self.state);
+        let sizes = (EACH * DECADES[0]..=EACH * DECADES[1]).map(|k| 10.0_f64.powf(f64::from(k) / f64::from(EACH)));
+        let places = sizes.flat_map(|size| [size, -size]).map(|place| moved((place - from) / along));
+        Ok(places.into_iter().any(|beside| changes(&beside) && pieces(self.model, &beside) == pieces_here))
     }
 
     /// To both sides, how far the force along a direction is rounding.

@@ -3,7 +3,8 @@
 //! Where energy is conserved an equilibrium in which the stiffness K is positive definite is stable, whatever gyroscopic terms there are (Lagrange,
 //! Dirichlet), the work of dead loads included (`conserved.rs`); K is that of the potential that counts, of turning frames and reactions included, on what the constraints leave. Coordinates on which nothing
 //! depends are eliminated with their momenta held (Routh): what is then judged is the motion beside all that only count what happens. Elsewhere the
-//! eigenvalues of small motions decide, and where these are not clear of the imaginary axis linear theory does not: I. G. Malkin, *Theory of Stability
+//! eigenvalues of small motions decide. Where dampers take energy out, and none puts it in, what rests where K is positive definite stays there all the same, and comes to rest unless a mode
+//! reaches no damper (Kelvin, Tait & Chetaev: damping is pervasive if all eigenvalues are clear of the axis; D. R. Merkin, *Introduction to the Theory of Stability*, §6.4). Where eigenvalues are not clear of the imaginary axis otherwise, linear theory does not decide: I. G. Malkin, *Theory of Stability
 //! of Motion*; A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*, chapters 1 and 7.
 //!
 //! Nothing is called zero, or not zero, that rounding could have made so. Stiffnesses are set beside those of positions around, whose terms do not cancel, and
@@ -19,7 +20,7 @@ use core::ops::AddAssign;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use conserved::energy_is_kept;
+use conserved::{Energy, energy};
 pub use verdict::{Stability, StabilityVerdict, Undecided};
 
 use super::newton::distance;
@@ -48,9 +49,7 @@ pub(super) fn judge<M: Constraints + Powers>(model: &M, state: &M::State) -> Res
     check_stays(model, state)?;
     let ignorable = ignorable(model, state, &linear);
     let mut found = match routh(model, state, &linear, &ignorable)? {
-        Some(reduced) => {
-            of_second_order(&reduced, energy_is_kept(model, state, &indices::<M>(&linear), &linear.damping))?
-        }
+        Some(reduced) => of_second_order(&reduced, energy(model, state, &indices::<M>(&linear), &linear.damping))?,
         None => of_first_order(&linear, &ignorable)?,
     };
     found.ignorable = ignorable.iter().map(|j| linear.coordinates[*j]).collect();
@@ -180,7 +179,8 @@ fn unsure<M: Constraints>(
 }
 
 /// The verdict on M v̇ + D v + K z = 0.
-fn of_second_order(linear: &Linear, conservative: bool) -> Result<Stability, EquilibriumError> {
+fn of_second_order(linear: &Linear, energy: Energy) -> Result<Stability, EquilibriumError> {
+    let conservative = energy == Energy::Kept;
     let n = linear.mass.nrows();
     let squares = squares(linear)?;
     let is_rest = linear.damping.iter().all(|x| *x == 0.0);
@@ -199,8 +199,6 @@ fn of_second_order(linear: &Linear, conservative: bool) -> Result<Stability, Equ
         linear.names[most].name
     };
     let least = squares.first().map(|one| one.value);
-    let worst = spectrum.iter().filter(|one| one.value.re > one.unsure);
-    let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
     // Of forces that follow, the symmetric part of K may vanish where K does not: zero eigenvalues tell.
     let skew = (&linear.stiffness - linear.stiffness.transpose()).abs();
     let is_even = skew.iter().zip(linear.unsure.iter()).all(|(x, off)| *x <= 4.0 * off);
@@ -210,6 +208,10 @@ fn of_second_order(linear: &Linear, conservative: bool) -> Result<Stability, Equ
             spectrum.iter().find(|one| one.value.norm() <= one.unsure).map(|one| along(&one.shape.rows(0, n).into()))
         }
     };
+    // Two zero eigenvalues of a direction that nothing resists are as near to zero as the iteration leaves them, whatever is known of the elements.
+    let zero = if soft.is_some() { 16.0 * n as f64 * f64::EPSILON * a.norm() } else { 0.0 };
+    let worst = spectrum.iter().filter(|one| one.value.re > one.unsure.max(zero));
+    let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
     let definite = squares.iter().all(|one| one.value > one.unsure);
     let verdict = if conservative && definite {
         StabilityVerdict::Stable
@@ -218,10 +220,19 @@ fn of_second_order(linear: &Linear, conservative: bool) -> Result<Stability, Equ
         unstable(one, coordinate)
     } else if let Some(coordinate) = soft {
         StabilityVerdict::Marginal(Undecided::NothingResists { coordinate })
+    } else if let Some(one) = undamped_mode(&spectrum).filter(|_| definite && energy == Energy::Falls) {
+        let coordinate = along(&one.shape.rows(0, n).into_owned());
+        StabilityVerdict::PartlyDamped { frequency: one.value.im.abs(), coordinate }
     } else {
         on_the_axis(&spectrum, conservative)
     };
     Ok(Stability::new(verdict, least, &spectrum))
+}
+
+/// What to first order is not told to die out: of the least damping.
+fn undamped_mode(spectrum: &[Eigenvalue]) -> Option<&Eigenvalue> {
+    let on_axis = spectrum.iter().filter(|one| one.value.re >= -one.unsure);
+    on_axis.max_by(|x, y| (x.value.re / x.unsure).total_cmp(&(y.value.re / y.unsure)))
 }
 
 /// The verdict on what is left of ẋ = A x without coordinates on which nothing depends.

@@ -12,7 +12,7 @@ use crate::model::{Constraints, ModelState, Quantity, Vector};
 use crate::motion::suggest;
 
 /// Coordinates by name.
-pub(super) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, LinearizeError> {
+pub(in crate::analysis) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, LinearizeError> {
     let index = |name: &&str| {
         let found = M::COORDINATES.iter().position(|q| q.name == *name);
         found.ok_or_else(|| LinearizeError::UnknownCoordinate {

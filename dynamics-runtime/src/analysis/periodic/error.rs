@@ -198,7 +198,8 @@ impl fmt::Display for PeriodicError {
             ),
             Self::Steps { time, steps } => write!(
                 f,
-                "{steps} steps were made up to t = {time:.6}; loosen the tolerance or allow more by `.max_steps(..)`; of stiff models the explicit method used here makes many"
+                "{steps} steps were made up to t = {time:.6}; loosen the tolerance or allow more by `.max_steps(..)`; the method is explicit, for its tangent vectors' sake: what is stiff in the model makes its steps short, so hold it by a constraint instead, or leave it out, \
+                 where its swinging is not asked for"
             ),
             Self::Stalls { time } => {
                 write!(f, "steps become shorter without end at t = {time:.6}; the equations are singular there, or the tolerance asks for more than rounding leaves")

@@ -48,6 +48,8 @@ pub struct Poincare<'m, M: Simulate> {
     model: &'m M,
     start: M::State,
     kind: Kind<'m, M::State>,
+    /// Sections that were given.
+    given: usize,
     skip: usize,
     points: Option<usize>,
     until: Option<f64>,
@@ -84,24 +86,37 @@ pub struct Return<S> {
 impl<'m, M: Simulate> Poincare<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
         let (skip, points, tolerance) = (0, None, 1e-10);
-        Self { model, start, kind: Kind::None, skip, points, until: None, tolerance, turns: Vec::new(), options: None }
+        Self {
+            model,
+            start,
+            kind: Kind::None,
+            given: 0,
+            skip,
+            points,
+            until: None,
+            tolerance,
+            turns: Vec::new(),
+            options: None,
+        }
     }
 
     /// The surface on which this function of the state is zero, passed in this direction. The start should not lie on it.
-    pub fn section(mut self, function: impl Fn(&M::State) -> f64 + 'm, direction: Direction) -> Self {
-        self.kind = Kind::Function(Box::new(function), direction);
-        self
+    pub fn section(self, function: impl Fn(&M::State) -> f64 + 'm, direction: Direction) -> Self {
+        self.of_kind(Kind::Function(Box::new(function), direction))
     }
 
     /// The surface of an event of the model, passed in this direction.
-    pub fn event(mut self, name: &str, direction: Direction) -> Self {
-        self.kind = Kind::Event(name.into(), direction);
-        self
+    pub fn event(self, name: &str, direction: Direction) -> Self {
+        self.of_kind(Kind::Event(name.into(), direction))
     }
 
     /// Equal intervals of time (stroboscopic): of what is driven, its period.
-    pub fn every(mut self, period: f64) -> Self {
-        self.kind = Kind::Every(period);
+    pub fn every(self, period: f64) -> Self {
+        self.of_kind(Kind::Every(period))
+    }
+
+    fn of_kind(mut self, kind: Kind<'m, M::State>) -> Self {
+        (self.kind, self.given) = (kind, self.given + 1);
         self
     }
 
@@ -155,6 +170,10 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         for (name, period) in &self.turns {
             positive("what a coordinate is folded by", *period)?;
             folded.push((index::<M>(name)?, *period));
+        }
+        if self.given > 1 {
+            let needed = "1: one of `.section(..)`, `.event(..)` and `.every(..)`, once";
+            return Err(PeriodicError::Option { what: "the number of sections", value: self.given as f64, needed });
         }
         let points = match &self.kind {
             Kind::None => {

@@ -4,20 +4,38 @@ use core::fmt;
 
 use super::{Stability, StabilityVerdict, Undecided};
 
+/// A rate or a frequency with six digits after the point, in which small and large ones would have none or too many.
+fn rate(value: f64) -> alloc::string::String {
+    match value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
+        true => alloc::format!("{value:.6}"),
+        false => alloc::format!("{value:.6e}"),
+    }
+}
+
 impl fmt::Display for StabilityVerdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stable => f.write_str("stable: energy is conserved, and least in this position"),
             Self::AsymptoticallyStable => f.write_str("asymptotically stable: small disturbances die out"),
+            Self::PartlyDamped { frequency, coordinate } => write!(
+                f,
+                "stable: energy never grows, and is least in this position; to first order the mode at {} rad/s, in which `{coordinate}` moves most, is not damped",
+                rate(*frequency)
+            ),
             Self::GyroscopicallyStabilised => f.write_str(
                 "gyroscopically stabilised: energy is not least here, but to first order nothing grows; damping will in the end destroy this",
             ),
             Self::Marginal(why) => write!(f, "not decided by linear theory: {why}"),
             Self::Divergence { growth, coordinate } => {
-                write!(f, "unstable by divergence: `{coordinate}` leaves as e^({growth:.6} t)")
+                write!(f, "unstable by divergence: `{coordinate}` leaves as e^({} t)", rate(*growth))
             }
             Self::Flutter { growth, frequency, coordinate } => {
-                write!(f, "unstable by flutter: `{coordinate}` swings at {frequency:.6} rad/s and grows as e^({growth:.6} t)")
+                write!(
+                    f,
+                    "unstable by flutter: `{coordinate}` swings at {} rad/s and grows as e^({} t)",
+                    rate(*frequency),
+                    rate(*growth)
+                )
             }
         }
     }
@@ -34,11 +52,13 @@ impl fmt::Display for Undecided {
             }
             Self::Swings { frequency } => write!(
                 f,
-                "what swings at {frequency:.6} rad/s is neither damped nor driven to first order, and energy is not known to be conserved"
+                "what swings at {} rad/s is neither damped nor driven to first order, and energy is not known to be conserved",
+                rate(*frequency)
             ),
             Self::FrequenciesMeet { frequency, conditioning } => write!(
                 f,
-                "two frequencies meet at {frequency:.6} rad/s (conditioning {conditioning:.1e}), at the edge of flutter"
+                "two frequencies meet at {} rad/s (conditioning {conditioning:.1e}), at the edge of flutter",
+                rate(*frequency)
             ),
         }
     }

@@ -35,6 +35,14 @@ pub enum StabilityVerdict {
     Stable,
     /// They die out: all eigenvalues have negative real parts.
     AsymptoticallyStable,
+    /// They stay small, and not all of them are known to die out: energy never grows and is least in this position, but to first order a mode reaches no damper (Kelvin, Tait & Chetaev). What is
+    /// neglected may damp it.
+    PartlyDamped {
+        /// Its frequency, in rad/s.
+        frequency: f64,
+        /// The coordinate that moves most in it.
+        coordinate: &'static str,
+    },
     /// To first order they stay small, by gyroscopic forces alone: energy is not least here, and any damping will in the end destroy it (Thomson & Tait).
     GyroscopicallyStabilised,
     /// Linear theory does not decide.
@@ -66,7 +74,7 @@ pub enum Undecided {
         /// The coordinate that moves most in it.
         coordinate: &'static str,
     },
-    /// Something swings, to first order neither damped nor driven, and energy is not known to be conserved: what is neglected decides.
+    /// Something swings, to first order neither damped nor driven, and energy is not known to be conserved, or never to grow: what is neglected decides.
     Swings {
         /// Its frequency, in rad/s.
         frequency: f64,
@@ -96,11 +104,14 @@ impl Stability {
         }
     }
 
-    /// Whether small disturbances stay small: [`StabilityVerdict::Stable`] or [`StabilityVerdict::AsymptoticallyStable`]. Of [`Self::ignorable`] coordinates
+    /// Whether small disturbances stay small: [`StabilityVerdict::Stable`], [`StabilityVerdict::PartlyDamped`] or [`StabilityVerdict::AsymptoticallyStable`]. Of [`Self::ignorable`] coordinates
     /// this is said of their rates; they themselves go on for ever, at another rate for another push.
     #[must_use]
     pub fn is_stable(&self) -> bool {
-        matches!(self.verdict, StabilityVerdict::Stable | StabilityVerdict::AsymptoticallyStable)
+        matches!(
+            self.verdict,
+            StabilityVerdict::Stable | StabilityVerdict::PartlyDamped { .. } | StabilityVerdict::AsymptoticallyStable
+        )
     }
 
     /// Whether some grow for sure: [`StabilityVerdict::Divergence`] or [`StabilityVerdict::Flutter`].
