@@ -196,6 +196,22 @@ fn energies_do_not_jump() {
         [zero, b.g().select(Comparison::Less, time, one, two, one)]
     };
     assert_eq!(found(kinetic, &dropped), []);
+    // A spring that is met, alone in its potential, begins at zero; a step does not.
+    let buffer = |stepped: bool| {
+        let mut b = Builder::new("Buffer");
+        let (x, m, k, at) = (b.coordinate("x"), b.parameter("m"), b.parameter("k"), b.parameter("at"));
+        let t = b.kinetic(m, &[x]);
+        b.energy("kinetic", kinetic, t);
+        let into = b.sub(x, at);
+        let square = b.mul(into, into);
+        let (zero, pushed) = (b.g().zero(), b.mul(k, square));
+        let inside = if stepped { k } else { pushed };
+        let v = b.g().select(Comparison::Less, at, x, inside, zero);
+        b.energy("buffer", EnergyRole::Potential, v);
+        findings(b.model)
+    };
+    assert_eq!(buffer(false), []);
+    assert_eq!(buffer(true), [Finding::EnergyJumps { name: "buffer".into(), origin: Origin(0), at_rest: true }]);
 }
 
 #[test]
@@ -419,9 +435,16 @@ fn switched(
 fn what_decides_a_choice_has_to_be_invariant_too() {
     let wells = |b: &mut Builder, x, _| [b.cos(x), b.mul(x, x)];
     assert_eq!(names(switched(|_, [_, _, t]| t, wells)), ["momentum of y"], "time decides");
-    assert_eq!(names(switched(|_, [_, y, _]| y, wells)), ["energy"], "y decides");
-    assert_eq!(names(switched(|_, [x, _, _]| x, wells)), ["energy", "momentum of y"], "x decides");
-    let levels = |b: &mut Builder, _, _| [b.ratio(1, 2), b.ratio(3, 1)];
+    // Both branches meet where x − y = 1.
+    let meeting = |b: &mut Builder, x, y| {
+        let (apart, one, zero) = (b.sub(x, y), b.ratio(1, 1), b.g().zero());
+        let past = b.sub(apart, one);
+        [b.mul(past, past), zero]
+    };
     let between = |b: &mut Builder, [x, y, _]: [NodeId; 3]| b.sub(x, y);
-    assert_eq!(names(switched(between, levels)), ["energy", "momentum of x + y"], "the distance decides");
+    assert_eq!(names(switched(between, meeting)), ["energy", "momentum of x + y"], "the distance decides");
+    // Where a place decides and the branches do not meet, a potential has a step.
+    let step = [Finding::EnergyJumps { name: "switched".into(), origin: Origin(0), at_rest: true }];
+    assert_eq!(findings(switched(|_, [_, y, _]| y, wells)), step, "y decides");
+    assert_eq!(findings(switched(|_, [x, _, _]| x, wells)), step, "x decides");
 }

@@ -75,6 +75,13 @@ impl Across<'_> {
     fn jumps_on(&self, line: u64) -> bool {
         let Some(s) = self.crossing(line) else { return false };
         let beside = BESIDE * (1.0 + s.abs());
+        let [near, far] = [1.0, 100.0].map(|times| self.difference(line, s, times * beside));
+        // A step is as high from farther away; what begins at zero there, as a spring that is met, differs by less the nearer it is looked at.
+        near.is_some_and(|near| far.is_none_or(|far| 2.0 * near > far))
+    }
+
+    /// By how much the energies on both sides of s differ, if it is more than a small part of them.
+    fn difference(&self, line: u64, s: f64, beside: f64) -> Option<f64> {
         let sides =
             [s - beside, s + beside].map(|s| [1.0, 0.0, -1.0].map(|rates| self.value(self.energy, line, s, rates)));
         let [forward, rest, back] = [0, 1, 2].map(|k| sides[1][k] - sides[0][k]);
@@ -86,7 +93,7 @@ impl Across<'_> {
             (true, false) => (forward - rest).abs().max((back - rest).abs()),
         };
         // Not where anything is infinite or not a number.
-        size.is_finite() && jump.abs() > JUMP * size
+        (size.is_finite() && jump.abs() > JUMP * size).then_some(jump.abs())
     }
 
     /// Where on a line the choice changes.
