@@ -111,7 +111,7 @@ type Operation = (u8, u8, u8);
 
 fn operations() -> impl Strategy<Value = Vec<Operation>> {
     // Sums, products, sines and cosines more often than the rest.
-    let kind = prop_oneof![4 => 0u8..3, 2 => 5u8..7, 1 => 3u8..26];
+    let kind = prop_oneof![4 => 0u8..3, 2 => 5u8..7, 1 => 3u8..26, 2 => Just(26u8)];
     prop::collection::vec((kind, any::<u8>(), any::<u8>()), 1..40)
 }
 
@@ -195,13 +195,18 @@ fn build(g: &mut Graph, operations: &[Operation], values: &Values, direction: &[
             }
             23 => (g.binary(Binary::Min, a, b), if y.v < x.v { y } else { x }),
             24 => (g.binary(Binary::Max, a, b), if y.v > x.v { y } else { x }),
+            26 => {
+                let [first, second] = [(i + 3 * j) % nodes.len(), (3 * i + j) % nodes.len()];
+                let node = g.select(Comparison::Less, a, b, nodes[first], nodes[second]);
+                (node, if x.v < y.v { duals[first] } else { duals[second] })
+            }
             _ => {
                 let (s, c) = (x.v.sin(), x.v.cos());
                 (g.smooth(FunctionId(0), 0, a), x.chain([s + x.v / 2.0, c + 0.5, -s]))
             }
         };
         // Far from where a comparison turns and from the cut of atan2, and within reach of f64.
-        let near_tie = matches!(kind, 23 | 24) && (x.v - y.v).abs() < 1e-6 * (1.0 + x.ev + y.ev)
+        let near_tie = matches!(kind, 23 | 24 | 26) && (x.v - y.v).abs() < 1e-6 * (1.0 + x.ev + y.ev)
             || matches!(kind, 18 | 19 | 22) && x.v.abs() < 1e-6 * (1.0 + x.ev);
         let tame = |z: f64| z.is_finite() && z.abs() < 1e9;
         if near_tie || ![dual.v, dual.d, dual.ev, dual.ed].into_iter().all(tame) {
@@ -326,6 +331,31 @@ fn what_cancels_never_stands_for_what_does_not() {
     assert!((found[negative.index()] / -2e-18 - 1.0).abs() < 1e-15);
     // And the other way round: once sin² is there, it also stands for 1 − cos².
     assert_eq!(g.sub(one, cc), ss);
+}
+
+/// A choice is known by what its branches are, and stands for itself: a root that is taken where it has a value is never masked by a factor.
+#[test]
+fn choices_are_those_of_their_branches() {
+    let mut g = Graph::new();
+    let (x, y) = (g.symbol(Symbol::Coordinate(0)), g.symbol(Symbol::Coordinate(1)));
+    let (zero, one) = (g.zero(), g.one());
+    let mut select = |g: &mut Graph, then, otherwise| g.select(Comparison::Less, zero, x, then, otherwise);
+    let (chosen, [back, down]) = (select(&mut g, y, one), [y, one].map(|branch| g.neg(branch)));
+    let opposite = select(&mut g, back, down);
+    assert_eq!(g.neg(chosen), opposite);
+    let sum = g.add(chosen, opposite);
+    assert!(g.is_zero(sum));
+    let (mask, root) = (select(&mut g, one, zero), g.unary(Unary::Sqrt, x));
+    let masked = g.mul(mask, root);
+    let guarded = select(&mut g, root, zero);
+    let negative = g.neg(root);
+    let below = select(&mut g, negative, zero);
+    let again = select(&mut g, negative, zero);
+    let v = Values { q: vec![-4.0, 2.0], ..Values::default() };
+    let found = g.evaluate(&[masked, guarded, below, chosen, opposite], &v);
+    assert!(found[masked.index()].is_nan() && found[guarded.index()] == 0.0 && found[below.index()] == 0.0);
+    assert_eq!([found[chosen.index()], found[opposite.index()]], [1.0, -1.0]);
+    assert_eq!(below, again);
 }
 
 #[test]

@@ -201,16 +201,23 @@ impl Graph {
         }
     }
 
+    fn is_choice(&self, node: &Node) -> bool {
+        let chosen = |node: &Node| matches!(node, Node::Select { .. });
+        chosen(node) || matches!(node, Node::Neg(a) if chosen(&self.node(*a)))
+    }
+
     /// The node that already stands for the value of `node`, if it serves as well. It does not
     /// - where it contains sums and `node` does not: 1 − cos² must never stand for sin²;
     /// - where it is made of more kinds of symbols: q̈ − q̈ + q must never stand for q;
-    /// - where `node` is a number and it is not.
+    /// - where `node` is a number and it is not;
+    /// - where `node` is a choice and it is none: 0 · NaN of the branch that is not taken must never stand for 0.
     pub(super) fn known(&self, node: &Node, fingerprint: Fingerprint) -> Option<NodeId> {
         let known = self.by_value.get(&fingerprint).filter(|id| self.hidden.get(id.index()) != Some(&true))?;
         let is_number = |node: &Node| matches!(node, Node::Number(_));
         let serves = (self.monomials[known.index()] || !self.is_monomial(node))
             && self.dependence(known).within(self.dependence_of(node))
-            && (is_number(&self.node(known)) || !is_number(node));
+            && (is_number(&self.node(known)) || !is_number(node))
+            && (self.is_choice(&self.node(known)) || !self.is_choice(node));
         serves.then_some(known)
     }
 

@@ -1,6 +1,6 @@
 //! Arithmetic modulo the prime 2⁶¹ − 31, and rational points of the circle for sines and cosines.
 
-use super::number::Number;
+use super::{Comparison, number::Number};
 
 /// The largest prime below 2⁶¹ − 1. That one would be quicker to reduce by, but 2⁶¹ is 1 there: a product of literals such as
 /// 2³¹ · 2³⁰ · x would be taken for x. Modulo this one the powers of 2 return after 2.9·10¹⁷ steps, those of 3, 5, 7 and 10 after more than 10¹⁴.
@@ -79,6 +79,13 @@ impl Fingerprint {
     /// A random value that depends on `kind` and the arguments' values, each point by itself.
     pub(super) fn opaque(kind: u64, arguments: &[Self]) -> Self {
         Self([0, 1].map(|i| arguments.iter().fold(mix(kind), |h, a| mix(h ^ mix(a.0[i]))) % P))
+    }
+
+    /// w a + (1 − w) b for a choice between a and b: w is random, and depends on what decides alone. What is so for every w is so for 1 and 0, which are the two branches;
+    /// so −(a or b) is −a or −b, and what a spring between two bodies that comes and goes does to one it is known to do to the other.
+    pub(super) fn chosen(comparison: Comparison, [left, right, then, otherwise]: [Self; 4]) -> Self {
+        let w = Self::opaque(0x300 + comparison as u64, &[left, right]);
+        w.mul(then.sub(otherwise)).add(otherwise)
     }
 
     pub(crate) fn add(self, o: Self) -> Self {

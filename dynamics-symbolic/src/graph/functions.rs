@@ -147,8 +147,7 @@ impl Graph {
             };
             return if holds { then } else { otherwise };
         }
-        let arguments = [left, right, then, otherwise].map(|x| self.fingerprint(x));
-        let value = Fingerprint::opaque(0x300 + comparison as u64, &arguments);
+        let value = Fingerprint::chosen(comparison, [left, right, then, otherwise].map(|x| self.fingerprint(x)));
         self.intern(Node::Select { comparison, left, right, then, otherwise }, value)
     }
 

@@ -100,7 +100,7 @@ impl<'g> Sampler<'g> {
             Node::Unary(f, a) => Fingerprint::opaque(0x100 + f as u64, &[at(a)]),
             Node::Binary(f, a, b) => Fingerprint::opaque(0x200 + f as u64, &[at(a), at(b)]),
             Node::Select { comparison, left, right, then, otherwise } => {
-                Fingerprint::opaque(0x300 + comparison as u64, &[left, right, then, otherwise].map(at))
+                Fingerprint::chosen(comparison, [left, right, then, otherwise].map(at))
             }
             Node::Smooth { function, order, argument } => {
                 Fingerprint::opaque(0x400 + (u64::from(function.0) << 16) + u64::from(order), &[at(argument)])

@@ -353,7 +353,12 @@ pub fn zoo() -> Model {
         functions = b.add(functions, value);
     }
     let quotient = b.g().div(functions, positive).expect("not zero");
-    let chosen = b.g().select(Comparison::Less, x, phi, quotient, square);
+    // Both branches meet where x = φ: a potential must not jump.
+    let before = b.sub(x, phi);
+    let grown = b.mul(quotient, before);
+    let zero = b.g().zero();
+    let chosen = b.g().select(Comparison::Less, x, phi, grown, zero);
+    let chosen = b.add(chosen, square);
     let driven = b.mul(push, r[0]);
     let potential = b.add(chosen, driven);
     b.energy("mixture", EnergyRole::Potential, potential);
