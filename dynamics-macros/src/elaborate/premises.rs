@@ -175,8 +175,8 @@ impl Elaborator<'_> {
                     continue;
                 }
             }
-            let held = by_norm.is_some_and(|e| self.have_unit_norm(&e));
-            if !held && !(premise.claim == Claim::Rotation && self.is_orthonormal_everywhere(&premise.nodes)) {
+            let turns = premise.claim == Claim::Rotation && self.is_orthonormal_everywhere(&premise.nodes);
+            if !turns && !by_norm.is_some_and(|e| self.have_unit_norm(&e)) {
                 self.model.premises.push(premise);
             }
         }

@@ -55,7 +55,7 @@ fn jumps_somewhere(model: &Model, energy: NodeId, moving: bool) -> bool {
         let by_time = !on(Dependence::COORDINATES);
         let across = Across { model, energy, left, right, by_time, moving };
         // A potential that jumps at some time strikes nothing: it is work from outside.
-        placed && !(by_time && !moving) && !on(Dependence::RATES) && (0..LINES).any(|line| across.jumps_on(line))
+        placed && (moving || !by_time) && !on(Dependence::RATES) && (0..LINES).any(|line| across.jumps_on(line))
     })
 }
 
