@@ -161,6 +161,36 @@ fn beating() {
     }
 }
 
+/// Driven without damping (Rao, §3.3): t sin ωt/(2mω) on its frequency, 2F sin((ω + Ω)t/2) sin((ω − Ω)t/2)/(m (ω² − Ω²)) beside it, which beats; by the motion, and by a matrix that has the force among its states,
+/// on the frequency a defective one.
+#[test]
+fn undamped_resonance_grows_and_beats_beside() {
+    let (m, w) = (3.0, 2.0f64);
+    let model = Oscillator::damped(0.0);
+    let at = times(40.0, 200);
+    for drive in [2.0, 2.0 + 1e-6, 1.9, 2.3] {
+        let closed = |t: f64| {
+            let half = 0.5 * (w - drive) * t;
+            let sinc = if half == 0.0 { 1.0 } else { half.sin() / half };
+            (0.5 * (w + drive) * t).sin() * sinc * t / (m * (w + drive))
+        };
+        let start = model.state().force(1.0).base(0.0).base_rate(0.0).build().unwrap();
+        let law = move |t: f64, _: &State<Oscillator>| [(drive * t).cos(), 0.0, 0.0];
+        let motion = model.simulate(start).until(40.0).tolerance(1e-13).inputs(law).run().unwrap();
+        let mut a = nalgebra::DMatrix::zeros(4, 4);
+        (a[(0, 1)], a[(1, 0)], a[(1, 2)], a[(2, 3)], a[(3, 2)]) = (1.0, -w * w, 1.0 / m, 1.0, -drive * drive);
+        let out = nalgebra::DMatrix::from_row_slice(1, 4, &[1.0, 0.0, 0.0, 0.0]);
+        let [into, none] = [nalgebra::DMatrix::zeros(4, 1), nalgebra::DMatrix::zeros(1, 1)];
+        let space = StateSpace::from_matrices(a, into, out, none).unwrap();
+        let found = space.response(&[], &["y[0]"], &[("x[2]", 1.0)], &at).unwrap();
+        for (k, t) in at.iter().enumerate() {
+            assert!((found.values[k] - closed(*t)).abs() < 1e-11, "{drive} {t}: {:e}", found.values[k] - closed(*t));
+            let moved = motion.at(*t).x();
+            assert!((moved - closed(*t)).abs() < 1e-10, "{drive} {t}: {:e}", moved - closed(*t));
+        }
+    }
+}
+
 #[test]
 fn loads_and_times_that_cannot_be_are_refused() {
     let space = Oscillator::damped(0.1).space();
