@@ -151,3 +151,18 @@ fn what_passes_quickly_is_met() {
     let limit = signs.sum::<f64>();
     assert!((found.get("limit").unwrap() - limit).abs() < 1e-6, "{found} {limit}");
 }
+
+/// A motion of micrometres has the digits of one of metres.
+#[test]
+fn small_motions_have_their_digits() {
+    for x0 in [1e-2, 1e-4, 1e-6] {
+        let start = METER.state().x(x0).build().unwrap();
+        let found = METER.objective(start).integral("saturated", 1.0).by(["k", "x"]).until(5.3).run().unwrap();
+        let wanted = [-0.5 * x0 * (0.25 * 10.6_f64.sin() - 2.65 * 10.6_f64.cos()), 10.6_f64.sin()];
+        assert!((found.value / (x0 * 10.6_f64.sin()) - 1.0).abs() < 1e-8, "{x0:e} {found}");
+        assert!(found.derivatives().iter().zip(wanted).all(|(by, wanted)| (by / wanted - 1.0).abs() < 1e-8), "{found}");
+        let forward = METER.sensitivities(start).by(["k"]).until(5.3).output_times([5.3]).run().unwrap();
+        let wanted = -0.25 * x0 * 5.3 * 10.6_f64.sin();
+        assert!((forward.series("x", "k").unwrap()[0].1 / wanted - 1.0).abs() < 1e-8, "{x0:e}");
+    }
+}
