@@ -132,3 +132,37 @@ fn what_is_saturated_does_not_depend_on_its_gain() {
     let forward = METER.sensitivities(start).by(["gain"]).until(0.4).output_times([0.4]).run().unwrap();
     assert_eq!(forward.series("saturated", "gain").unwrap()[0].1, 0.0);
 }
+
+/// Swinging a thousand times as far it passes through the unsaturated range within a few ten-thousandths of a second, between the places that are looked at: what the value does tells.
+#[test]
+fn what_passes_quickly_is_met() {
+    let start = METER.state().x(1e3).build().unwrap();
+    let found = METER.objective(start).integral("saturated", 1.0).by(["k", "limit", "x"]).until(9.0).run().unwrap();
+    // Zero crossings at t = (n + ½) π/2, through which x goes with 2·1000 m/s: each adds 0.5/2000 of gain ∂x/∂k = −gain x₀ t sin(2t)/4.
+    let crossings = (0..6).map(|n| (f64::from(n) + 0.5) * PI / 2.0).filter(|t| *t < 9.0);
+    let by_k = crossings.map(|t| -2.0 * 1e3 * t * (2.0 * t).sin() / 4.0 * 0.5 / 2e3).sum::<f64>();
+    let k = found.get("k").unwrap();
+    assert!((k - by_k).abs() < 1e-6 * by_k.abs(), "{k} {by_k}");
+    assert!(found.get("x").unwrap().abs() < 1e-9, "{found}");
+    // Up, down, up: from crossing to crossing.
+    let at = |n: i32| ((f64::from(n) + 0.5) * PI / 2.0).min(9.0);
+    let part = |n: i32| if n == 0 { at(0) } else { at(n) - at(n - 1) };
+    let signs = (0..7).map(|n| if n % 2 == 0 { part(n) } else { -part(n) });
+    let limit = signs.sum::<f64>();
+    assert!((found.get("limit").unwrap() - limit).abs() < 1e-6, "{found} {limit}");
+}
+
+/// A motion of micrometres has the digits of one of metres.
+#[test]
+fn small_motions_have_their_digits() {
+    for x0 in [1e-2, 1e-4, 1e-6] {
+        let start = METER.state().x(x0).build().unwrap();
+        let found = METER.objective(start).integral("saturated", 1.0).by(["k", "x"]).until(5.3).run().unwrap();
+        let wanted = [-0.5 * x0 * (0.25 * 10.6_f64.sin() - 2.65 * 10.6_f64.cos()), 10.6_f64.sin()];
+        assert!((found.value / (x0 * 10.6_f64.sin()) - 1.0).abs() < 1e-8, "{x0:e} {found}");
+        assert!(found.derivatives().iter().zip(wanted).all(|(by, wanted)| (by / wanted - 1.0).abs() < 1e-8), "{found}");
+        let forward = METER.sensitivities(start).by(["k"]).until(5.3).output_times([5.3]).run().unwrap();
+        let wanted = -0.25 * x0 * 5.3 * 10.6_f64.sin();
+        assert!((forward.series("x", "k").unwrap()[0].1 / wanted - 1.0).abs() < 1e-8, "{x0:e}");
+    }
+}

@@ -106,7 +106,7 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
     }
 
     /// Permitted local error per step of the motion and of the adjoint equations, of these relative to the largest that there was. Default 1e-9.
-    /// Of the motion it is absolute, too: of one much smaller than its units give `.with(|s| s.tolerances(absolute, relative))`.
+    /// Of the motion it is absolute, too, of one all of which stays below 0.1 by its size; where only a part is that small give `.with(|s| s.tolerances(absolute, relative))`.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self

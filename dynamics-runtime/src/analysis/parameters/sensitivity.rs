@@ -44,6 +44,9 @@ pub(super) type Options<'m, M> = Box<dyn Fn(Simulation<'_, M>) -> Simulation<'_,
 
 /// Tolerance where none is given, as that of simulations.
 pub(super) const TOLERANCE: f64 = 1e-9;
+/// Motions that stay below this are computed relative to their size, down to the other.
+const SMALL: f64 = 0.1;
+const SMALLEST: f64 = 1e-6;
 
 /// Sensitivities of a motion with their options, before they are computed.
 ///
@@ -140,14 +143,27 @@ impl Asked<'_> {
         start: M::State,
         options: Option<&dyn Fn(Simulation<'m, M>) -> Simulation<'m, M>>,
     ) -> Result<Motion<'m, M>, SensitivityError> {
-        let simulation = model.simulate(start).until(self.end);
-        let simulation = match options {
-            Some(options) => options(simulation),
-            None => simulation,
+        let run = |absolute: Option<f64>| {
+            let simulation = model.simulate(start).until(self.end);
+            let simulation = match options {
+                Some(options) => options(simulation),
+                None => simulation,
+            };
+            // Not before the options: beside a fixed step among them tolerances say nothing, and those among them count.
+            let simulation = simulation.or_tolerance(self.tolerance, absolute);
+            simulation.run().map_err(|error| SensitivityError::Motion(RunFailure::from(error)))
         };
-        // Not before the options: beside a fixed step among them tolerances say nothing, and those among them count.
-        let simulation = simulation.or_tolerance(self.tolerance, self.absolute);
-        simulation.run().map_err(|error| SensitivityError::Motion(RunFailure::from(error)))
+        let motion = run(self.absolute)?;
+        let elements = |state: M::State| {
+            let of = |v: &M::Vector| v.as_slice().iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            of(state.q()).max(of(state.u()))
+        };
+        let size = motion.steps().map(elements).fold(0.0, f64::max);
+        // Where all of it is much smaller than its units a tolerance of 1 would be all that counts.
+        if self.absolute.is_none() && size > 0.0 && size < SMALL {
+            return run(Some(self.tolerance * size.max(SMALLEST)));
+        }
+        Ok(motion)
     }
 
     pub(super) fn run<'m, M: Simulate + Parameters + Clone>(

@@ -52,7 +52,7 @@ impl RotorMode {
 /// A speed at which an unbalance, or what else turns with the rotor, meets the frequency of a mode; of two modes with one frequency each has its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CriticalSpeed {
-    /// Ω, in the unit of the speeds that were given.
+    /// Ω, in rad/s.
     pub speed: f64,
     /// k: what shakes does so k times a turn.
     pub order: f64,
@@ -93,7 +93,7 @@ struct Study<'a, F> {
 }
 
 impl Campbell {
-    /// Over speeds (ascending, none negative), for orders k (1 is unbalance), from the linear equations at each speed; `planes` are pairs of coordinates (x, y) in which
+    /// Over speeds in rad/s (ascending, none negative; they are compared with frequencies, so that revolutions per minute have to be turned into them), for orders k (1 is unbalance), from the linear equations at each speed; `planes` are pairs of coordinates (x, y) in which
     /// whirl is looked at, the rotor turning from x to y at positive speeds.
     ///
     /// # Errors

@@ -38,9 +38,9 @@ pub(super) fn between(a: &DMatrix<f64>, b: &[DVector<f64>; 3], c: &DVector<f64>)
         let mut found: Vec<bool> = (0..n).map(first).collect();
         let mut open: Vec<usize> = (0..n).filter(|i| found[*i]).collect();
         while let Some(j) = open.pop() {
-            for i in 0..n {
-                if !found[i] && leads(j, i) {
-                    found[i] = true;
+            for (i, found) in found.iter_mut().enumerate() {
+                if !*found && leads(j, i) {
+                    *found = true;
                     open.push(i);
                 }
             }
@@ -87,7 +87,7 @@ impl Channel {
         let rounding =
             (8.0 * n as f64 * f64::EPSILON * (a.norm() + at.norm())).max(missed) / one.angle.min(other.angle);
         let tilt = rounding * rest.resolvent(at)?.max(1.0 / (a.norm() + at.norm()));
-        (tilt <= TELLS).then(|| Split { one, rest, rounding, tilt })
+        (tilt <= TELLS).then_some(Split { one, rest, rounding, tilt })
     }
 
     /// ‖(s − A)⁻¹‖.

@@ -199,7 +199,8 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
         let asks = self.linear.parameters.iter().any(Option::is_some);
         let of_parameters = if asks { self.of_variables.clone() } else { Vec::new() };
         let (linear, with_parameters) = (&mut self.linear, false);
-        let mut corners = Corners { linear, integrand, sizes, of_parameters, with_parameters, largest: 0.0, looks: 0 };
+        let mut corners =
+            Corners { linear, integrand, sizes, of_parameters, with_parameters, largest: 0.0, highest: 0.0, looks: 0 };
         let found = corners.along(knots)?;
         for [time, after] in found.iter().copied() {
             let [before, after] = [self.integrand_at(integrand, time)?, self.integrand_at(integrand, after)?];

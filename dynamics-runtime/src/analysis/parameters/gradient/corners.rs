@@ -18,8 +18,6 @@ use crate::motion::Simulate;
 const EIGHTH: [f64; 9] = [1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0];
 /// Eighth difference, in parts of the largest derivative, that is none: what a jump of that part does to a gradient is as little.
 const SMOOTH: f64 = 1e-8;
-/// Rounding of the derivatives, in parts of the largest.
-const ROUNDING: f64 = 1e-12;
 /// By how much jumps of derivatives by parameters count less: these are differences.
 const COARSER: f64 = 1e-2;
 /// Width, in roundings of the time, within which a jump is located.
@@ -41,11 +39,13 @@ pub(super) struct Corners<'w, 'a, 'm, M: Simulate> {
     pub(super) with_parameters: bool,
     /// The largest derivative.
     pub(super) largest: f64,
+    /// The largest value.
+    pub(super) highest: f64,
     pub(super) looks: usize,
 }
 
-/// A place, and the derivatives there.
-type Look = (f64, DVector<f64>);
+/// A place, the derivatives there, and the value.
+type Look = (f64, DVector<f64>, f64);
 
 impl<M: Simulate + Parameters + Clone> Corners<'_, '_, '_, M> {
     /// The times, by growing time, between which derivatives jump.
@@ -61,6 +61,12 @@ impl<M: Simulate + Parameters + Clone> Corners<'_, '_, '_, M> {
             found.extend(self.pass(times.windows(2).map(|pair| [pair[0], pair[1]]).collect())?);
         }
         found.sort_by(|a: &[f64; 2], b| a[0].total_cmp(&b[0]));
+        let mut end = f64::NEG_INFINITY;
+        found.retain(|corner| {
+            let is_next = corner[0] >= end;
+            end = end.max(corner[1]);
+            is_next
+        });
         Ok(found)
     }
 
@@ -69,7 +75,8 @@ impl<M: Simulate + Parameters + Clone> Corners<'_, '_, '_, M> {
             self.look(*from)?;
         }
         let mut found = Vec::new();
-        for [from, to] in parts {
+        // Those between the sides of a corner are none.
+        for [from, to] in parts.into_iter().filter(|part| !is_narrow(*part)) {
             self.looks = 0;
             self.between(from, to, &mut found)?;
         }
@@ -89,24 +96,32 @@ impl<M: Simulate + Parameters + Clone> Corners<'_, '_, '_, M> {
         let of_state = of_state.iter().enumerate().map(|(i, by)| by * self.sizes[i / n]);
         let of_parameters = parameters.iter().zip(&self.of_parameters).map(|(by, size)| COARSER * by * size);
         let by = DVector::from_vec(of_state.chain(of_parameters).collect());
+        let value = self.integrand.value(self.linear, &state)?;
         self.looks += 1;
         self.largest = self.largest.max(by.amax());
-        Ok((t, by))
+        self.highest = self.highest.max(value.abs());
+        Ok((t, by, value))
     }
 
     /// Looks at nine places, and more closely at what is not smooth between them.
     fn between(&mut self, from: f64, to: f64, found: &mut Vec<[f64; 2]>) -> Result<(), SensitivityError> {
         let mut open = alloc::vec![(from, to)];
         while let Some((a, b)) = open.pop() {
-            let is_narrow = b - a <= 8.0 * NEIGHBOURS * f64::EPSILON * a.abs().max(b.abs());
-            if is_narrow || self.looks > MOST {
+            if self.looks > MOST || b <= a {
                 continue;
             }
             let at = |k: usize| if k == 8 { b } else { a + (b - a) * k as f64 / 8.0 };
             let looks = (0..9).map(|k| self.look(at(k))).collect::<Result<Vec<Look>, _>>()?;
             let mut rough = DVector::zeros(looks[0].1.len());
-            looks.iter().zip(EIGHTH).for_each(|((_, by), factor)| rough.axpy(factor, by, 1.0));
-            if rough.amax() <= SMOOTH.max(70.0 * ROUNDING) * self.largest {
+            looks.iter().zip(EIGHTH).for_each(|((_, by, _), factor)| rough.axpy(factor, by, 1.0));
+            // What passes between two places may leave the derivatives at both alike, and not the values.
+            let of_values: f64 = looks.iter().zip(EIGHTH).map(|((.., value), factor)| value * factor).sum();
+            if rough.amax() <= SMOOTH * self.largest && of_values.abs() <= SMOOTH * self.highest {
+                continue;
+            }
+            // A value that jumps, where no derivative does.
+            if is_narrow([a, b]) {
+                found.push([a, b]);
                 continue;
             }
             let changes: Vec<f64> = looks.windows(2).map(|pair| (&pair[1].1 - &pair[0].1).amax()).collect();
@@ -144,4 +159,9 @@ impl<M: Simulate + Parameters + Clone> Corners<'_, '_, '_, M> {
             if before >= after { right = middle } else { left = middle }
         }
     }
+}
+
+/// Whether next to no numbers lie between.
+fn is_narrow([a, b]: [f64; 2]) -> bool {
+    b - a <= 8.0 * NEIGHBOURS * f64::EPSILON * a.abs().max(b.abs())
 }
