@@ -52,12 +52,13 @@ fn pushes_between_the_stages_are_missed_without_max_step() {
 fn pushes_that_last_are_told_where_the_stages_miss_them() {
     let run = || KICKED.simulate(KICKED.state().x_rate(1.0).build().unwrap()).until(100.0);
     let exact = 1.0 + std::f64::consts::PI.sqrt();
-    let list: [Any<Kicked>; 5] = [
+    let list: [Any<Kicked>; 6] = [
         methods::Dop853.into(),
         methods::Verner9.into(),
         methods::Tsit5.into(),
         methods::Radau5.into(),
         methods::Taylor::default().into(),
+        methods::GraggBulirschStoer.into(),
     ];
     let mut missed = 0;
     for (method, k) in list.iter().flat_map(|method| (3..=12).map(move |k| (method, k))) {
@@ -71,7 +72,7 @@ fn pushes_that_last_are_told_where_the_stages_miss_them() {
         let (off, summary) = ((watched.end().x_rate() - exact).abs() / tolerance, watched.summary());
         assert!(summary.doubts.unseen.is_none() && off < 300.0, "{method} {tolerance:e}: {off:.0}\n{summary}");
     }
-    assert!((15..45).contains(&missed), "{missed} of 50 runs");
+    assert!((15..55).contains(&missed), "{missed} of 60 runs");
 }
 
 /// A gate that the motion passes twice within a step is found; a crossing that only just happens is one run's own, and an estimate tells.

@@ -157,7 +157,7 @@ impl Kicked {
     }
     #[potential]
     fn buffer(&self, q: &Coordinates<Self>) -> Expr {
-        if q.x > self.buffer { 0.5 * self.stiffness.abs() * (q.x - self.buffer).powi(2) } else { Expr::ZERO }
+        0.5 * self.mass * self.omega.powi(2) * (q.x - self.buffer).max(0.0).powi(2)
     }
     #[dissipation]
     fn damper(&self, q: &Coordinates<Self>) -> Expr {

@@ -1,7 +1,7 @@
 //! Forces that come and go between the places at which the steps of a method looked.
 //!
 //! A step control knows what its evaluations have seen. A push that is over before a stage falls into it, a narrow well that the motion flies through, has not happened
-//! for any of them, nor for a second run at a smaller tolerance. Here the impulse ∫ q̈ dt of each long step is formed once with four nodes, as a method of order 8 may see it (twelve where steps are those of series), and once in parts, both by
+//! for any of them, nor for a second run at a smaller tolerance. Here the impulse ∫ q̈ dt of each long step is formed once with four nodes, as a method of order 8 may see it (twelve where orders are higher), and once in parts, both by
 //! Gauss's rule along one path, the quintic through the step's ends: where all is smooth in the step they agree to far below what is permitted. Of stiff motions, whose forces would also
 //! answer to what the path is off the motion, what damps and holds within the step is taken off, (1 - h ∂q̈/∂q̇ - h² ∂q̈/∂q)⁻¹ Δu: what is left of an impulse by an implicit step. What is shorter than about a thousandth of the
 //! motion may be missed here, too; nothing can know it but `.max_step(..)`. It costs some thousand evaluations.
@@ -65,8 +65,8 @@ impl<M: Simulate> Motion<'_, M> {
         let long = || (0..records.len()).filter(|&i| records[i].h != 0.0 && records[i].h.abs() >= least);
         let least_points = EFFORT.1 / (1 + M::Vector::LEN as u64 / 16);
         let points = (EFFORT.0 * self.counts().evaluations).clamp(least_points, EFFORT.2) as usize;
-        // Steps of series are as long as many derivatives allow.
-        let seen = if self.method() == Method::Taylor { 3 } else { 1 };
+        // Steps of orders to 20 and more are as long as many derivatives allow.
+        let seen = if matches!(self.method(), Method::Taylor | Method::GraggBulirschStoer) { 3 } else { 1 };
         let parts = [seen, (points / (NODES.len() * long().count().max(1))).max(2 * seen)];
         let found = long().filter_map(|index| self.unseen_in(index, parts, stiff));
         found.max_by(|a, b| a.times.total_cmp(&b.times))
