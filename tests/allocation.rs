@@ -68,9 +68,13 @@ fn steps_of_unrolled_constraints_do_not_allocate() {
         let recorded = model.simulate(start).until(10.0).tolerance(1e-8).formulation(formulation).run().unwrap();
         assert_eq!(recorded.summary().upkept.general, 0, "generated code alone is looked at: {}", recorded.summary());
         let taylor = methods::Any::from(methods::Taylor { order: None });
-        for method in
-            &[methods::Any::from(methods::Rk4), methods::DormandPrince5.into(), methods::Dop853.into(), taylor]
-        {
+        for method in &[
+            methods::Any::from(methods::Rk4),
+            methods::DormandPrince5.into(),
+            methods::Dop853.into(),
+            methods::GraggBulirschStoer.into(),
+            taylor,
+        ] {
             if method.method() == Method::Taylor && !formulation.is_exact() && formulation != Formulation::Augmented {
                 continue;
             }

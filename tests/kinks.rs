@@ -181,6 +181,7 @@ macro_rules! with_all_methods {
                 ("Radau IIA 5", run().method(methods::Radau5).run().unwrap()),
                 ("Tsitouras 5", run().method(methods::Tsit5).run().unwrap()),
                 ("Verner 9", run().method(methods::Verner9).run().unwrap()),
+                ("Gragg-Bulirsch-Stoer", run().method(methods::GraggBulirschStoer).run().unwrap()),
             ] {
                 $check
             }

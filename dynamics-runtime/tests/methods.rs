@@ -255,6 +255,7 @@ fn steps_do_not_allocate() {
     assert_eq!(run::<Tsit5<SVector<f64, 2>>>(None), 0);
     assert_eq!(run::<Dop853<SVector<f64, 2>>>(None), 0);
     assert_eq!(run::<Verner9<SVector<f64, 2>>>(None), 0);
+    assert_eq!(run::<GraggBulirschStoer<SVector<f64, 2>>>(Some(0.05)), 0);
 
     let start = at_rest_or_not([2.0, -0.5], [0.0, 0.0]);
     let observed = |end: f64| {

@@ -9,8 +9,12 @@ use nalgebra::SVector;
 
 use crate::support::*;
 
+#[path = "../common/lanes.rs"]
+mod lanes;
 #[path = "../models/andrews.rs"]
 mod published;
+
+use lanes::{have_the_same_bits, side_by_side};
 
 use published::{Andrews, PUBLISHED, START};
 
@@ -228,6 +232,36 @@ fn end_values_by_series() {
         promise(Augmented, 1e-12, [1e-11, 1e-11, 1e-10], [1e-13, 1e-11]),
     ];
     keeps_with(methods::Taylor { order: None }, &PUBLISHED, start(&PUBLISHED), &references, &promises);
+}
+
+#[test]
+fn end_values_by_extrapolation() {
+    use Formulation::*;
+    let references = [Reference { t: 0.03, q: &Q_END, u: &U_END, multipliers: &LAMBDA_END }];
+    let promises = [
+        promise(Projected, 1e-6, [1e-4, 1e-2, 1e-2], [1e-12; 2]),
+        promise(Embedded, 1e-6, [1e-4, 1e-2, 1e-2], [1e-12; 2]),
+        promise(Augmented, 1e-6, [1e-4, 1e-2, 1e-2], [1e-5, 1e-3]),
+        promise(Projected, 1e-9, [1e-7, 1e-5, 1e-5], [1e-12; 2]),
+        promise(Projected, 1e-12, [1e-10, 1e-8, 1e-8], [1e-12; 2]),
+        promise(Embedded, 1e-12, [1e-10, 1e-8, 1e-8], [1e-12; 2]),
+        promise(Augmented, 1e-12, [1e-9, 1e-7, 1e-7], [1e-9, 1e-6]),
+        promise(BaumgarteTied, 1e-12, [1e-9, 1e-7, 1e-7], [1e-9, 1e-6]),
+    ];
+    keeps_with(methods::GraggBulirschStoer, &PUBLISHED, start(&PUBLISHED), &references, &promises);
+}
+
+/// States along the motion, beside one at which two bodies are in line, so that the general solver has to answer.
+#[test]
+fn four_states_side_by_side_have_the_bits_of_each() {
+    let motion = PUBLISHED.simulate(start(&PUBLISHED)).until(0.03).run().unwrap();
+    let at = |k: i32| motion.at(1e-4 * f64::from(k));
+    have_the_same_bits(&PUBLISHED, (0..300).map(at));
+    let mut in_line = at(70);
+    // Bodies 2 and 3 are where sin γ sin(β + θ) + cos γ cos(β + θ) = 0.
+    in_line.set_gamma(in_line.beta() + in_line.theta() + core::f64::consts::FRAC_PI_2);
+    assert!(side_by_side(&PUBLISHED, [at(10), at(20), at(30), at(40)]).is_some());
+    assert_eq!(side_by_side(&PUBLISHED, [at(10), in_line, at(30), at(40)]), None);
 }
 
 /// The crank alone leads: β from the integrator, the other angles and all velocities from the closure, β̈ from the equations by hand.

@@ -8,7 +8,7 @@
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
 use dynamics::integrate::{
     Composition4, Composition6, Composition8, Dop853, DormandPrince5, EnergyMidpoint, Esdirk4, Gauss4, Gauss6,
-    GeneralizedAlpha, Phase, Radau5, Rattle, Rk4, Scheme, SemiImplicitEuler, Settled, StepOptions, Stepper,
+    GeneralizedAlpha, GraggBulirschStoer, Phase, Radau5, Rattle, Rk4, Scheme, SemiImplicitEuler, Settled, StepOptions, Stepper,
     StormerVerlet, System, Taylor, Tolerances, Tsit5, Verner9,
 };
 use dynamics::prelude::*;
@@ -105,6 +105,7 @@ pub fn pendulum() -> DoublePendulum {
 pub fn swing(model: &DoublePendulum) -> Result<(), Failure> {
     swing_by::<Dop853<Vector>>(model, 10.0)?;
     swing_by::<Verner9<Vector>>(model, 10.0)?;
+    swing_by::<GraggBulirschStoer<Vector>>(model, 10.0)?;
     swing_by::<Tsit5<Vector>>(model, 1.0)?;
     swing_by::<DormandPrince5<Vector>>(model, 1.0)?;
     swing_by::<Radau5<Vector>>(model, 1.0)
