@@ -105,12 +105,18 @@ impl Session {
 }
 
 const DOP853: &str = "DOP853 (order 8)";
-const AS_ODE: [&str; 3] = ["DOP853, as ODE", "Verner 9(8), as ODE", "Taylor series, as ODE"];
+const AS_ODE: [&str; 4] =
+    ["DOP853, as ODE", "Verner 9(8), as ODE", "Taylor series, as ODE", "Gragg–Bulirsch–Stoer, as ODE"];
 const DP5: &str = "Dormand–Prince 5(4)";
 
 /// Explicit methods that choose their step.
 fn explicit<M: Simulate>() -> [methods::Any<M>; 4] {
     [methods::Dop853.into(), methods::DormandPrince5.into(), methods::Tsit5.into(), methods::Verner9.into()]
+}
+
+/// What generated code makes possible: Taylor series, and columns of extrapolation side by side.
+fn series_and_columns<M: Simulate>() -> [methods::Any<M>; 2] {
+    [methods::Taylor::default().into(), methods::GraggBulirschStoer.into()]
 }
 
 /// Adds implicit methods of lower order at the tolerances that they are made for: for the finest ones of the others they would need millions of steps.
@@ -147,7 +153,7 @@ fn smooth(session: &mut Session) -> Result<()> {
     let steps = if session.quick { 11..13 } else { 9..17 };
     let known = [-1.1686859741349935, -1.060871322324049, 2.716951800644156, -0.7111210975850546];
     let study = model.work_precision(start).until(10.0).reference(end(&model, 10.0, known));
-    let study = study.methods(explicit()).methods([methods::Taylor::default().into(), methods::Rk4.into()]);
+    let study = study.methods(explicit()).methods(series_and_columns()).methods([methods::Rk4.into()]);
     let study = session.study("double pendulum", 14, study.steps(steps.map(|k| 10.0 / f64::from(1 << k))))?;
     wins(&study, 1e-9);
     let heyoka = |ratios| Wanted { others: &["heyoka"], part: ErrorOf::State, ratios };
@@ -162,10 +168,10 @@ fn smooth(session: &mut Session) -> Result<()> {
     let known = [-1.2952662509874838, 0.4003938963792514, -0.6775390924708295, -0.12708381542784494];
     let study = model.work_precision(start).until(20.0).reference(end(&model, 20.0, known)).methods(explicit());
     // What preserves structure does so with steps of one size, and that is what an eccentric orbit makes it pay for.
-    let even = [methods::Taylor::default().into(), methods::Composition8.into(), methods::Gauss6.into()];
+    let even = [methods::Composition8.into(), methods::Gauss6.into()];
     let steps = if session.quick { 9..11 } else { 8..14 };
     let steps = steps.map(|k| 20.0 / f64::from(1 << k));
-    let study = session.study("Kepler e = 0.9", 14, study.methods(even).steps(steps))?;
+    let study = session.study("Kepler e = 0.9", 14, study.methods(series_and_columns()).methods(even).steps(steps))?;
     wins(&study, 1e-9);
     session.wanted(&study, |_| true, &heyoka(&[(1e-3, 1.0), (1e-6, 1.0), (1e-9, 1.0), (1e-12, 1.0)]));
     Ok(())
@@ -194,12 +200,13 @@ fn constrained(session: &mut Session) -> Result<()> {
     let start = start.build()?;
     let study = model.work_precision(start).until(0.03).methods(explicit());
     // Radau IIA solves for q̈ and λ with Φ̈ = 0 and is projected.
-    let study = study.methods([methods::Taylor::default().into(), methods::Radau5.into()]);
+    let study = study.methods(series_and_columns()).methods([methods::Radau5.into()]);
     let study = study.variant("DOP853, embedded", methods::Dop853, |s| s.formulation(Formulation::Embedded));
     // What other solvers are given: accelerations, and nothing that holds the constraints.
     let study = study.variant(AS_ODE[0], methods::Dop853, |s| s.formulation(Formulation::Augmented));
     let study = study.variant(AS_ODE[1], methods::Verner9, |s| s.formulation(Formulation::Augmented));
     let study = study.variant(AS_ODE[2], methods::Taylor::default(), |s| s.formulation(Formulation::Augmented));
+    let study = study.variant(AS_ODE[3], methods::GraggBulirschStoer, |s| s.formulation(Formulation::Augmented));
     let study = session.study("Andrews", 13, study)?;
     // Forces of up to hundreds of newtons.
     digits(&study, 100.0);
