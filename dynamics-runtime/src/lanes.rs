@@ -42,6 +42,9 @@ impl<const N: usize> Wide for [Lanes; N] {
     }
 }
 
+/// Whether products and sums of vectors are fused where those of one number are, so that both round alike.
+const ALIKE: bool = !sin_cos::FUSED || cfg!(any(target_arch = "x86", target_arch = "x86_64", target_arch = "aarch64"));
+
 impl Lanes {
     /// 0 in every lane.
     pub const ZERO: Self = Self(f64x4::ZERO);
@@ -118,7 +121,7 @@ impl Lanes {
     #[must_use]
     pub fn sin_cos(self) -> (Self, Self) {
         let near = f64x4::splat(sin_cos::FAR).simd_ge(self.0.abs());
-        if near.all() { self.near() } else { self.far(sin_cos::fast) }
+        if ALIKE && near.all() { self.near() } else { self.far(sin_cos::fast) }
     }
 
     /// (sin x, cos x), each as [`sin_cos::accurate`] has it.

@@ -40,7 +40,7 @@ struct Call {
     time: [f64; COUNT],
     /// Two substeps, as parts of the step.
     twice: [f64; COUNT],
-    /// Lanes whose columns it ends.
+    /// Lanes whose columns it ends, and whether there are some.
     ended: [bool; COUNT],
     /// Those of them whose first columns these were, and whose last.
     first: [bool; COUNT],
