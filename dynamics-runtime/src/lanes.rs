@@ -262,15 +262,15 @@ mod tests {
             let (sines, cosines) = Lanes::new(angles).sin_cos();
             assert_eq!(bits(sines), angles.map(|x| sin_cos::fast(x).0.to_bits()), "{angles:?}");
             assert_eq!(bits(cosines), angles.map(|x| sin_cos::fast(x).1.to_bits()), "{angles:?}");
-            let reduced = [Lanes::new(angles).reduce_fused(), Lanes::new(angles).reduce()];
-            for ((quarter, r, c), one) in reduced.into_iter().zip([sin_cos::reduce_fused, sin_cos::reduce]) {
-                // Without the instruction a vector's product and sum round twice.
-                if one == sin_cos::reduce_fused as fn(f64) -> _ && !sin_cos::FUSED {
-                    continue;
-                }
+            let check = |(quarter, r, c): (u64x4, f64x4, f64x4), one: fn(f64) -> (u64, f64, f64)| {
                 for (i, angle) in angles.into_iter().enumerate() {
-                    assert_eq!((quarter.to_array()[i], r.to_array()[i], c.to_array()[i]), one(angle));
+                    assert_eq!((quarter.to_array()[i], r.to_array()[i], c.to_array()[i]), one(angle), "{angle}");
                 }
+            };
+            check(Lanes::new(angles).reduce(), sin_cos::reduce);
+            // Without the instruction a vector's product and sum round twice.
+            if sin_cos::FUSED {
+                check(Lanes::new(angles).reduce_fused(), sin_cos::reduce_fused);
             }
             x *= 1.003_7;
         }
