@@ -259,3 +259,49 @@ fn with_lanes_and_without_motions_are_the_same_bit_by_bit() {
     assert_eq!(held.at(1.234).q, law.at(1.234).q);
     assert_eq!(held.counts().evaluations, law.counts().evaluations);
 }
+
+/// A ball that an event throws back from the ground, without loss; another event counts its highest places.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(height)]
+struct Ball {
+    g: f64,
+}
+
+#[dynamics]
+impl Ball {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * q.height.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.g * q.height
+    }
+    #[event]
+    fn ground(&self, q: &Coordinates<Self>) -> Expr {
+        q.height
+    }
+    #[event]
+    fn top(&self, q: &Coordinates<Self>) -> Expr {
+        q.height.dt()
+    }
+}
+
+/// Steps are long, here without any error to bound them: events are found within them, and motions go on from them.
+#[test]
+fn events_are_met_within_long_steps() {
+    assert!(Ball::HAS_LANES);
+    let model = Ball { g: 2.0 };
+    let start = model.state().height(1.0).build().unwrap();
+    let run = model.simulate(start).until(9.5).tolerance(1e-10).method(methods::GraggBulirschStoer);
+    let motion = run.on_event("ground", Direction::Falling, |s| s.u[0] = -s.u[0]).run().unwrap();
+    // From height 1 at rest: on the ground at 1, 3, 5, …, at the top at 2, 4, ….
+    let times = |name: &str| motion.events().iter().filter(|e| e.name == name).map(|e| e.time()).collect::<Vec<_>>();
+    let near = |found: &[f64], wanted: &[f64]| {
+        assert_eq!(found.len(), wanted.len(), "{found:?}");
+        found.iter().zip(wanted).for_each(|(found, wanted)| assert!((found - wanted).abs() < 1e-8, "{found}"));
+    };
+    near(&times("ground"), &[1.0, 3.0, 5.0, 7.0, 9.0]);
+    near(&times("top"), &[2.0, 4.0, 6.0, 8.0]);
+    assert!((motion.end().height() - 0.75).abs() < 1e-8);
+}

@@ -205,6 +205,26 @@ fn the_stepper_meets_its_limit_and_stands_where_it_failed() {
     assert!((now.t - 1.0).abs() < 1e-5 && now.y.q[0] > 1e4, "{now:?}");
 }
 
+/// Four lanes at once: the first acceleration that is none is named, not what it makes of the others.
+#[test]
+fn extrapolation_names_what_is_not_finite() {
+    type V2 = SVector<f64, 2>;
+    let mut broken = |t: f64, q: &V2, _: &V2| {
+        let second = if t > 1.0 { f64::NAN } else { -q[1] };
+        Ok::<V2, Infallible>(V2::new(-q[0] - 0.1 * q[1], second))
+    };
+    let start = Phase { q: V2::new(1.0, 0.5), u: V2::zeros() };
+    let options = StepOptions { tolerances: Tolerances::both(1e-9), fixed: None, first: None, most: f64::INFINITY };
+    let mut stepper = Stepper::<V2, GraggBulirschStoer<V2>>::new(&mut broken, 0.0, start, 2.0, options).unwrap();
+    let failure = loop {
+        if let Err(error) = stepper.step(&mut broken, 2.0) {
+            break error;
+        }
+    };
+    assert!(matches!(failure, StepError::NotFinite { coordinate: 1, .. }), "{failure:?}");
+    assert!((stepper.now().t - 1.0).abs() < 1e-9, "{}", stepper.now().t);
+}
+
 /// Without an error, as in free flight, the proposed step grows with every step, however short those are that the limits leave. What comes then is
 /// met with a step that was tried.
 #[test]

@@ -1,6 +1,6 @@
 //! GraggBulirschStoer: extrapolation of the midpoint rule, its columns side by side.
 //!
-//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁵ down to rounding, accelerations that can be evaluated for four states at once
+//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁴ to 10⁻¹², accelerations that can be evaluated for four states at once
 //!   ([`System::derivatives`]): models whose generated code has lanes. Without them it is right, and slow.
 //! * **Formula**: the modified midpoint rule z₀ = y, z₁ = y + ηf(y), zᵢ₊₁ = zᵢ₋₁ + 2ηf(zᵢ) with η = h/n has an error in even powers of η only. Its results for
 //!   n = 2, 4, …, 14 are extrapolated to η = 0: the weight of column n is Π n²/(n² − m²) over the other columns m.
@@ -10,6 +10,7 @@
 //!   the step: two such states tell stiffness.
 //! * **Dense output**: the polynomial of degree 11 that has q, q̇ and q̈ at the ends of the step and a third of it from either; u is its derivative. What is between is found by the same rule
 //!   with n = 2, 4, …, 10, of order 10 over a third of the step, from its start and back from its end: again four lanes, 14 calls, only when it is asked for.
+//! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some 10⁻¹³: finer tolerances than 10⁻¹² multiply the steps for nothing.
 //! * **Stability**: real axis to −6.6.
 //! * **Cost**: 13 evaluations of four states side by side and one more per step; 14 with dense output more.
 //! * **Source**: Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer, Nørsett, Wanner, *Solving Ordinary Differential
@@ -40,7 +41,7 @@ struct Call {
     time: [f64; COUNT],
     /// Two substeps, as parts of the step.
     twice: [f64; COUNT],
-    /// Lanes whose columns it ends.
+    /// Lanes whose columns it ends, and whether there are some.
     ended: [bool; COUNT],
     /// Those of them whose first columns these were, and whose last.
     first: [bool; COUNT],
@@ -452,7 +453,7 @@ mod tests {
             let factor = |k: u32| (0..order).map(|i| f64::from(k) - f64::from(i)).product::<f64>();
             (0..12).map(|k| (f64::from(k) - 4.3) * factor(k) * t.powi(k as i32 - order as i32)).sum()
         };
-        let (t0, h) = (-0.3, 0.9);
+        let (t0, h) = (-0.31, 0.9);
         let knot = |theta: f64| {
             let at = t0 + theta * h;
             let y = Phase { q: V::new(value(0, at)), u: V::new(value(1, at)) };
