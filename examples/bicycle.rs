@@ -38,6 +38,23 @@ fn critical(bicycle: &Bicycle, of_pair: bool, mut between: [f64; 2]) -> Result<f
     Ok(0.5 * (between[0] + between[1]))
 }
 
+/// Speed, lean and steer (in °) of the steady turns that begin where straight running capsizes, each found from the two before (P. Basu-Mandal, A. Chatterjee & J. M. Papadopoulos, Proc. R. Soc. A 463
+/// (2007) 1983).
+fn turns(bicycle: &Bicycle, capsize: f64) -> Result<Vec<(f64, f64, f64)>, Box<dyn std::error::Error>> {
+    let (mut found, mut place, mut before) = (Vec::new(), [0.019, 0.0055], [0.0; 2]);
+    for k in 1..=70 {
+        let speed = capsize - 1e-3 * f64::from(k * k);
+        let start = bicycle.state().roll(place[0]).steer(place[1]).pitch_guess(0.0);
+        let start = start.rear_rate(-speed / bicycle.radius[0]).roll_rate(0.0).steer_rate(0.0).assemble()?;
+        let turn = bicycle.steady_in(&start, &["roll", "steer", "rear"])?.state;
+        let here = [turn.roll(), turn.steer()];
+        assert!(here[0] > before[0] * 0.5 && here[1] > before[1], "it leans and steers to the same side");
+        (place, before) = ([0, 1].map(|i| 2.0 * here[i] - before[i]), here);
+        found.push((speed, here[0].to_degrees(), here[1].to_degrees()));
+    }
+    Ok(found)
+}
+
 fn main() -> common::Outcome {
     let bicycle = model();
     let (weave, capsize) = (critical(&bicycle, true, [2.0, 5.0])?, critical(&bicycle, false, [5.5, 7.0])?);
@@ -77,7 +94,22 @@ fn main() -> common::Outcome {
     );
     assert!(late > 1.5 * early);
 
+    let turns = turns(&bicycle, capsize)?;
+    let last = turns.last().ok_or("slow turns")?;
+    println!(
+        "turns without hands go from {capsize:.3} m/s down to {:.3} m/s, where it leans by {:.2}° and steers by {:.2}°",
+        last.0, last.1, last.2
+    );
     let mut files = common::Files::of("bicycle");
+    let over = |value: fn(&(f64, f64, f64)) -> f64| turns.iter().map(|turn| (turn.0, value(turn))).collect::<Vec<_>>();
+    Chart::new("Turns without hands")
+        .panel(
+            Panel::new(Axis::new("speed of the rear wheel in m/s"), Axis::new("in °"))
+                .line("lean", over(|turn| turn.1))
+                .line("steer", over(|turn| turn.2))
+                .instants("capsize speed", [capsize]),
+        )
+        .write_svg(files.path("turns.svg"))?;
     let speeds: Vec<f64> = (0..=200).map(|k| 0.05 * f64::from(k)).collect();
     let (mut growth, mut swing) = (Vec::new(), Vec::new());
     for speed in speeds {

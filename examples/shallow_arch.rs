@@ -33,7 +33,7 @@ impl Arch {
         Drawing::new()
             .ground(vec2(-b - 0.1, 0.0), vec2(-b + 0.1, 0.0))
             .ground(vec2(b - 0.1, 0.0), vec2(b + 0.1, 0.0))
-            .polyline([vec2(-b, 0.0).into(), apex, vec2(b, 0.0).into()])
+            .polyline([vec2(-b, 0.0), apex, vec2(b, 0.0)])
             .dot(apex)
             .arrow(apex + vec2(0.0, 0.25), apex + vec2(0.0, 0.04))
     }

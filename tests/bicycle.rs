@@ -211,9 +211,9 @@ fn turns_without_hands() {
     let model = model();
     let at = |speed: f64| {
         let search = model.steady_motions(leaning(speed, [0.0, 0.0])).holding(&["roll", "steer", "rear"]);
-        search.random(100).within("roll", [-1.2, 1.2]).within("steer", [-1.2, 1.2]).run().expect("straight on")
+        search.random(50).within("roll", [-1.2, 1.2]).within("steer", [-1.2, 1.2]).run().expect("straight on")
     };
-    for (speed, count) in [(1.0, 5), (6.0, 5), (6.3, 3)] {
+    for (speed, count) in [(6.0, 5), (6.3, 3)] {
         let found = at(speed);
         // What hangs below the plane rolls, too.
         let above = || found.equilibria.iter().filter(|one| one.state.roll().abs() < std::f64::consts::FRAC_PI_2);

@@ -95,6 +95,36 @@ fn a_bead_on_a_hoop() {
     assert!((judged.least_omega_squared.unwrap() - routh).abs() < 1e-13 * routh, "{judged}: {routh}");
 }
 
+/// A hoop without inertia leaves a spherical pendulum: in a cone cos θ = g/(l ω²) it goes round for ever; upright its angle turns, and it does not. Next to the pole, where rounding ends the search,
+/// the momentum of next to no inertia would hold it up.
+#[test]
+fn a_pole_is_not_judged_by_what_turns_in_it() {
+    let (g, radius, speed) = (9.81, 1.0, 3.5_f64);
+    let model = FreeHoop { m: 1.0, g, radius, inertia: 0.0 };
+    let around = model.state().theta(0.5).phi_rate(speed).build().unwrap();
+    let found = model.steady_motions(around).random(30).within("theta", [-3.1, 3.1]).run().unwrap();
+    let cone = (g / (radius * speed * speed)).acos();
+    let mut cones = 0;
+    for one in &found.equilibria {
+        assert_eq!((one.state.phi_rate(), one.state.phi()), (speed, 0.0), "{one}");
+        match model.stability(&one.state) {
+            Ok(judged) => {
+                assert!((one.state.theta().abs() - cone).abs() < 1e-14 && judged.is_stable(), "{one}\n{judged}");
+                // Routh: ω² sin²θ + 4 ω² cos²θ.
+                let wanted = speed * speed * (1.0 + 3.0 * cone.cos().powi(2));
+                assert!((judged.least_omega_squared.unwrap() / wanted - 1.0).abs() < 1e-13, "{judged}");
+                cones += 1;
+            }
+            Err(error) => {
+                let singular = matches!(error, EquilibriumError::Solve(SolveError::SingularMassMatrix(_)));
+                assert!(one.state.theta().sin().abs() < 1e-15, "{one}: {error}");
+                assert!(singular || matches!(error, EquilibriumError::Pole { coordinate: "phi" }), "{error}");
+            }
+        }
+    }
+    assert!(cones == 2 && found.equilibria.len() == 4, "{found}");
+}
+
 #[test]
 fn zieglers_column_with_and_without_damping() {
     let at = |p: f64, c: f64| {

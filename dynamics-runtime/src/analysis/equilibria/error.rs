@@ -48,7 +48,7 @@ pub enum EquilibriumError {
         /// The force that is left on the other side.
         force: f64,
     },
-    /// Where the search ended the mass matrix is singular: a pole of polar coordinates, or gimbal lock. Generalized forces vanish there whatever acts.
+    /// Where the search ended, or where stability is asked for, the mass matrix is singular: a pole of polar coordinates, or gimbal lock. Generalized forces vanish there whatever acts.
     Pole {
         /// The coordinate that has no inertia there.
         coordinate: &'static str,
@@ -133,7 +133,7 @@ impl fmt::Display for EquilibriumError {
             Self::Derivatives(error) => error.fmt(f),
             Self::Pole { coordinate } => write!(
                 f,
-                "nothing that moves with `{coordinate}` has inertia where the search ended: coordinates have a pole there (gimbal lock, r = 0), and no force on it says \
+                "nothing that moves with `{coordinate}` has inertia in this place, or where the search ended: coordinates have a pole there (gimbal lock, r = 0), and no force on it says \
                  anything; start elsewhere, or use coordinates that are regular there"
             ),
             Self::InputNotSet { input } => {

@@ -47,6 +47,7 @@ pub(super) fn judge<M: Constraints + Powers>(model: &M, state: &M::State) -> Res
         return Err(reason.into());
     }
     check_stays(model, state)?;
+    refuse_pole(model, state)?;
     let ignorable = ignorable(model, state, &linear);
     let mut found = match routh(model, state, &linear, &ignorable)? {
         Some(reduced) => of_second_order(&reduced, energy(model, state, &indices::<M>(&linear), &linear.damping))?,
@@ -61,6 +62,29 @@ pub(super) fn judge<M: Constraints + Powers>(model: &M, state: &M::State) -> Res
         };
     }
     Ok(found)
+}
+
+/// Refuses to judge what turns in a pole of its coordinates, or next to it by rounding, as a spherical pendulum upright: no momentum of a coordinate that has no inertia holds anything, and the same
+/// place at rest may be unstable.
+fn refuse_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
+    if state.u().as_slice().iter().all(|u| *u == 0.0) {
+        return Ok(());
+    }
+    let here = Statics::of(model, state, &[])?;
+    let constants = model.constants().map_err(SolveError::from)?;
+    let scales = scales(M::COORDINATES, state.q().as_slice());
+    for part in [0.1, -0.17] {
+        let mut beside = *state;
+        let spread = |i: usize| part * (1.0 + 0.618 * i as f64).sin();
+        beside.q_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, q)| *q += scales[i] * spread(i));
+        let placed = with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
+        // Where there is no position nothing is learnt.
+        let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &[]).ok()) else { continue };
+        if let Some(along) = here.pole(&there) {
+            return Err(EquilibriumError::Pole { coordinate: M::COORDINATES[along.iamax()].name });
+        }
+    }
+    Ok(())
 }
 
 /// The independent coordinates among all.
