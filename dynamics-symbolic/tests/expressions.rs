@@ -339,7 +339,7 @@ fn choices_are_those_of_their_branches() {
     let mut g = Graph::new();
     let (x, y) = (g.symbol(Symbol::Coordinate(0)), g.symbol(Symbol::Coordinate(1)));
     let (zero, one) = (g.zero(), g.one());
-    let mut select = |g: &mut Graph, then, otherwise| g.select(Comparison::Less, zero, x, then, otherwise);
+    let select = |g: &mut Graph, then, otherwise| g.select(Comparison::Less, zero, x, then, otherwise);
     let (chosen, [back, down]) = (select(&mut g, y, one), [y, one].map(|branch| g.neg(branch)));
     let opposite = select(&mut g, back, down);
     assert_eq!(g.neg(chosen), opposite);
