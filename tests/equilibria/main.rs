@@ -1,5 +1,6 @@
 //! Equilibria of derived models: all of them, once each, against closed forms and other coordinates; where there is none, the error says so.
 
+mod damping;
 #[path = "../models/free_hoop.rs"]
 mod free_hoop;
 mod hard;
