@@ -55,7 +55,7 @@ fn jumps_somewhere(model: &Model, energy: NodeId, moving: bool) -> bool {
         let by_time = !on(Dependence::COORDINATES);
         let across = Across { model, energy, left, right, by_time, moving };
         // A potential that jumps at some time strikes nothing: it is work from outside.
-        placed && !(by_time && !moving) && !on(Dependence::RATES) && (0..LINES).any(|line| across.jumps_on(line))
+        placed && (moving || !by_time) && !on(Dependence::RATES) && (0..LINES).any(|line| across.jumps_on(line))
     })
 }
 
@@ -78,7 +78,10 @@ impl Across<'_> {
         let sides =
             [s - beside, s + beside].map(|s| [1.0, 0.0, -1.0].map(|rates| self.value(self.energy, line, s, rates)));
         let [forward, rest, back] = [0, 1, 2].map(|k| sides[1][k] - sides[0][k]);
-        let size: f64 = sides.iter().flatten().map(|x| x.abs()).sum();
+        // A spring that begins here is next to nothing on both sides: what it is further away is its size.
+        let away =
+            [s - 1.0, s + 1.0].map(|s| self.value(self.energy, line, s, 1.0)).into_iter().filter(|x| x.is_finite());
+        let size: f64 = sides.iter().flatten().copied().chain(away).map(f64::abs).sum();
         // A mass that is left behind at some time takes its momentum along; a push at some time is one.
         let jump = match (self.moving, self.by_time) {
             (false, _) => rest,
