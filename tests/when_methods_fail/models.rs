@@ -157,7 +157,8 @@ impl Kicked {
     }
     #[potential]
     fn buffer(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.mass * self.omega.powi(2) * (q.x - self.buffer).max(0.0).powi(2)
+        let pressed = q.x - self.buffer;
+        if pressed > 0.0 { 0.5 * self.mass * (self.omega * pressed).powi(2) } else { Expr::ZERO }
     }
     #[dissipation]
     fn damper(&self, q: &Coordinates<Self>) -> Expr {

@@ -7,13 +7,13 @@
 pub(crate) const TOLERANCE: u64 = 4;
 
 /// Accelerations at 64 states.
-pub(crate) const DOUBLE_PENDULUM: u64 = 10_896;
+pub(crate) const DOUBLE_PENDULUM: u64 = 11_902;
 pub(crate) const CHAIN_5: u64 = 38_912;
 pub(crate) const CHAIN_10: u64 = 74_931;
-pub(crate) const ANDREWS: u64 = 74_292;
+pub(crate) const ANDREWS: u64 = 73_800;
 pub(crate) const SLIDER_CRANK: u64 = 14_439;
 /// Motions that keep nothing.
-pub(crate) const DOP853_DOUBLE_PENDULUM: u64 = 343_265;
-pub(crate) const TAYLOR_DOUBLE_PENDULUM: u64 = 1_120_758;
-pub(crate) const DOP853_ANDREWS: u64 = 418_265;
-pub(crate) const RADAU5_SPRING: u64 = 246_931;
+pub(crate) const DOP853_DOUBLE_PENDULUM: u64 = 357_326;
+pub(crate) const TAYLOR_DOUBLE_PENDULUM: u64 = 531_500;
+pub(crate) const DOP853_ANDREWS: u64 = 504_736;
+pub(crate) const RADAU5_SPRING: u64 = 254_637;

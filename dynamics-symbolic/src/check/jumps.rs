@@ -85,7 +85,10 @@ impl Across<'_> {
         let sides =
             [s - beside, s + beside].map(|s| [1.0, 0.0, -1.0].map(|rates| self.value(self.energy, line, s, rates)));
         let [forward, rest, back] = [0, 1, 2].map(|k| sides[1][k] - sides[0][k]);
-        let size: f64 = sides.iter().flatten().map(|x| x.abs()).sum();
+        // A spring that begins here is next to nothing on both sides: what it is further away is its size.
+        let away =
+            [s - 1.0, s + 1.0].map(|s| self.value(self.energy, line, s, 1.0)).into_iter().filter(|x| x.is_finite());
+        let size: f64 = sides.iter().flatten().copied().chain(away).map(f64::abs).sum();
         // A mass that is left behind at some time takes its momentum along; a push at some time is one.
         let jump = match (self.moving, self.by_time) {
             (false, _) => rest,
