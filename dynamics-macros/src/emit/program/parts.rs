@@ -46,7 +46,7 @@ impl Body<'_> {
             let results = results.iter().map(|id| printer.result(*id)).collect();
             return Printed { functions: TokenStream::new(), statements, results };
         }
-        let table = if self.seldom && std::env::var("NOTABLE").is_err() { self.tabulate(steps, results) } else { None };
+        let table = if self.seldom { self.tabulate(steps, results) } else { None };
         table.unwrap_or_else(|| self.print_parts(program, steps, results, &wanted))
     }
 
