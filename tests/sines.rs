@@ -211,7 +211,7 @@ impl Pushing {
 
 #[test]
 fn choices_are_evaluated_one_by_one_and_motions_are_right_nevertheless() {
-    assert!(!Pushing::HAS_LANES);
+    const { assert!(!Pushing::HAS_LANES) };
     let model = Pushing { k: 40.0 };
     let start = model.state().x(0.7).build().unwrap();
     let run = || model.simulate(start).until(6.0).tolerance(1e-11);
@@ -290,7 +290,7 @@ impl Ball {
 /// Steps are long, here without any error to bound them: events are found within them, and motions go on from them.
 #[test]
 fn events_are_met_within_long_steps() {
-    assert!(Ball::HAS_LANES);
+    const { assert!(Ball::HAS_LANES) };
     let model = Ball { g: 2.0 };
     let start = model.state().height(1.0).build().unwrap();
     let run = model.simulate(start).until(9.5).tolerance(1e-10).method(methods::GraggBulirschStoer);

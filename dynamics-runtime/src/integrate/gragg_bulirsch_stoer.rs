@@ -386,9 +386,9 @@ impl<V: Vector> Knots<V> {
                         (false, _) => (column[j] - column[j - 1]) / apart,
                     };
                 }
-                if order > 1 {
-                    higher[order - 2][i] = column[order];
-                }
+            }
+            for (higher, found) in higher.iter_mut().zip(&column[2..]) {
+                higher[i] = *found;
             }
         }
         Self { h, start: start.y, higher }
@@ -400,11 +400,11 @@ impl<V: Vector> Dense<V> for Knots<V> {
         let Self { h, start, higher } = self;
         // What is left of q behind θ², and its slope.
         let mut rest = Phase { q: higher[CONDITIONS - 3], u: V::zeros() };
-        for j in (0..CONDITIONS - 3).rev() {
-            let by = theta - PLACES[(j + 2) / 3];
+        for j in (2..CONDITIONS - 1).rev() {
+            let (by, coefficients) = (theta - PLACES[j / 3], higher[j - 2]);
             for i in 0..V::LEN {
                 rest.u[i] = rest.q[i] + by * rest.u[i];
-                rest.q[i] = higher[j][i] + by * rest.q[i];
+                rest.q[i] = coefficients[i] + by * rest.q[i];
             }
         }
         let mut out = *start;
