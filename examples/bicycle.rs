@@ -38,9 +38,12 @@ fn critical(bicycle: &Bicycle, of_pair: bool, mut between: [f64; 2]) -> Result<f
     Ok(0.5 * (between[0] + between[1]))
 }
 
-/// Speed, lean and steer (in °) of the steady turns that begin where straight running capsizes, each found from the two before (P. Basu-Mandal, A. Chatterjee & J. M. Papadopoulos, Proc. R. Soc. A 463
+/// Speed (m/s), lean and steer (°) of a turn.
+type Turn = (f64, f64, f64);
+
+/// The steady turns that begin where straight running capsizes, each found from the two before (P. Basu-Mandal, A. Chatterjee & J. M. Papadopoulos, Proc. R. Soc. A 463
 /// (2007) 1983).
-fn turns(bicycle: &Bicycle, capsize: f64) -> Result<Vec<(f64, f64, f64)>, Box<dyn std::error::Error>> {
+fn turns(bicycle: &Bicycle, capsize: f64) -> Result<Vec<Turn>, Box<dyn std::error::Error>> {
     let (mut found, mut place, mut before) = (Vec::new(), [0.019, 0.0055], [0.0; 2]);
     for k in 1..=70 {
         let speed = capsize - 1e-3 * f64::from(k * k);

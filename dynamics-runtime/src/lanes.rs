@@ -278,10 +278,9 @@ mod tests {
             for at in 0..COUNT {
                 let angles = core::array::from_fn(|i| if i == at { far } else { i as f64 });
                 let ((sines, cosines), one) = (Lanes::new(angles).sin_cos(), angles.map(sin_cos::fast));
-                for i in 0..COUNT {
-                    let (s, c) = (sines.to_array()[i], cosines.to_array()[i]);
-                    assert!(s.to_bits() == one[i].0.to_bits() || s.is_nan() && one[i].0.is_nan(), "{angles:?}");
-                    assert!(c.to_bits() == one[i].1.to_bits() || c.is_nan() && one[i].1.is_nan(), "{angles:?}");
+                for ((s, c), one) in sines.to_array().into_iter().zip(cosines.to_array()).zip(one) {
+                    assert!(s.to_bits() == one.0.to_bits() || s.is_nan() && one.0.is_nan(), "{angles:?}");
+                    assert!(c.to_bits() == one.1.to_bits() || c.is_nan() && one.1.is_nan(), "{angles:?}");
                 }
             }
         }

@@ -181,7 +181,9 @@ mod tests {
     #[test]
     fn every_operation_is_the_one_of_its_name() {
         let [a, b, c, d] = GIVEN;
-        let one: [(Operation, fn(f64) -> f64); 16] = [
+        type One = fn(f64) -> f64;
+        type Two = fn(f64, f64) -> f64;
+        let one: [(Operation, One); 16] = [
             (Operation::Neg, |x| -x),
             (Operation::Tan, f64::tan),
             (Operation::Asin, f64::asin),
@@ -208,7 +210,7 @@ mod tests {
                 assert!(same || (found - expected).abs() <= 2.0 * f64::EPSILON, "{operation:?}: {found} {expected}");
             }
         }
-        let two: [(Operation, fn(f64, f64) -> f64); 9] = [
+        let two: [(Operation, Two); 9] = [
             (Operation::Add, |x, y| x + y),
             (Operation::Sub, |x, y| x - y),
             (Operation::Mul, |x, y| x * y),
