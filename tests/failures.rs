@@ -343,8 +343,13 @@ mod drift {
         let error = run(Formulation::Augmented).unwrap_err();
         let SimulationErrorKind::Drift { what, row, distance, limit, .. } = error.kind else { panic!("{error}") };
         assert_eq!((what, row), ("velocities", "knife"));
-        // cos² + sin² = 1: the distance is the slip, and the limit is relative to the velocities.
-        assert!(distance > limit && distance < 10.0 * limit && limit >= 1e-3, "{error}");
+        // cos² + sin² = 1: the distance is the slip, and the limit is relative to the size of the sleigh and its velocities.
+        let there = &error.state;
+        let (sine, cosine) = there.heading().sin_cos();
+        let size = model.behind + there.x_rate().abs().max(there.y_rate().abs());
+        let expected = 1e-3 * size * (sine.abs() + cosine.abs());
+        assert!(distance > limit && distance < 10.0 * limit, "{error}");
+        assert!((limit / expected - 1.0).abs() < 1e-12, "{limit} {expected}");
         assert!(error.time > 0.1 && error.time < 1000.0, "{error}");
         let kept = run(Formulation::Projected).unwrap().summary();
         assert!(kept.constraints[0].velocity_residual < 1e-12, "{kept}");
