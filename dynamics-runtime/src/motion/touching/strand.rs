@@ -27,6 +27,9 @@ const NEAR: f64 = 0.03;
 /// Part of the gradient that is left there.
 const STAYS: f64 = 0.5;
 
+/// Most coordinates whose combinations of rows are followed: where generated code has no solution, next to lost rank, a correction takes n³, and a doubtful place asks for 6 n of them.
+const MOST: usize = 32;
+
 /// What may vanish.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Strand {
@@ -83,7 +86,7 @@ impl<M: Constraints> Strands<M> {
         let single = M::CONSTRAINTS.iter().filter(|one| one.kind == ConstraintKind::Holonomic && one.rows == 1);
         let mut all: Vec<Strand> = single.map(|one| Strand::Row(one.first)).collect();
         // Rows that repeat others have no rank of theirs to lose.
-        if M::Residual::LEN > 1 && !M::CONSTRAINTS.iter().any(|one| one.redundant) {
+        if M::Residual::LEN > 1 && M::Vector::LEN <= MOST && !M::CONSTRAINTS.iter().any(|one| one.redundant) {
             all.push(Strand::All);
         }
         let mut out = Self { all, weights: M::Vector::zeros(), right: M::Rows::zeros(), workspace: Vec::new() };
