@@ -11,6 +11,7 @@
 //! * **Dense output**: the polynomial of degree 11 that has q, q̇ and q̈ at the ends of the step and a third of it from either; u is its derivative. What is between is found by the same rule
 //!   with n = 2, 4, …, 10, of order 10 over a third of the step, from its start and back from its end: again four lanes, 14 calls, only when it is asked for.
 //! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some 10⁻¹³: finer tolerances than 10⁻¹² multiply the steps for nothing.
+//!   Between steps u has what rounding leaves of q, ε|q|, some nine times over h: short steps far from the origin of q have fewer digits of u between their ends than at them.
 //! * **Stability**: real axis to −6.6.
 //! * **Cost**: 13 evaluations of four states side by side and one more per step; 14 with dense output more.
 //! * **Source**: Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer, Nørsett, Wanner, *Solving Ordinary Differential
