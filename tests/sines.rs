@@ -190,7 +190,7 @@ fn where_one_state_has_no_accelerations_there_are_none_side_by_side() {
     assert_eq!(side_by_side(&model, [regular, regular, singular, regular]), None);
 }
 
-/// A spring that only pushes, and a track by a function of the user's.
+/// A spring that only pushes.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x)]
 struct Pushing {
@@ -249,7 +249,7 @@ fn motions_by_extrapolation_are_those_by_other_methods() {
     compare(&WORDS, WORDS.state().x(0.3).x_rate(0.2).push(0.4).build().unwrap(), 5.0, 100.0);
 }
 
-/// A law makes each evaluation one by itself: the same motion to the last bit, and as many evaluations but for those of lanes that are done.
+/// A law makes each evaluation one by itself: the same motion to the last bit, by as many evaluations.
 #[test]
 fn with_lanes_and_without_motions_are_the_same_bit_by_bit() {
     let start = WORDS.state().x(0.3).x_rate(0.2).push(0.4).build().unwrap();

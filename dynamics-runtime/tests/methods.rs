@@ -187,6 +187,31 @@ fn notices_stiffness(method: impl methods::Choice + std::fmt::Debug) {
     assert_eq!(easy.run().unwrap().counts().stiff_at, None, "{method:?}");
 }
 
+/// A slow pendulum tied to what fades fast: what is left of that is small beside the changes of the slow motion, and must be told from them.
+#[test]
+fn stiffness_is_noticed_at_tight_tolerances() {
+    type V2 = SVector<f64, 2>;
+    fn stiff_at<S: Scheme<V2>>(tolerance: f64) -> Option<f64> {
+        let mut system = |_: f64, q: &V2, u: &V2| {
+            Ok::<V2, Infallible>(V2::new(-q[0].sin() - 0.01 * q[1], -9e4 * q[1] - 0.01 * q[0] - 900.0 * u[1]))
+        };
+        let start = Phase { q: V2::new(1.0, 1e-3), u: V2::zeros() };
+        let tolerances = Tolerances::both(tolerance);
+        let options = StepOptions { tolerances, fixed: None, first: None, most: f64::INFINITY };
+        let mut stepper = Stepper::<V2, S>::new(&mut system, 0.0, start, 5.0, options).unwrap();
+        while stepper.now().t < 5.0 {
+            stepper.step(&mut system, 5.0).unwrap();
+        }
+        stepper.stiff_at()
+    }
+    for tolerance in [1e-6, 1e-9] {
+        let [dop853, extrapolation] =
+            [stiff_at::<Dop853<V2>>(tolerance), stiff_at::<GraggBulirschStoer<V2>>(tolerance)];
+        assert!(dop853.is_some_and(|t| t < 2.0), "{tolerance:e}: {dop853:?}");
+        assert!(extrapolation.is_some_and(|t| t < 2.0), "{tolerance:e}: {extrapolation:?}");
+    }
+}
+
 /// The stepper in a program of its own: the last step ends exactly at the limit, and errors leave it at the last good state.
 #[test]
 fn the_stepper_meets_its_limit_and_stands_where_it_failed() {
