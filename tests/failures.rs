@@ -343,8 +343,10 @@ mod drift {
         let error = run(Formulation::Augmented).unwrap_err();
         let SimulationErrorKind::Drift { what, row, distance, limit, .. } = error.kind else { panic!("{error}") };
         assert_eq!((what, row), ("velocities", "knife"));
-        // cos² + sin² = 1: the distance is the slip, and the limit is relative to the velocities.
-        assert!(distance > limit && distance < 10.0 * limit && limit >= 1e-3, "{error}");
+        // cos² + sin² = 1: the distance is the slip. The limit is relative to the velocities of its kind and to the length of the sleigh, per second.
+        let size = model.behind + error.state.x_rate().abs().max(error.state.y_rate().abs());
+        assert!(distance > limit && distance < 10.0 * limit, "{error}");
+        assert!(limit >= 1e-3 * size && limit <= 1.415e-3 * size, "{error}");
         assert!(error.time > 0.1 && error.time < 1000.0, "{error}");
         let kept = run(Formulation::Projected).unwrap().summary();
         assert!(kept.constraints[0].velocity_residual < 1e-12, "{kept}");
