@@ -13,7 +13,7 @@ pub(crate) const CHAIN_10: u64 = 74_931;
 pub(crate) const ANDREWS: u64 = 73_800;
 pub(crate) const SLIDER_CRANK: u64 = 14_439;
 /// Motions that keep nothing.
-pub(crate) const DOP853_DOUBLE_PENDULUM: u64 = 357_326;
-pub(crate) const TAYLOR_DOUBLE_PENDULUM: u64 = 531_500;
-pub(crate) const DOP853_ANDREWS: u64 = 504_736;
-pub(crate) const RADAU5_SPRING: u64 = 254_637;
+pub(crate) const DOP853_DOUBLE_PENDULUM: u64 = 357_275;
+pub(crate) const TAYLOR_DOUBLE_PENDULUM: u64 = 529_182;
+pub(crate) const DOP853_ANDREWS: u64 = 452_964;
+pub(crate) const RADAU5_SPRING: u64 = 252_771;

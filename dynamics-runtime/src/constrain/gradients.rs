@@ -2,9 +2,13 @@
 
 use super::assemble::{NEARBY, beside, beside_on_constraints};
 use super::held::active_rows;
+#[cfg(feature = "alloc")]
+use super::memory::dot;
 use super::memory::{Memory, max_abs, norm, swap_rows};
 use super::names;
 use crate::error::SolveError;
+#[cfg(feature = "alloc")]
+use crate::math;
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
 /// Φ_q by rows, in memory that a caller lends: by value it may be too large for a stack. Rows that have vanished are zero.
@@ -151,6 +155,33 @@ pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &
         Gradients::of(model, state, workspace);
     }
     &workspace[..n * n]
+}
+
+/// Part of its diagonal element by which a pivot of M is positive for sure: rounding is far smaller.
+#[cfg(feature = "alloc")]
+const POSITIVE: f64 = 1e-8;
+
+/// Whether M is positive definite at a state, without doubt: then it is so along whatever constraints leave free. By Cholesky's elimination of M alone, a thirtieth of what the general
+/// solver takes for Andrews' mechanism.
+#[cfg(feature = "alloc")]
+pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> bool {
+    let n = M::Vector::LEN;
+    mass(model, state, workspace);
+    let mass = &mut workspace[..n * n];
+    for j in 0..n {
+        for i in j..n {
+            let entry = mass[i * n + j];
+            let rest = entry - dot(&mass[i * n..i * n + j], &mass[j * n..j * n + j]);
+            if i > j {
+                mass[i * n + j] = rest / mass[j * n + j];
+            } else if rest > POSITIVE * entry {
+                mass[j * n + j] = math::sqrt(rest);
+            } else {
+                return false;
+            }
+        }
+    }
+    true
 }
 
 /// Part of its usual length that a gradient counts for which has vanished, where distances from its constraint are told: rounding of the residual

@@ -27,13 +27,14 @@ pub(super) struct Functions<'m, M: Simulate> {
     constants: M::Constants,
     ad_hoc: Vec<AdHoc<'m, M::State>>,
     pub(super) guards: Guards,
-    /// For reactions of guards, and gradients of constraints.
+    /// For reactions of guards, and gradients of constraints where one is asked for; none where nothing is watched.
     workspace: RefCell<Vec<f64>>,
 }
 
 impl<'m, M: Simulate> Functions<'m, M> {
     pub(super) fn new(model: &'m M, constants: M::Constants, ad_hoc: Vec<AdHoc<'m, M::State>>, guards: Guards) -> Self {
-        let len = if M::IS_FREE { 0 } else { constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len()) };
+        let none = M::EVENTS.is_empty() && ad_hoc.is_empty() && guards.is_empty();
+        let len = if M::IS_FREE || none { 0 } else { constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len()) };
         Self { model, constants, ad_hoc, guards, workspace: RefCell::new(vec![0.0; len]) }
     }
 

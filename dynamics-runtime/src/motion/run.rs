@@ -126,7 +126,7 @@ pub(crate) fn run<M: Simulate>(
     plan.plant.upkeep.under_way = true;
     let result = match begun {
         Ok(()) => {
-            let touching = Touching::from(plan.plant.model, &from);
+            let touching = Touching::from(&mut plan.plant, &from);
             let (slide, probe) = (Slide::from(from.t()), Probe::from(from.t()));
             Flight { plan, stepper, creep: Creep::new(), slide, touching, probe }.fly(sink)
         }
@@ -257,10 +257,10 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// Ends the motion where branches of a constraint touch and it went over to another one, or may have: see [`super::touching`].
     #[inline]
     pub(super) fn check_branch(&mut self, sink: &mut dyn Sink<M>, last: bool) -> Result<(), Halt> {
-        if self.touching.is_idle() || !self.plan.plant.upkeep.settles() {
+        if self.touching.is_idle() {
             return Ok(());
         }
-        let found = self.touching.reached(&self.plan.plant, self.stepper.now(), last);
+        let found = self.touching.reached(&mut self.plan.plant, self.stepper.now(), last);
         let Some(Touch { rows, at, changed, before }) = found else { return Ok(()) };
         let h = self.stepper.tally().proposed;
         self.stepper.go_back(&before);

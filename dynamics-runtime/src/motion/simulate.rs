@@ -28,11 +28,12 @@ use super::run::{Ended, Halt, Keep, Plan, Show, Sink, run};
 use super::second::{Probe, Second, SecondRun};
 use super::upkeep::{PlaceError, Upkeep};
 use super::watch::{Action, Flow, Watch};
-use crate::constrain::{solve_general, with_workspace};
+use crate::constrain::gradients::is_positive;
+use crate::constrain::solve_general;
 use crate::error::SolveError;
 use crate::integrate::{Direction, Tolerances};
 use crate::methods::{Any, Radau5};
-use crate::model::{Branches, Constraints, Events, ModelState, Outputs, Powers};
+use crate::model::{Branches, Constraints, Events, Known, ModelState, Outputs, Powers};
 
 /// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is wrong more often
 /// than not.
@@ -334,9 +335,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     /// Runs the simulation and keeps its motion.
     pub fn run(mut self) -> Result<Motion<'m, M>, SimulationError<M>> {
         let checked = self.check()?;
-        self.place(&checked)?;
+        let room = self.place(&checked)?;
         let mut keep = Keep { records: Vec::new(), events: Vec::new() };
-        let (run, result) = self.fly(checked, &mut keep)?;
+        let (run, result) = self.fly(checked, room, &mut keep)?;
         let mut trajectory = Trajectory { records: keep.records, events: keep.events, ..run.trajectory };
         if let (Some(second), Some(driver)) = (run.second, &trajectory.driver) {
             let order = driver.method().order();
@@ -358,7 +359,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             return Err(self.refused(OptionError::NothingToCompare.into()));
         }
         let checked = self.check()?;
-        self.place(&checked)?;
+        let room = self.place(&checked)?;
         let mut observer = |state: &M::State| observer(state).into();
         let start = self.start;
         let times = checked.output_times.clone();
@@ -373,7 +374,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let mut times = times.map(|mut times| times.split_off(at_start).into_iter());
         let next = times.as_mut().and_then(Iterator::next);
         let mut show = Show { observer: &mut observer, times, next, last: None };
-        let (run, result) = self.fly(checked, &mut show)?;
+        let (run, result) = self.fly(checked, room, &mut show)?;
         let last = show.last.unwrap_or_else(|| Record::unmoved(start));
         match result {
             Ok(()) => Ok(with_inputs::<M>(run.law.as_ref(), last.state)),
@@ -382,15 +383,21 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     /// Runs into a sink, with the options checked.
-    fn fly(mut self, checked: Checked<'m, M>, sink: &mut dyn Sink<M>) -> Result<Landed<'m, M>, SimulationError<M>> {
+    fn fly(
+        mut self,
+        checked: Checked<'m, M>,
+        mut room: Vec<f64>,
+        sink: &mut dyn Sink<M>,
+    ) -> Result<Landed<'m, M>, SimulationError<M>> {
         let constants = self.constants()?;
-        self.check_inertia()?;
+        self.check_inertia(&mut room)?;
         let law = self.law.take();
         let (driver, reason) = checked.method;
         let contacts: Vec<_> = checked.guards.iter().filter_map(Guard::closing::<M>).collect();
-        let plant = || {
+        let plant = |room| {
             let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
-            let mut upkeep = Upkeep::new(formulation, self.drift_limit, constants, (self.start.t(), checked.end));
+            let run = (self.start.t(), checked.end);
+            let mut upkeep = Upkeep::within(formulation, self.drift_limit, constants, run, room);
             upkeep.contacts.clone_from(&contacts);
             Plant {
                 model: self.model,
@@ -407,7 +414,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             }
         };
         let mut plan = Plan {
-            plant: plant(),
+            plant: plant(room),
             start: self.start,
             end: checked.end,
             options: checked.options,
@@ -425,7 +432,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let (upkept, kept) = (plan.plant.upkeep.upkept, plan.watch.kept());
         let second = (self.estimates && result.is_ok()).then(|| {
             let second = SecondRun::of(&checked.options, driver.method());
-            plan.restart(plant(), second.options(checked.options), checked.hands_over);
+            plan.restart(plant(Vec::new()), second.options(checked.options), checked.hands_over);
             plan.most_steps = self.most_steps.saturating_mul(SecondRun::MORE_STEPS);
             let mut probe = Probe::at(sink.times());
             let (counts, _, result) = sail(&driver, &mut plan, &mut probe);
@@ -462,12 +469,15 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     /// Refuses negative inertia at the start: generated code that eliminates constraints does not see the sign of what it divides by.
-    fn check_inertia(&self) -> Result<(), SimulationError<M>> {
-        if !M::KINETIC {
+    fn check_inertia(&self, room: &mut [f64]) -> Result<(), SimulationError<M>> {
+        if !M::KINETIC || M::IS_FREE {
             return Ok(());
         }
         let start = with_inputs::<M>(self.law.as_ref(), self.start);
-        match with_workspace::<M, _>(|workspace| solve_general(self.model, &start, workspace).err()) {
+        if is_positive(self.model, &start, room) {
+            return Ok(());
+        }
+        match solve_general(self.model, &start, room).err() {
             Some(SolveError::SingularMassMatrix(error)) if error.negative => {
                 Err(self.refused(SimulationErrorKind::SingularMassMatrix(error)))
             }
@@ -480,8 +490,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         SimulationError { kind, time: start.t(), step: 0.0, state: Box::new(start), trajectory: None }
     }
 
-    /// Puts the start onto the constraints, once it is known to lie there to within what was typed.
-    fn place(&mut self, checked: &Checked<'m, M>) -> Result<(), SimulationError<M>> {
+    /// Puts the start onto the constraints, once it is known to lie there to within what was typed. The memory that this took is there for the run.
+    fn place(&mut self, checked: &Checked<'m, M>) -> Result<Vec<f64>, SimulationError<M>> {
         let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
         // Constraints may contain inputs; what is held stays what it was.
         let (mut start, held) = (with_inputs::<M>(self.law.as_ref(), self.start), *self.start.inputs());
@@ -498,7 +508,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             Err(PlaceError::State(error)) => return Err(self.refused(SimulationErrorKind::Start(Box::new(error)))),
             Err(PlaceError::Solve(error)) => return Err(self.refused(error.into())),
         }
-        Ok(())
+        Ok(upkeep.into_memory())
     }
 
     fn check(&mut self) -> Result<Checked<'m, M>, SimulationError<M>> {

@@ -105,13 +105,18 @@ pub(super) struct Touching<M: Constraints> {
 
 impl<M: Constraints> Touching<M> {
     /// Of a run that starts at a state.
-    pub(super) fn from(model: &M, start: &M::State) -> Self {
-        let strands = Strands::from(model, start);
+    pub(super) fn from(plant: &mut Plant<'_, '_, M>, start: &M::State) -> Self {
+        let mut strands = Strands::none();
+        if plant.upkeep.settles() {
+            strands.workspace = plant.upkeep.lend();
+            strands.follow(plant.model, start);
+            plant.upkeep.take_back(core::mem::take(&mut strands.workspace));
+        }
         let seen = VecDeque::with_capacity(if strands.all.is_empty() { 0 } else { MOST + 1 });
         Self { strands, seen, most: (Lengths::zeros(), 0.0), longest: 0.0, pending: None }
     }
 
-    /// Whether there is nothing to follow.
+    /// Whether there is nothing to follow: no constraint, or one that may drift.
     pub(super) fn is_idle(&self) -> bool {
         self.strands.all.is_empty()
     }
@@ -119,10 +124,17 @@ impl<M: Constraints> Touching<M> {
     /// A step has ended here, the `last` of the motion or before it jumps. What touches, where the motion is known not to go on along its branch, or where it cannot be known.
     pub(super) fn reached(
         &mut self,
-        plant: &Plant<'_, '_, M>,
+        plant: &mut Plant<'_, '_, M>,
         now: &Knot<M::Vector>,
         last: bool,
     ) -> Option<Touch<M::Vector>> {
+        self.strands.workspace = plant.upkeep.lend();
+        let found = self.look(plant, now, last);
+        plant.upkeep.take_back(core::mem::take(&mut self.strands.workspace));
+        found
+    }
+
+    fn look(&mut self, plant: &Plant<'_, '_, M>, now: &Knot<M::Vector>, last: bool) -> Option<Touch<M::Vector>> {
         self.add(plant, now);
         if self.pending.is_none() {
             self.suspect(plant, last);
@@ -191,14 +203,13 @@ impl<M: Constraints> Touching<M> {
     /// Looks whether a gradient vanishes around the last state but one, or around the last one where no other follows.
     fn suspect(&mut self, plant: &Plant<'_, '_, M>, last: bool) {
         let n = self.seen.len();
-        let now = self.seen[n - 1].knot;
-        let state = plant.state(now.t, &now.y.q, &now.y.u);
         for k in 0..self.strands.all.len() {
             let strand = self.strands.all[k];
-            if !self.strands.holds(&state, strand) {
+            let Some(i) = self.shortest(strand, last) else { continue };
+            let Knot { t, y, .. } = self.seen[n - 1].knot;
+            if !self.strands.holds(&plant.state(t, &y.q, &y.u), strand) {
                 continue;
             }
-            let Some(i) = self.shortest(strand, last) else { continue };
             let (from, to) = (i.saturating_sub(1), (i + 1).min(n - 1));
             let found = (from..to).map(|i| self.least_between(plant, strand, i));
             let found = found.collect::<Vec<_>>().into_iter().reduce(|a, b| if b.1 < a.1 { b } else { a });

@@ -177,6 +177,16 @@ impl<M: Constraints> Upkeep<M> {
         self.workspace
     }
 
+    /// The memory that it works in, for as long as nothing else is asked of it.
+    pub(super) fn lend(&mut self) -> Vec<f64> {
+        core::mem::take(&mut self.workspace)
+    }
+
+    /// What was lent.
+    pub(super) fn take_back(&mut self, memory: Vec<f64>) {
+        self.workspace = memory;
+    }
+
     /// Whether the gains follow the step.
     #[inline(always)]
     pub(crate) fn is_tied(&self) -> bool {

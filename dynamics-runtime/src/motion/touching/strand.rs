@@ -78,31 +78,35 @@ pub(super) struct Strands<M: Constraints> {
     pub(super) weights: M::Vector,
     /// r.
     right: M::Rows,
+    /// That of what keeps the constraints, lent for as long as it is looked.
     pub(super) workspace: Vec<f64>,
 }
 
 impl<M: Constraints> Strands<M> {
-    pub(super) fn from(model: &M, start: &M::State) -> Self {
+    /// Nothing.
+    pub(super) fn none() -> Self {
+        Self { all: Vec::new(), weights: M::Vector::zeros(), right: M::Rows::zeros(), workspace: Vec::new() }
+    }
+
+    /// Follows what may vanish, from a start on.
+    pub(super) fn follow(&mut self, model: &M, start: &M::State) {
         let single = M::CONSTRAINTS.iter().filter(|one| one.kind == ConstraintKind::Holonomic && one.rows == 1);
-        let mut all: Vec<Strand> = single.map(|one| Strand::Row(one.first)).collect();
+        self.all.extend(single.map(|one| Strand::Row(one.first)));
         // Rows that repeat others have no rank of theirs to lose.
         if M::Residual::LEN > 1 && M::Vector::LEN <= MOST && !M::CONSTRAINTS.iter().any(|one| one.redundant) {
-            all.push(Strand::All);
+            self.all.push(Strand::All);
         }
-        let mut out = Self { all, weights: M::Vector::zeros(), right: M::Rows::zeros(), workspace: Vec::new() };
-        if out.all.is_empty() {
-            return out;
+        if self.all.is_empty() {
+            return;
         }
-        out.workspace.resize(constrain::workspace_len(M::Vector::LEN, M::Rows::LEN), 0.0);
-        out.weights = super::path::weights(model, start, &mut out.workspace);
-        let gradients = Gradients::alone(model, start, &mut out.workspace);
+        self.weights = super::path::weights(model, start, &mut self.workspace);
+        let gradients = Gradients::alone(model, start, &mut self.workspace);
         for row in 0..M::Residual::LEN {
-            let usual = length(gradients.row(row), out.weights.as_slice());
+            let usual = length(gradients.row(row), self.weights.as_slice());
             // Of all combinations, none that a mechanism is likely to lose is without a share.
             let share = 1.5 + math::sin(1.0 + 2.4 * row as f64);
-            out.right[row] = share * if usual > 0.0 && usual.is_finite() { usual } else { 1.0 };
+            self.right[row] = share * if usual > 0.0 && usual.is_finite() { usual } else { 1.0 };
         }
-        out
     }
 
     /// Whether it holds: a slack rope leads nobody, wherever its gradient is.
