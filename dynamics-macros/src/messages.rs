@@ -205,7 +205,7 @@ catalogue! {
     not_quadratic(name) "`{name}` is not quadratic in the velocities; if it is meant so, write T − V as one `#[lagrangian]`";
     corner_in_position(name) "`{name}` has velocities of positions that are chosen (`if`, `min`, `max`): where they have a corner masses would be struck; make the position a smooth function, as a `CubicSpline` parameter with `.at(..)`, or leave contact to `#[holonomic(switched)]` or a force";
     energy_jumps(name) "`{name}` jumps where a choice (`if`, `abs`, `signum`) changes: masses would be struck there, and their energy would not be accounted for; make the position or the mass a smooth function, as a `CubicSpline` parameter with `.at(..)`, or leave contact to `#[holonomic(switched)]` or a force";
-    potential_jumps(name) "`{name}` jumps where a choice (`if`, `abs`, `signum`) changes: no force stands for a step, and energy would be lost or gained there; make it continuous, as a steep `tanh`, or act at an `#[event]`";
+    potential_jumps(name) "`{name}` jumps where a choice (`if`, `abs`, `signum`) changes: no force stands for a step, and energy would be lost or gained there; make it continuous, as a steep `tanh`, or act at an `#[event]`; where it is so for the parameters that are meant alone, give them by `#[nominal(..)]`";
     contains(role, name, what, reason) "the {role} `{name}` contains {what}; {reason}";
     no_effect(role, name, reason) "the {role} `{name}` {reason}; remove it or correct it";
     negative_inertia(direction, when) "the kinetic energy is negative where `{direction}` moves{when}; check its signs";

@@ -214,6 +214,40 @@ fn energies_do_not_jump() {
     assert_eq!(buffer(true), [Finding::EnergyJumps { name: "buffer".into(), origin: Origin(0), at_rest: true }]);
 }
 
+/// What is infinite where a choice changes is no step: atoms on a line that cannot pass one another, and a barrier of which the far side is left out.
+#[test]
+fn energies_that_are_infinite_do_not_jump() {
+    let found = |make: &dyn Fn(&mut Builder, NodeId) -> NodeId| {
+        let mut b = Builder::new("Atoms");
+        let (x, y, m) = (b.coordinate("x"), b.coordinate("y"), b.parameter("m"));
+        let t = b.kinetic(m, &[x, y]);
+        b.energy("kinetic", EnergyRole::Kinetic, t);
+        let apart = b.sub(x, y);
+        let v = make(&mut b, apart);
+        b.energy("bond", EnergyRole::Potential, v);
+        findings(b.model)
+    };
+    // Lennard-Jones, of the distance √((x − y)²).
+    let atoms = |b: &mut Builder, apart: NodeId| {
+        let square = b.mul(apart, apart);
+        let (distance, size) = (b.g().unary(Unary::Sqrt, square), b.parameter("size"));
+        let ratio = b.g().div(size, distance).expect("no zero");
+        let sixth = b.g().powi(ratio, 6).expect("a power");
+        let (twelfth, depth) = (b.mul(sixth, sixth), b.parameter("depth"));
+        let difference = b.sub(twelfth, sixth);
+        b.mul(depth, difference)
+    };
+    assert_eq!(found(&atoms), []);
+    // A logarithm grows most slowly.
+    let barrier = |b: &mut Builder, apart: NodeId| {
+        let (zero, k) = (b.g().zero(), b.parameter("k"));
+        let logarithm = b.g().unary(Unary::Ln, apart);
+        let held = b.mul(k, logarithm);
+        b.g().select(Comparison::Less, zero, apart, held, zero)
+    };
+    assert_eq!(found(&barrier), []);
+}
+
 #[test]
 fn energies_contain_what_they_may() {
     let (mut b, x, m) = particle();

@@ -17,6 +17,8 @@ const PARTS: u32 = 128;
 const BESIDE: f64 = 1e-11;
 /// What changes by less than this part across it does so by its slope.
 const JUMP: f64 = 1e-4;
+/// A step is as high from a hundred times as far, to this part of it; a logarithm, the slowest of what grows without bounds, differs by more than that.
+const STEP: f64 = 0.1;
 
 /// Energies that jump. No force is the slope of a step: what passes it would gain or lose its height, or climb it with no effort.
 pub(super) fn jumps(model: &Model, found: &mut Vec<Finding>) {
@@ -76,8 +78,9 @@ impl Across<'_> {
         let Some(s) = self.crossing(line) else { return false };
         let beside = BESIDE * (1.0 + s.abs());
         let [near, far] = [1.0, 100.0].map(|times| self.difference(line, s, times * beside));
-        // A step is as high from farther away; what begins at zero there, as a spring that is met, differs by less the nearer it is looked at.
-        near.is_some_and(|near| far.is_none_or(|far| 2.0 * near > far))
+        // A step is as high from farther away. What begins at zero there, as a spring that is met, differs by less the nearer it is looked at; what is infinite
+        // there by more, as 1/|x|, of which both sides are looked at from slightly different distances.
+        near.zip(far).is_some_and(|(near, far)| (near - far).abs() <= STEP * far)
     }
 
     /// By how much the energies on both sides of s differ, if it is more than a small part of them.
