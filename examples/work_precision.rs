@@ -73,7 +73,7 @@ impl Session {
             println!("{}", study.comparison(part, Cost::Time, &[1e-3, 1e-6, 1e-9, 1e-12]));
         }
         self.page = std::mem::replace(&mut self.page, Page::new("")).study(&study);
-        let file = name.replace([' ', '='], "_");
+        let file = name.replace(" = ", "_").replace(' ', "_");
         study.write_svg(self.files.path(&format!("{file}.svg")))?;
         study.write_json_lines(self.files.path(&format!("{file}.jsonl")))?;
         Ok(study)
