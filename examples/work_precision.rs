@@ -5,7 +5,7 @@
 //! The double pendulum, Kepler's problem with e = 0.9, Andrews' mechanism with its six constraints, a stiff spring pendulum, the flyball governor and the
 //! car axis. Each is measured against a reference whose uncertainty is drawn as a line. Where `benches/peers/run.sh` has measured other solvers on
 //! this machine, their curves stand beside, and what was wanted of this library against them is compared with what is. `--quick` takes few
-//! tolerances and no repeats.
+//! tolerances and three repeats.
 
 #[path = "../tests/models/andrews.rs"]
 #[allow(dead_code, reason = "tests use more of it")]
@@ -73,7 +73,7 @@ impl Session {
             println!("{}", study.comparison(part, Cost::Time, &[1e-3, 1e-6, 1e-9, 1e-12]));
         }
         self.page = std::mem::replace(&mut self.page, Page::new("")).study(&study);
-        let file = name.replace([' ', '='], "_");
+        let file = name.replace(" = ", "_").replace(' ', "_");
         study.write_svg(self.files.path(&format!("{file}.svg")))?;
         study.write_json_lines(self.files.path(&format!("{file}.jsonl")))?;
         Ok(study)

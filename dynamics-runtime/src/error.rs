@@ -24,7 +24,8 @@ impl fmt::Display for SingularMassMatrix {
             let (name, pivot) = (self.name, self.pivot);
             return write!(
                 f,
-                "the mass matrix is not positive definite: coordinate `{name}` has negative inertia at this state (pivot {pivot:e})"
+                "the mass matrix is not positive definite: coordinate `{name}` has negative inertia at this state (pivot {pivot:e}); \
+                 give what moves with it positive masses and moments of inertia"
             );
         }
         write!(

@@ -246,7 +246,8 @@ mod tests {
         let pivots = [[-1.0, -1.0]];
         assert!(singular::<true, 1>(&pivots) && !singular::<false, 1>(&pivots));
         let error = name_singular::<true>(&pivots, &[0], &names);
-        assert!(error.negative && error.to_string().contains("negative inertia"), "{error}");
+        let message = error.to_string();
+        assert!(error.negative && message.contains("negative inertia") && message.contains("; give"), "{message}");
         assert!(!name_singular::<true>(&[[1e-15, 1.0]], &[0], &names).negative);
         assert!(!singular::<true, 1>(&[[f64::NAN, 1.0]]));
     }
