@@ -35,6 +35,8 @@ pub(super) struct Premises {
 
 /// Relative to the largest element: what measured or rounded data may be off. As the runtime has it.
 const TOLERANCE: f64 = 1e-9;
+/// Where a principal moment exceeds the sum of the others: data of thin plates, with six digits. As the runtime has it.
+const PLATES: f64 = 1e-5;
 /// States and parameters at which is looked whether a matrix is orthonormal everywhere.
 const TRIALS: u64 = 4;
 
@@ -270,7 +272,7 @@ fn unphysical(m: &[f64]) -> Option<String> {
     }
     let half = 0.5 * (at(0, 0) + at(1, 1) + at(2, 2));
     let second =
-        |i: usize, j: usize| if i == j { half + TOLERANCE * scale - at(i, j) } else { -0.5 * (at(i, j) + at(j, i)) };
+        |i: usize, j: usize| if i == j { half + 0.5 * PLATES * scale - at(i, j) } else { -0.5 * (at(i, j) + at(j, i)) };
     let minor = |i: usize, j: usize| second(i, i) * second(j, j) - second(i, j) * second(i, j);
     let cofactor = |a: usize, b: usize| second(1, a) * second(2, b) - second(1, b) * second(2, a);
     let determinant = second(0, 0) * cofactor(1, 2) - second(0, 1) * cofactor(0, 2) + second(0, 2) * cofactor(0, 1);

@@ -29,7 +29,7 @@ pub enum Claim {
     Mass,
     /// One value: a moment of inertia about the normal of a plane, not negative.
     Moment,
-    /// Nine values by rows: an inertia matrix that some body has, to 1e-9 of its largest element.
+    /// Nine values by rows: an inertia matrix that some body has, see [`MassProperties::check`].
     Inertia,
     /// Nine values by rows: a matrix that turns or mirrors, RᵀR = 1, to 1e-9 where parameters alone decide it, else to 1e-5: starts fulfil their constraints to seven digits.
     Rotation,

@@ -12,8 +12,9 @@ pub(super) fn quadratic(model: &Model, found: &mut Vec<Finding>) {
     for e in model.energies.iter().filter(|e| e.role == EnergyRole::Kinetic) {
         // Accelerations are reported as such.
         let clean = !model.graph.dependence(e.node).on(Dependence::ACCELERATIONS);
-        if clean && !degree_at_most(model, &[e.node], 2, &|s| matches!(s, Symbol::Rate(_))) {
-            let chooses = chooses_velocities(model, e.node);
+        // Between its branches such a choice is quadratic; across its corner it is nothing.
+        let chooses = chooses_velocities(model, e.node);
+        if clean && (chooses || !degree_at_most(model, &[e.node], 2, &|s| matches!(s, Symbol::Rate(_)))) {
             found.push(Finding::NotQuadratic { name: e.name.clone(), origin: e.origin, chooses });
         }
     }

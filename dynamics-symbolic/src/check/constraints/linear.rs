@@ -25,7 +25,7 @@ pub(in crate::check) fn is_rate(s: Symbol) -> bool {
     matches!(s, Symbol::Rate(_))
 }
 
-/// Whether the gradient by the velocities does not depend on them. Differences say nothing of choices, which are opaque to samples; the gradient
+/// Whether the gradient by the velocities does not depend on them. Differences say nothing of `min` and `max`, which are opaque to samples; the gradient
 /// of a choice is a choice between gradients, the same for all velocities where its branches are linear and its condition is free of them.
 pub(in crate::check) fn steady_slope(model: &Model, node: NodeId) -> bool {
     let mut g = model.graph.clone();
