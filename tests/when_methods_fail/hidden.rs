@@ -75,6 +75,32 @@ fn pushes_that_last_are_told_where_the_stages_miss_them() {
     assert!((15..55).contains(&missed), "{missed} of 60 runs");
 }
 
+/// A well leaves the velocity as it was: what is missed is how far the motion is.
+#[test]
+fn wells_that_are_passed_over_are_told() {
+    let well = Well { mass: 1.0, depth: 0.02, width: 0.003 };
+    let run = || well.simulate(well.state().x(-1.0).x_rate(0.1).build().unwrap()).until(20.0);
+    // Energy: ∫ (1/v∞ − 1/v) dx is the time that is gained, by the trapezoidal rule, which is as good as exact for what fades away.
+    let gained = |k: i32| {
+        let deep = (-(f64::from(k) * 0.01).powi(2)).exp();
+        1.0 / 0.1 - 1.0 / (0.1_f64 * 0.1 + 2.0 * 0.02 * deep).sqrt()
+    };
+    let exact = 1.0 + 0.1 * 0.003 * 0.01 * (-1000..=1000).map(gained).sum::<f64>();
+    for k in 4..=12 {
+        let tolerance = 10f64.powi(-k);
+        for method in [methods::Dop853.into(), methods::Verner9.into(), methods::Tsit5.into()] {
+            let method: Any<Well> = method;
+            let motion = run().tolerance(tolerance).method(&method).run().unwrap();
+            let (off, summary) = ((motion.end().x() - exact).abs() / tolerance, motion.summary());
+            let told = summary.doubts.unseen.is_some();
+            assert!(told || off < 300.0, "{method} {tolerance:e}: {off:.0} permitted errors\n{summary}");
+            let watched = run().tolerance(tolerance).method(&method).max_step(0.02).run().unwrap();
+            let (off, summary) = ((watched.end().x() - exact).abs() / tolerance, watched.summary());
+            assert!(summary.doubts.unseen.is_none() && off < 300.0, "{method} {tolerance:e}: {off:.0}\n{summary}");
+        }
+    }
+}
+
 /// A gate that the motion passes twice within a step is found; a crossing that only just happens is one run's own, and an estimate tells.
 #[test]
 fn events_that_only_just_happen_are_told() {

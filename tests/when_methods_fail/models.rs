@@ -20,6 +20,28 @@ pub(crate) mod ziegler;
 use double_pendulum::DoublePendulum;
 use kepler::Kepler;
 
+/// A mass that flies over a narrow well: behind it it is as fast as before, and further.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+#[units(mass: kg, depth: J, width: m)]
+pub(crate) struct Well {
+    pub(crate) mass: f64,
+    pub(crate) depth: f64,
+    pub(crate) width: f64,
+}
+
+#[dynamics]
+impl Well {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn well(&self, q: &Coordinates<Self>) -> Expr {
+        -self.depth * (-(q.x / self.width).powi(2)).exp()
+    }
+}
+
 /// A mass that a spring and a damper hold to a moving guide, x = cos t where it starts on it: Prothero and Robinson's problem.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m)]

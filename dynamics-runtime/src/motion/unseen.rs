@@ -1,7 +1,7 @@
 //! Forces that come and go between the places at which the steps of a method looked.
 //!
 //! A step control knows what its evaluations have seen. A push that is over before a stage falls into it, a narrow well that the motion flies through, has not happened
-//! for any of them, nor for a second run at a smaller tolerance. Here the impulse ∫ q̈ dt of each long step is formed once with four nodes, as a method of order 8 may see it (twelve where orders are higher), and once in parts, both by
+//! for any of them, nor for a second run at a smaller tolerance. Here the impulse ∫ q̈ dt of each long step, and how far it carries, ∫ (t₁ − t) q̈ dt, which alone is left of a well behind it, are formed once with four nodes, as a method of order 8 may see it (twelve where orders are higher), and once in parts, both by
 //! Gauss's rule along one path, the quintic through the step's ends: where all is smooth in the step they agree to far below what is permitted. Of stiff motions, whose forces would also
 //! answer to what the path is off the motion, what damps and holds within the step is taken off, (1 - h ∂q̈/∂q̇ - h² ∂q̈/∂q)⁻¹ Δu: what is left of an impulse by an implicit step. What is shorter than about a thousandth of the
 //! motion may be missed here, too; nothing can know it but `.max_step(..)`. It costs some thousand evaluations.
@@ -33,11 +33,13 @@ const MUCH_LEFT: f64 = 3.0;
 /// So many evaluations for each of the run, and how many at least, of small models, and at most.
 const EFFORT: (u64, u64, u64) = (2, 4000, 8000);
 
-/// An impulse that the steps of a motion have not seen.
+/// What the steps of a motion have not seen of a force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unseen {
-    /// The coordinate whose velocity it should have changed.
+    /// The coordinate that it should have changed.
     pub name: &'static str,
+    /// Whether it is missed most in the velocity, as an impulse is, or in the place, as what pushes and pulls back.
+    pub of_velocity: bool,
     /// When: the step from here to there.
     pub during: (f64, f64),
     /// By how much, in permitted errors.
@@ -47,11 +49,12 @@ pub struct Unseen {
 impl Unseen {
     /// The warning, without label.
     pub(super) fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, during: (from, to), times } = self;
+        let Self { name, of_velocity, during: (from, to), times } = self;
+        let of = if *of_velocity { "the velocity of " } else { "" };
         let (from, to) = (Rounded(*from), Rounded(*to));
         write!(
             f,
-            "a force is over between the stages of a step, from t = {from} to {to}, and is missed: by {times:.0e} times the tolerance of the velocity of {name}; limit \
+            "a force is over between the stages of a step, from t = {from} to {to}, and is missed: by {times:.0e} times the tolerance of {of}{name}; limit \
              steps with `.max_step(..)`"
         )
     }
@@ -83,31 +86,43 @@ impl<M: Simulate> Motion<'_, M> {
         }
         let path = Hermite::between(&start, &end, h);
         let mut impulse = |parts: usize| {
-            let (part, mut sum) = (1.0 / parts as f64, M::Vector::zeros());
+            let (part, mut sum, mut carried) = (1.0 / parts as f64, M::Vector::zeros(), M::Vector::zeros());
             for (k, (node, weight)) in (0..parts).flat_map(|k| NODES.map(|node| (k, node))) {
                 let theta = part * (k as f64 + node);
                 let y = path.at(theta);
                 let a = plant.accelerations(start.t + theta * h, &y.q, &y.u).ok()?;
-                (0..M::Vector::LEN).for_each(|i| sum[i] += part * weight * h * a[i]);
+                for i in 0..M::Vector::LEN {
+                    sum[i] += part * weight * h * a[i];
+                    carried[i] += part * weight * h * h * (1.0 - theta) * a[i];
+                }
             }
-            Some(sum)
+            Some((sum, carried))
         };
-        let (seen, mut missed) = (impulse(parts[0])?, impulse(parts[1])?);
-        (0..M::Vector::LEN).for_each(|i| missed[i] -= seen[i]);
+        let (seen, (mut missed, mut carried)) = (impulse(parts[0])?, impulse(parts[1])?);
+        (0..M::Vector::LEN).for_each(|i| (missed[i], carried[i]) = (missed[i] - seen.0[i], carried[i] - seen.1[i]));
         let tolerances = &self.trajectory.tolerances;
         let largest = |missed: &M::Vector| {
             let times = |i: usize| missed[i].abs() / tolerances.scale(start.y.u[i], end.y.u[i]);
             (0..M::Vector::LEN).map(|i| (i, times(i))).max_by(|(_, a), (_, b)| a.total_cmp(b))
         };
         let (mut i, mut times) = largest(&missed)?;
-        let mut much = MUCH;
+        let (mut much, mut of_velocity) = (MUCH, true);
         if stiff && times > MUCH {
             lasting(&mut plant, (&start, h), &mut missed)?;
             (i, times) = largest(&missed)?;
             much = MUCH_LEFT;
         }
+        // What holds and damps a stiff motion holds its place, too.
+        let whole = !stiff && times <= MUCH;
+        for k in (0..M::Vector::LEN).filter(|_| whole) {
+            let off = carried[k].abs() / tolerances.scale(start.y.q[k], end.y.q[k]);
+            if off > times {
+                (i, times, of_velocity) = (k, off, false);
+            }
+        }
         (times.is_finite() && times > much).then_some(Unseen {
             name: M::COORDINATES[i].name,
+            of_velocity,
             during: (start.t, end.t),
             times,
         })
