@@ -152,6 +152,20 @@ impl<V: Vector> Stages<V> {
     }
 }
 
+/// [`System::derivatives`] of stages that cannot be evaluated at once.
+#[inline(always)]
+pub(crate) fn one_by_one<V: Vector, S: System<V> + ?Sized>(
+    system: &mut S,
+    t: Lanes,
+    y: &Stages<V>,
+    derivatives: &mut Stages<V>,
+) -> Result<(), S::Error> {
+    for (lane, t) in t.to_array().into_iter().enumerate() {
+        derivatives.put(lane, &system.derivative(t, &y.of(lane))?);
+    }
+    Ok(())
+}
+
 /// What is integrated: q̈ = a(t, q, u).
 pub trait System<V: Vector> {
     /// Why q̈ does not exist at a state.
@@ -171,10 +185,7 @@ pub trait System<V: Vector> {
     /// Writes (q̇, q̈) at four stages side by side, as [`System::derivative`] has each of them, and by it where the system cannot evaluate them at once.
     #[inline(always)]
     fn derivatives(&mut self, t: Lanes, y: &Stages<V>, derivatives: &mut Stages<V>) -> Result<(), Self::Error> {
-        for (lane, t) in t.to_array().into_iter().enumerate() {
-            derivatives.put(lane, &self.derivative(t, &y.of(lane))?);
-        }
-        Ok(())
+        one_by_one(self, t, y, derivatives)
     }
     /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for methods that solve for their stages. By differences, where the system knows no better.
     fn jacobian(&mut self, at: &Knot<V>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Self::Error> {

@@ -74,16 +74,20 @@ impl<M: Simulate> Motion<'_, M> {
                 best = Some(found);
             }
         };
-        let mut before: Option<M::State> = None;
+        let middle = |state: &M::State| {
+            let i = set.angles[1];
+            [state.t(), state.q().as_slice()[i], state.u().as_slice()[i]]
+        };
+        let mut before: Option<Middle> = None;
         for state in self.steps() {
             // Steps may be longer than what they pass.
-            for (t, distance) in before.iter().flat_map(|before| within(set, before, &state)) {
+            for (t, distance) in before.into_iter().flat_map(|before| within(set, before, middle(&state))) {
                 (times, around) = ([times[1], times[2], t], [around[1], around[2], distance]);
                 look(times, around);
             }
             (times, around) = ([times[1], times[2], state.t()], [around[1], around[2], at(&state)]);
             look(times, around);
-            before = Some(state);
+            before = Some(middle(&state));
         }
         look([times[1], times[2], end], [around[1], around[2], f64::INFINITY]);
         let (time, _) = best?;
@@ -105,27 +109,24 @@ impl<M: Simulate> Motion<'_, M> {
     }
 }
 
+/// A time, with the middle angle of a set and its rate.
+type Middle = [f64; 3];
+
 /// Times and distances from locking inside of a step, by the cubic of its ends; 0 where the angle passes a value at which the set locks.
-fn within<S: ModelState>(set: AngleSet, from: &S, to: &S) -> impl Iterator<Item = (f64, f64)> {
-    let i = set.angles[1];
-    let (h, a, b) = (to.t() - from.t(), from.q().as_slice()[i], to.q().as_slice()[i]);
-    let (va, vb) = (h * from.u().as_slice()[i], h * to.u().as_slice()[i]);
+fn within(set: AngleSet, [t, a, va]: Middle, [to, b, vb]: Middle) -> impl Iterator<Item = (f64, f64)> {
+    let h = to - t;
+    let (va, vb) = (h * va, h * vb);
     let cubic = move |s: f64| a + s * (va + s * (3.0 * (b - a) - 2.0 * va - vb + s * (2.0 * (a - b) + va + vb)));
     let at = move |k: usize| f64::from(k as u32) / f64::from(PARTS as u32);
-    let far = move |angle: f64| {
-        let mut q = [0.0; 3];
-        q[1] = angle;
-        AngleSet { angles: [0, 1, 2], ..set }.distance(&q)
-    };
     (1..=PARTS).filter_map(move |k| {
-        let (angle, last) = (cubic(at(k)), cubic(at(k - 1)));
-        let side = |angle: f64| angle - set.locks_at(angle).value();
-        // On two sides of one value, not of two.
-        let passes = side(angle) * side(last) < 0.0 && (angle - last).abs() < 1.0;
+        let [last, angle] = [k - 1, k].map(|k| cubic(at(k)));
+        let [before, lock] = [last, angle].map(|angle| set.locks_at(angle));
+        // On two sides of one value; in the middle between two the nearest is another.
+        let passes = before == lock && (last - lock.value()) * (angle - lock.value()) < 0.0;
         match (passes, k == PARTS) {
-            (true, _) => Some((from.t() + h * at(k - 1) + 0.5 * h * at(1), 0.0)),
+            (true, _) => Some((t + h * (at(k) - 0.5 * at(1)), 0.0)),
             (false, true) => None,
-            (false, false) => Some((from.t() + h * at(k), far(angle))),
+            (false, false) => Some((t + h * at(k), (angle - lock.value()).abs())),
         }
     })
 }
@@ -175,5 +176,22 @@ pub(super) fn explain<M: Constraints>(model: &M, state: &M::State, kind: Kind) -
     match locked.reduce(|a, b| if b.distance < a.distance { b } else { a }) {
         Some(locking) => Kind::GimbalLock { at: Box::new(locking), cause: Box::new(kind) },
         None => kind,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A set of Euler's locks at 0 and π: passing π/2 is as far from both as can be.
+    #[test]
+    fn only_passing_a_value_is_no_distance() {
+        let set = AngleSet { angles: [0, 1, 2], axes: [3, 1, 3] };
+        let least = |from: Middle, to: Middle| within(set, from, to).map(|(_, far)| far).fold(f64::INFINITY, f64::min);
+        assert!(least([0.0, 1.2, 0.8], [1.0, 2.0, 0.8]) > 1.1);
+        assert_eq!(least([0.0, -0.4, 0.8], [1.0, 0.4, 0.8]), 0.0);
+        assert_eq!(least([0.0, 2.7, 0.9], [1.0, 3.6, 0.9]), 0.0);
+        // Between ends that are both on one side of it, there and back.
+        assert_eq!(least([0.0, 0.1, -2.0], [1.0, 0.1, 2.0]), 0.0);
     }
 }

@@ -7,7 +7,7 @@ use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::{condition, weakness};
 use crate::error::SolveError;
 use crate::integrate::{
-    Dense, Hold, Kept, Knot, Phase, Settled, Stages, Step, System, Tolerances, by_state, increment, zip,
+    Dense, Hold, Kept, Knot, Phase, Settled, Stages, Step, System, Tolerances, by_state, increment, one_by_one, zip,
 };
 use crate::lanes::{self, Lanes};
 use crate::model::{Branches, Constraints, Expansion, Known, Model, ModelState, Modes, Vector, WideOf};
@@ -341,10 +341,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
             derivatives.q = y.u;
             return Ok(());
         }
-        for (lane, t) in t.to_array().into_iter().enumerate() {
-            derivatives.put(lane, &self.derivative(t, &y.of(lane))?);
-        }
-        Ok(())
+        one_by_one(self, t, y, derivatives)
     }
 
     #[inline(always)]

@@ -6,8 +6,8 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 mod act;
 mod corners;
-mod probe;
 mod steps;
+mod stiffness;
 mod watched;
 
 use super::causes::{self, Corner, explained};
@@ -32,8 +32,8 @@ use crate::integrate::{Dense, Hermite, Knot, Phase, Step, StepError, StepOptions
 use crate::math;
 use crate::model::{Dynamics, Known, Model, ModelState, Vector};
 use crate::motion::Simulate;
-use probe::Probe;
 pub(crate) use steps::{Made, Steps, Tally};
+use stiffness::Stiffness;
 
 /// Conditioning of constraints from which on a singular position is near.
 const WEAK: f64 = 5.0;
@@ -127,8 +127,8 @@ pub(crate) fn run<M: Simulate>(
     let result = match begun {
         Ok(()) => {
             let touching = Touching::from(&mut plan.plant, &from);
-            let (slide, probe) = (Slide::from(from.t()), Probe::from(from.t()));
-            Flight { plan, stepper, creep: Creep::new(), slide, touching, probe }.fly(sink)
+            let (slide, stiffness) = (Slide::from(from.t()), Stiffness::from(from.t()));
+            Flight { plan, stepper, creep: Creep::new(), slide, touching, stiffness }.fly(sink)
         }
         Err(kind) => Err(Halt { kind, h: 0.0 }),
     };
@@ -173,7 +173,7 @@ struct Flight<'f, 'r, 'm, M: Simulate> {
     creep: Creep,
     slide: Slide,
     touching: Touching<M>,
-    probe: Probe,
+    stiffness: Stiffness,
 }
 
 impl<M: Simulate> Flight<'_, '_, '_, M> {

@@ -23,14 +23,14 @@ const LONGER: (f64, f64) = (20.0, 0.02);
 /// Trials in a row that have to succeed, so that none is deceived by where its stages fall.
 const IN_A_ROW: u32 = 2;
 
-/// When it was tried last, and how often in a row with success.
-pub(super) struct Probe {
+/// When an implicit step was tried last, and how often in a row with success.
+pub(super) struct Stiffness {
     accepted: u64,
     t: f64,
     passed: u32,
 }
 
-impl Probe {
+impl Stiffness {
     pub(super) fn from(t: f64) -> Self {
         Self { accepted: 0, t, passed: 0 }
     }
@@ -48,23 +48,24 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             return false;
         }
         let tally = self.stepper.tally();
-        tally.t != self.plan.end && (tally.stiff_at.is_some() || self.probe.is_due(&tally) && self.steps_over(&tally))
+        tally.t != self.plan.end
+            && (tally.stiff_at.is_some() || self.stiffness.is_due(&tally) && self.steps_over(&tally))
     }
 
     /// Whether implicit steps that are worth their while pass over what keeps these short.
     #[cold]
     fn steps_over(&mut self, tally: &Tally) -> bool {
         let left = self.plan.end - tally.t;
-        let mean = (tally.t - self.probe.t).abs() / (tally.accepted - self.probe.accepted) as f64;
+        let mean = (tally.t - self.stiffness.t).abs() / (tally.accepted - self.stiffness.accepted) as f64;
         let usual = mean.max(tally.proposed);
-        (self.probe.accepted, self.probe.t) = (tally.accepted, tally.t);
+        (self.stiffness.accepted, self.stiffness.t) = (tally.accepted, tally.t);
         // What is asked for bounds these, or little is left to be gained.
         if usual > 0.5 * self.plan.options.most || left.abs() < EVERY as f64 * usual {
             return false;
         }
         let h = (LONGER.0 + LONGER.1 * math::powi(M::Vector::LEN as f64, 2)) * usual;
-        self.probe.passed = if self.would_pass(h.copysign(left)) { self.probe.passed + 1 } else { 0 };
-        self.probe.passed >= IN_A_ROW
+        self.stiffness.passed = if self.would_pass(h.copysign(left)) { self.stiffness.passed + 1 } else { 0 };
+        self.stiffness.passed >= IN_A_ROW
     }
 
     /// Whether an implicit step of this length from here has an error that is permitted. Nothing of the run is touched by it but the count of evaluations.
