@@ -33,7 +33,7 @@ pub(super) struct Premises {
     solids: BTreeSet<Vec<NodeId>>,
 }
 
-/// Relative to the largest element: what measured or rounded data may be off. As the runtime has it.
+/// Relative to the largest element: what rounding may be off. As the runtime has it.
 const TOLERANCE: f64 = 1e-9;
 /// Where a principal moment exceeds the sum of the others: data of thin plates, with six digits. As the runtime has it.
 const PLATES: f64 = 1e-5;
