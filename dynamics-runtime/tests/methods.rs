@@ -6,8 +6,9 @@ use std::convert::Infallible;
 
 use common::*;
 use dynamics_runtime::integrate::{
-    Dense, Dop853, DormandPrince5, Esdirk4, GraggBulirschStoer, Phase, Radau5, Rk4, Scheme, StepError, StepOptions,
-    Stepper, Tolerances, Tsit5, Verner9,
+    Composition4, Composition6, Composition8, Dense, Dop853, DormandPrince5, Esdirk4, Gauss4, Gauss6, GeneralizedAlpha,
+    GraggBulirschStoer, Phase, Radau5, Rk4, Scheme, SemiImplicitEuler, StepError, StepOptions, Stepper, StormerVerlet,
+    Tolerances, Tsit5, Verner9,
 };
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::Simulate;
@@ -94,6 +95,49 @@ fn orders_of_convergence() {
     check::<GraggBulirschStoer<V>>(4, 12.0, 11.0, 0.8);
     check::<Radau5<V>>(20, 5.0, 4.0, 0.1);
     check::<Esdirk4<V>>(40, 5.0, 4.0, 0.1);
+}
+
+/// Largest error of u within a step of 10⁻³ of q̈ = −sin t, from exact values: of q = sin t + `origin` only the origin's rounding is seen there.
+fn velocity_error<S: Scheme<V>>(origin: f64) -> f64 {
+    let (start, h) = (0.7f64, 1e-3);
+    let mut pushed = |t: f64, _: &V, _: &V| Ok::<V, Infallible>(V::new(-t.sin()));
+    let y = Phase { q: V::new(origin + start.sin()), u: V::new(start.cos()) };
+    let mut stepper = Stepper::<V, S>::new(&mut pushed, start, y, 9.0, fixed(h)).unwrap();
+    let step = stepper.step(&mut pushed, 9.0).unwrap();
+    let errors = |dense: &dyn Dense<V>| {
+        let at = |k: u32| dense.at(f64::from(k) / 20.0).u[0] - (start + f64::from(k) / 20.0 * step.h).cos();
+        (0..=20).map(|k| at(k).abs()).fold(0.0, f64::max)
+    };
+    // As a run has it, and as it is made again for a motion that is recorded.
+    let of_run = errors(&stepper.dense(&mut pushed, &step).unwrap());
+    let again = S::new().by_ends(&mut pushed, &step.start, &step.end, step.h, &Tolerances::both(1e-13)).unwrap();
+    again.map_or(of_run, |dense| of_run.max(errors(&dense)))
+}
+
+/// Far from the origin q has few digits of a short step, and between its ends u must not be read from them: at 10⁸ they are 10⁻⁵ of it.
+#[test]
+fn velocities_between_steps_keep_their_digits_far_from_the_origin() {
+    fn check<S: Scheme<V>>() {
+        let [near, far, beyond] = [0.0, 1e8, -1e12].map(velocity_error::<S>);
+        println!("{:40} {near:.1e}, at 1e8 {far:.1e}, at -1e12 {beyond:.1e}", S::METHOD.to_string());
+        assert!(far.max(beyond) < 2.0 * near + 1e-13, "{}: {near:e}, {far:e}, {beyond:e}", S::METHOD);
+    }
+    check::<Rk4<V>>();
+    check::<DormandPrince5<V>>();
+    check::<Tsit5<V>>();
+    check::<Dop853<V>>();
+    check::<Verner9<V>>();
+    check::<GraggBulirschStoer<V>>();
+    check::<Radau5<V>>();
+    check::<Esdirk4<V>>();
+    check::<GeneralizedAlpha<V>>();
+    check::<Gauss4<V>>();
+    check::<Gauss6<V>>();
+    check::<SemiImplicitEuler<V>>();
+    check::<StormerVerlet<V>>();
+    check::<Composition4<V>>();
+    check::<Composition6<V>>();
+    check::<Composition8<V>>();
 }
 
 /// The error at the end follows the tolerance, on a problem with slow and fast parts.

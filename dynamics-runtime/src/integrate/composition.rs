@@ -13,6 +13,7 @@
 //!   2nd ed., §II.4 and §V.3.2.
 
 use super::stormer_verlet::verlet;
+use super::tableau::zip;
 use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
 
@@ -99,12 +100,14 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
         h: f64,
         _: &Tolerances,
     ) -> Result<(Phase<V>, f64), Y::Error> {
-        let (mut knot, mut done) = (*start, 0.0);
+        // What the steps add is added up before it is added to where they start: positions are rounded once, and far from their origin, too, steps that go back take away what they should.
+        let (mut knot, mut way, mut done) = (*start, Phase::zeros(), 0.0);
         for i in 0..S {
             self.k[i] = knot.derivative();
-            let (y, derivative) = verlet(system, &knot, Self::share(i) * h)?;
+            let a = verlet(system, &start.y, &mut way, &knot, Self::share(i) * h)?;
             done += Self::share(i);
-            knot = Knot { t: start.t + done * h, y, a: derivative.u };
+            let y = zip(&start.y, &way, |y, way| y + way);
+            knot = Knot { t: start.t + done * h, y, a };
             if system.has_velocity_forces() {
                 knot.a = system.accelerations(knot.t, &y.q, &y.u)?;
             }

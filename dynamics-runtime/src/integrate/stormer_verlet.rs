@@ -30,16 +30,21 @@ pub(super) fn moved<V: Vector>(x: &V, h: f64, d: &V) -> V {
     out
 }
 
-/// One step of the velocity form, without constraints; the end, and (q̇, q̈) there, where q̈ is that at a velocity nearby.
+/// One step of the velocity form, without constraints, added to the way from y₀ to where it starts, (t, q̈) there; q̈ at its end, at a velocity nearby.
 #[inline(always)]
 pub(super) fn verlet<V: Vector, S: System<V>>(
     system: &mut S,
-    start: &Knot<V>,
+    y: &Phase<V>,
+    way: &mut Phase<V>,
+    Knot { t, a, .. }: &Knot<V>,
     h: f64,
-) -> Result<(Phase<V>, Phase<V>), S::Error> {
-    let half = moved(&start.y.u, 0.5 * h, &start.a);
-    let q = moved(&start.y.q, h, &half);
-    end(system, start, h, q, half)
+) -> Result<V, S::Error> {
+    let half = moved(&way.u, 0.5 * h, a);
+    let u = moved(&y.u, 1.0, &half);
+    way.q = moved(&way.q, h, &u);
+    let a = system.accelerations(t + h, &moved(&y.q, 1.0, &way.q), &moved(&u, 0.5 * h, a))?;
+    way.u = moved(&half, 0.5 * h, &a);
+    Ok(a)
 }
 
 /// The second half of a step.
@@ -118,7 +123,12 @@ macro_rules! scheme {
     };
 }
 
-scheme!(StormerVerlet, verlet);
+scheme!(StormerVerlet, |system: &mut S, start: &Knot<V>, h: f64| {
+    let mut way = Phase::zeros();
+    let a = verlet(system, &start.y, &mut way, start, h)?;
+    let y = zip(&start.y, &way, |y, way| y + way);
+    Ok((y, Phase { q: y.u, u: a }))
+});
 scheme!(Rattle, |system: &mut S, start: &Knot<V>, h: f64| {
     let mut half = moved(&start.y.u, 0.5 * h, &start.a);
     let free = moved(&start.y.q, h, &half);
