@@ -27,6 +27,7 @@
 #[macro_use]
 mod dense;
 
+mod carry;
 mod composition;
 mod controller;
 mod differences;

@@ -8,10 +8,12 @@
 //!   are neither, and of order 3 at most.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)): its error is O(h⁶) in q, O(h⁵) in u, above that of the ends at order 6 and 8.
 //! * **Stability**: oscillations to hω = 2.7, 2.5 and 3.1.
+//! * **Rounding**: what is lost when a step is added to the state is carried to the next step ([`Carry`](super::carry::Carry)).
 //! * **Cost**: 5, 9 or 17 evaluations of q̈ per step.
 //! * **Source**: Suzuki, Phys. Lett. A 146 (1990) 319; Kahan, Li, Math. Comp. 66 (1997) 1089; Hairer, Lubich, Wanner, *Geometric Numerical Integration*,
 //!   2nd ed., §II.4 and §V.3.2.
 
+use super::carry::Carry;
 use super::stormer_verlet::verlet;
 use super::tableau::zip;
 use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
@@ -41,6 +43,7 @@ pub struct Composition<V, const S: usize> {
     k: [Phase<V>; S],
     /// q̈ at the end.
     last: V,
+    carry: Carry<V>,
 }
 
 /// Order 4 by five steps.
@@ -89,7 +92,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
     quintic!(V);
 
     fn new() -> Self {
-        Self { k: [Phase::zeros(); S], last: V::zeros() }
+        Self { k: [Phase::zeros(); S], last: V::zeros(), carry: Carry::new() }
     }
 
     #[inline(always)]
@@ -113,7 +116,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
             }
         }
         self.last = knot.a;
-        Ok((knot.y, 0.0))
+        Ok((self.carry.add(&start.y, &way), 0.0))
     }
 
     #[inline(always)]

@@ -20,6 +20,7 @@
 //! * **Source**: Jorba, Zou, *A software package for the numerical integration of ODEs by means of high-order Taylor methods*, Experimental
 //!   Mathematics 14 (2005) 99; Corliss, Chang, ACM TOMS 8 (1982) 114; Biscani, Izzo, MNRAS 504 (2021) 2614.
 
+use super::carry;
 use super::tableau::zip;
 use super::{ControllerSettings, Dense, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::math;
@@ -385,12 +386,9 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         self.series.length = s;
         self.stages[0] = start.derivative();
         let change = self.series.change(s);
-        // The sum with its rounding error (Knuth), which the next step gets back.
+        // The next step gets back what this sum loses.
         let change = zip(&change, &self.lost, |x, lost| x + lost);
-        let end = zip(&start.y, &change, |y, x| y + x);
-        let added = zip(&end, &start.y, |sum, y| sum - y);
-        let of_start = zip(&start.y, &zip(&end, &added, |sum, x| sum - x), |y, kept| y - kept);
-        let lost = zip(&zip(&change, &added, |x, kept| x - kept), &of_start, |x, y| x + y);
+        let (end, lost) = carry::sum(&start.y, &change);
         self.end = (end, lost);
         if !end.is_finite() {
             return Ok((end, f64::NAN));
