@@ -14,9 +14,12 @@
 //! * **Stability**: A-stable; it damps nothing, and what is faster than the step is not solved for: the iterations converge to hω = 2.5 and
 //!   3. Far beyond, the step is refused, and that is better than an answer: solved by Newton's method, a pendulum on a stiff spring (k = 1e8, h = 0.02) gains 2 J in
 //!   two seconds.
+//! * **Rounding**: what is lost when a step is added to (q, u) is carried to the next step ([`Carry`]), as Hairer, McLachlan and Razakarivony (BIT 48 (2008) 231) want it: of Kepler's problem with e = 0.9 rounding leaves
+//!   10⁻¹⁵ of the energy after 100 periods in 1.3 million steps, without it 10⁻¹³. In (q, p) u is found anew in each step and carries nothing.
 //! * **Cost**: 2 or 3 evaluations of q̈ (or of p and ṗ) per iteration, 4 to 10 iterations a step, and 1 of q̈ at its end.
 //! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §II.1.3, §VI.4, §VIII.6; Butcher, Math. Comp. 18 (1964) 50.
 
+use super::carry::Carry;
 use super::fixed_point::{Course, FixedPoint, share};
 use super::linear::{Matrices, factor, solve};
 use super::stormer_verlet::moved;
@@ -39,6 +42,7 @@ pub struct Gauss<V: Vector, const S: usize> {
     solved: bool,
     /// The last accepted step: its end, its size and velocities.
     last: Option<(Phase<V>, f64, [V; S], V)>,
+    carry: Carry<V>,
 }
 
 /// Order 4 by two stages.
@@ -177,9 +181,10 @@ impl<V: Vector, const S: usize> Gauss<V, S> {
             this.evaluate(system, start, h, None)?;
             Ok(core::array::from_fn(|i| Self::along(&start.y.u, h, &a[i], |j| this.k[j + 1].u)))
         })?;
-        let q = Self::along(&start.y.q, h, &b, |j| self.u[j]);
-        let u = Self::along(&start.y.u, h, &b, |j| self.k[j + 1].u);
-        Ok(Phase { q, u })
+        let none = V::zeros();
+        let way =
+            Phase { q: Self::along(&none, h, &b, |j| self.u[j]), u: Self::along(&none, h, &b, |j| self.k[j + 1].u) };
+        Ok(self.carry.add(&start.y, &way))
     }
 
     /// The step in (q, p), from momenta p₀.
@@ -262,6 +267,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Gauss<V, S> {
             exchanges: [V::zeros(); S],
             solved: true,
             last: None,
+            carry: Carry::new(),
         }
     }
 
