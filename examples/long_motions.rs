@@ -2,6 +2,9 @@
 //!
 //! Methods that preserve the structure of the motion make energy errors that stay where they are; with RK4 they grow with every revolution, until the
 //! orbit is another one. What the errors are is a matter of order and step: the higher order pays as long as the steps are short.
+//!
+//! Where the method makes none, rounding is left, here on an orbit with e = 0.9 for 100,000 revolutions. Brouwer's law: what has no bias grows with the root of the time; the smallest errors of a
+//! method of fixed order have one, and grow with the time.
 
 mod common;
 
@@ -54,6 +57,51 @@ fn errors(
     Ok(found)
 }
 
+/// Largest |E − E₀| up to each of some numbers of revolutions, of an orbit with e = 0.9 and E₀ = −½, at the smallest tolerance that there is.
+fn rounding(
+    model: &Kepler,
+    method: &methods::Any<Kepler>,
+    revolutions: f64,
+) -> Result<Errors, Box<dyn std::error::Error>> {
+    let start = model.state().x(0.1).y_rate(19f64.sqrt()).build()?;
+    let (energy, turn) = (model.energy_function(&start), std::f64::consts::TAU);
+    let (mut found, mut worst, mut mark) = (Errors::new(), 0.0f64, 1.0);
+    model.simulate(start).until(turn * revolutions).tolerance(1e-15).method(method).max_steps(u64::MAX).run_with(
+        |state| {
+            worst = worst.max((model.energy_function(state) - energy).abs());
+            if state.t >= turn * mark {
+                found.push((mark, worst));
+                mark *= 10f64.sqrt();
+            }
+        },
+    )?;
+    Ok(found)
+}
+
+/// The second picture: rounding alone, and what adds up.
+fn brouwer(model: &Kepler) -> Result<Panel, Box<dyn std::error::Error>> {
+    let mut panel = Panel::new(Axis::log("revolutions"), Axis::log("energy error"));
+    for (method, name, revolutions, bias) in [
+        (methods::Any::from(methods::Dop853), "DOP853", 1.01e4, true),
+        (methods::Verner9.into(), "Verner 9(8)", 1.01e4, true),
+        (methods::Taylor { order: Some(16) }.into(), "Taylor series of order 16", 1.01e5, false),
+    ] {
+        let found = rounding(model, &method, revolutions)?;
+        let text: Vec<String> = found.iter().step_by(2).map(|(_, error)| format!("{error:.1e}")).collect();
+        println!("{name:28} tolerance 1e-15, 1, 10, 100, … revolutions: {}", text.join("  "));
+        let [before, last] = [found[found.len() - 5].1, found[found.len() - 1].1];
+        if bias {
+            assert!(last > 50.0 * before, "errors of steps add up: {before:e} to {last:e}");
+        } else {
+            assert!(found[6].1 < 0.5e-13, "rounding in 1,000 revolutions: {:e}", found[6].1);
+            assert!(last < 30.0 * before, "rounding errors walk at random: {before:e} to {last:e}");
+        }
+        panel = panel.line(name, found);
+    }
+    let law = |power: f64, first: f64| [(1.0, first), (1e5, first * 1e5f64.powf(power))].to_vec();
+    Ok(panel.line("∝ √t", law(0.5, 1e-15)).line("∝ t", law(1.0, 1e-15)))
+}
+
 fn main() -> common::Outcome {
     let model = Kepler { mu: 1.0 };
     let revolutions = 1e6;
@@ -79,6 +127,8 @@ fn main() -> common::Outcome {
     }
     let mut files = common::Files::of("long_motions");
     Chart::new("Energy error of a Kepler orbit, e = 0.2").panel(panel).write_svg(files.path("long_motions.svg"))?;
+    let title = "Rounding: energy error of a Kepler orbit, e = 0.9, smallest tolerance";
+    Chart::new(title).panel(brouwer(&model)?).write_svg(files.path("rounding.svg"))?;
     files.list();
     Ok(())
 }
