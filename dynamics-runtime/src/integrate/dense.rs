@@ -44,7 +44,7 @@ impl<V: Vector, const K: usize> Dense<V> for Nested<V, K> {
 /// Local error O(h⁶) in q and O(h⁵) in u for exact ends; an end that errs by O(hᵖ⁺¹) leaves O(hᵖ) in u. It costs no evaluation because second-order systems know q̈ at both ends.
 ///
 /// Far from the origin of q, or in short steps, what q₁ − q₀ says beyond u and q̈ at the ends is the rounding of q, which the derivative would divide by h: u at |q| = 10⁸ would be off
-/// by 3·10⁻⁸/h. Where it is no more than that ([`is_rounding`]) it stays in q, and u is the cubic through its own ends.
+/// by 3·10⁻⁸/h. Where it is no more than that it stays in q, and u is the cubic through its own ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hermite<V> {
     h: f64,
