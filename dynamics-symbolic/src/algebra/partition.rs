@@ -120,24 +120,44 @@ fn structural_cost(pattern: &[Vec<usize>], blocks: &[Block], independent: &[usiz
     cost
 }
 
-/// How far the dependent blocks are from being singular at the worst of the given states: the least ratio of a block's determinant to the
-/// norms of its columns, 1 at best.
-pub(super) fn conditioning(g: &Graph, jacobian: &Sparse, partition: &Partition, states: &[&dyn Bindings]) -> f64 {
-    let roots: Vec<_> = jacobian.rows.iter().flat_map(|row| row.values().copied()).collect();
-    let mut worst = 1.0f64;
-    for state in states {
-        let values = g.evaluate(&roots, *state);
-        let entry = |r: usize, c: usize| jacobian.rows[r].get(&c).map_or(0.0, |x| values[x.index()]);
-        for (rows, columns) in &partition.blocks {
-            let block: Vec<Vec<f64>> = rows.iter().map(|r| columns.iter().map(|c| entry(*r, *c)).collect()).collect();
-            let norm = |c: &usize| jacobian.column(*c).map(|(_, x)| values[x.index()].powi(2)).sum::<f64>().sqrt();
-            let scale: f64 = columns.iter().map(norm).product();
-            let ratio = determinant(block).abs() / scale;
-            // Unknown is not good.
-            worst = if ratio.is_nan() { 0.0 } else { worst.min(ratio) };
-        }
+/// Φ_q at some states.
+pub(super) struct Slopes {
+    /// At each of them, by node.
+    values: Vec<Vec<f64>>,
+}
+
+impl Slopes {
+    pub(super) fn at(g: &Graph, jacobian: &Sparse, states: &[&dyn Bindings]) -> Self {
+        let roots: Vec<_> = jacobian.rows.iter().flat_map(|row| row.values().copied()).collect();
+        Self { values: states.iter().map(|state| g.evaluate(&roots, *state)).collect() }
     }
-    worst
+
+    /// How far the dependent blocks are from being singular at the worst of the states: the least ratio of a block's determinant to the norms of its columns, 1 at
+    /// best.
+    pub(super) fn conditioning(&self, jacobian: &Sparse, partition: &Partition) -> f64 {
+        // Unknown is not good.
+        self.each(jacobian, partition).fold(1.0, |worst, ratio| if ratio.is_nan() { 0.0 } else { worst.min(ratio) })
+    }
+
+    /// At which of the states that ratio is above `least`.
+    pub(super) fn regular(&self, jacobian: &Sparse, partition: &Partition, least: f64) -> Vec<bool> {
+        self.each(jacobian, partition).map(|ratio| ratio > least).collect()
+    }
+
+    /// The least ratio at each state; NaN where it is not known.
+    fn each<'a>(&'a self, jacobian: &'a Sparse, partition: &'a Partition) -> impl Iterator<Item = f64> + 'a {
+        self.values.iter().map(move |values| {
+            let entry = |r: usize, c: usize| jacobian.rows[r].get(&c).map_or(0.0, |x| values[x.index()]);
+            let norm = |c: &usize| jacobian.column(*c).map(|(_, x)| values[x.index()].powi(2)).sum::<f64>().sqrt();
+            let ratio = |(rows, columns): &Block| {
+                let block = rows.iter().map(|r| columns.iter().map(|c| entry(*r, *c)).collect()).collect();
+                let scale: f64 = columns.iter().map(norm).product();
+                determinant(block).abs() / scale
+            };
+            let mut ratios = partition.blocks.iter().map(ratio);
+            ratios.try_fold(1.0f64, |worst, ratio| (!ratio.is_nan()).then(|| worst.min(ratio))).unwrap_or(f64::NAN)
+        })
+    }
 }
 
 /// By elimination with row pivoting.

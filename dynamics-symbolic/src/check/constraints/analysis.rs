@@ -10,6 +10,7 @@ use crate::mechanics::Model;
 use super::finding::{Combination, ConstraintFinding};
 use super::generic::{Dependent, Samples, Verdict, entangled};
 use super::integrable::{self, Integrability, Unsaid};
+use super::likely::likely;
 use super::manifold::{self, Dependence, Manifold};
 use super::rows::Rows;
 use super::sample::Sample;
@@ -52,6 +53,8 @@ pub struct Analysis {
     /// States at nominal values by which a solution may be chosen: the same, or where all constraints at once are not independent because of switched
     /// ones, those in which the others hold. Empty where random parameters say nothing of where this mechanism moves.
     pub guides: Vec<Sample>,
+    /// States in which the holonomic constraints hold and motions are likely to begin, the likeliest first: a solution is to apply there.
+    pub likely: Vec<Sample>,
     /// Whether rows depend on others that are always on together with them, on the branches that are meant: then the multipliers are not unique and
     /// no order of elimination goes through.
     pub redundant: bool,
@@ -127,6 +130,7 @@ pub fn analyse(model: &Model) -> Analysis {
     analysis.branch_meant = analysis.least.all < analysis.rank && marked.any(|c| repeating(&c));
     analysis.redundant = known.redundant || (analysis.branch_meant && analysis.least.all < analysis.rows);
     analysis.guides = known.guides;
+    analysis.likely = likely(model, &rows);
     if all.faults.is_empty() {
         let known = integrable::integrability(model, &rows, &analysis.superfluous);
         judge_integrability(model, &rows, known.as_ref(), &mut all.faults);
@@ -440,6 +444,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         tangent,
         samples: look.manifold.map_or_else(Vec::new, |m| m.samples),
         guides: Vec::new(),
+        likely: Vec::new(),
         redundant: false,
         looked_at,
         integrable: None,
