@@ -189,8 +189,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !found.is_empty() {
         return Err(found);
     }
-    let (guides, likely) = (bindings(&constraints.guides), bindings(&constraints.likely));
-    let states = States { anywhere: &guides, likely: &likely };
+    let [anywhere, likely, passed] = [&constraints.guides, &constraints.likely, &constraints.passed].map(|states| bindings(states));
+    let states = States { anywhere: &anywhere, likely: &likely, passed: &passed };
     let manifold = Manifold { states, redundant: constraints.redundant };
     let mut equations = derive_on(&mut model, &manifold).map_err(|e| findings(&mut model, &e))?;
     equations.conserved = check::conserved(&mut model, &equations);

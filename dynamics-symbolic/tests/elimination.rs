@@ -434,7 +434,7 @@ fn states_decide_between_choices_of_the_same_cost() {
     (values.q[1], values.q[2]) = (0.8, 0.8 + 1e-6);
     let mut system = System::of(four_bar());
     let mut graph = std::mem::take(&mut system.graph);
-    let (found, _) = unroll(&mut graph, &system.constrained(), &States { anywhere: &[&values], likely: &[] }, 20_000).expect("regular");
+    let (found, _) = unroll(&mut graph, &system.constrained(), &States { anywhere: &[&values], ..States::default() }, 20_000).expect("regular");
     assert_ne!(leading(&found.elimination), [0]);
 }
 
@@ -465,12 +465,14 @@ fn what_is_taken_applies_where_motions_begin() {
     assert!(of_crank[0], "{of_crank:?}");
     let (_, of_both) = taken(&States { likely: &[&crank, &rocker], ..States::default() });
     assert_eq!(of_both, [true, true, false], "the coupler leads, or all together");
+    let (_, beside) = taken(&States { likely: &[&rocker], passed: &[&crank], ..States::default() });
+    assert_eq!(beside, [true, true, false], "what is passed counts as well, as the coupler costs as much as the crank");
     // Singular for every order: then it is as if nothing were known.
     let (found, _) = taken(&States { likely: &[&all], ..States::default() });
     assert_eq!(found.elimination, taken(&States::default()).0.elimination);
     // What is well conditioned elsewhere does not help where nothing begins.
     let elsewhere = at([1.3, 0.2, 1.1]);
-    let (_, of_both) = taken(&States { anywhere: &[&elsewhere], likely: &[&crank, &rocker] });
+    let (_, of_both) = taken(&States { anywhere: &[&elsewhere], likely: &[&crank, &rocker], passed: &[] });
     assert_eq!(of_both, [true, true, false]);
 }
 

@@ -34,6 +34,8 @@ pub struct States<'a> {
     pub anywhere: &'a [&'a dyn Bindings],
     /// Where motions are likely to begin, the likeliest first: an order that does not apply there is not taken while there is another that is not much longer.
     pub likely: &'a [&'a dyn Bindings],
+    /// Where some come by: likewise, while there is another that is nearly as short.
+    pub passed: &'a [&'a dyn Bindings],
 }
 
 /// Why equations with constraints are not solved on the graph.
@@ -280,12 +282,13 @@ impl Short {
             let guards = solver.guards().iter().flat_map(|guard| [guard.pivot, guard.scale]);
             let cost = trial.weight(&[accelerations, multipliers, guards.collect()].concat());
             let guards = self.guards(&mut trial, &solver);
-            let applies = applies(&trial, &guards, states.likely);
+            let applies = [states.likely, states.passed].map(|states| applies(&trial, &guards, states));
             let conditioning = choice.map_or(1.0, |p| anywhere.conditioning(&jacobian, p));
             Some(Priced { choice, cost, applies, conditioning })
         };
         let tried = if g.len() > LARGE { 2 } else { TRIED };
-        let worth = worth_trying(&candidates, &Slopes::at(g, &jacobian, states.likely), &jacobian, tried);
+        let at = Slopes::at(g, &jacobian, &[states.likely, states.passed].concat());
+        let worth = worth_trying(&candidates, &jacobian, (&at, states.likely.len()), tried);
         let found: Vec<Priced> = worth.into_iter().map(Some).chain([None]).filter_map(priced).collect();
         let choice = prefer(found).ok_or(Stuck::NoPivots)?;
         way(g, choice).ok_or(Stuck::NoPivots)
@@ -322,20 +325,27 @@ pub(crate) fn applies(g: &Graph, guards: &[Guard], states: &[&dyn Bindings]) -> 
     states.iter().map(at).collect()
 }
 
-/// The structurally cheapest of the partitions, `tried` of those that are regular at most likely states, and the cheapest of all.
+/// The structurally cheapest of the partitions: `tried` of those that are regular where motions are likely to be, the cheapest that is so where they begin, which are
+/// the first `likely` of the states, and the cheapest of all.
 fn worth_trying<'a>(
     candidates: &'a [Partition],
-    likely: &Slopes,
     jacobian: &Sparse,
+    (at, likely): (&Slopes, usize),
     tried: usize,
 ) -> Vec<&'a Partition> {
     let mut all: Vec<(Vec<bool>, &Partition)> =
-        candidates.iter().map(|partition| (likely.regular(jacobian, partition, POOR), partition)).collect();
-    // Stable: the cheapest stay first among equals.
+        candidates.iter().map(|partition| (at.regular(jacobian, partition, POOR), partition)).collect();
+    let cheapest = all.first().map(|(_, partition)| *partition);
+    // By what holds where motions begin, and by all; stable, so that the cheapest stay first among equals.
+    all.sort_by(|(a, _), (b, _)| b[..likely].cmp(&a[..likely]));
+    let beginning = all.first().map(|(_, partition)| *partition);
     all.sort_by(|(a, _), (b, _)| b.cmp(a));
     let mut worth: Vec<&Partition> = all.into_iter().take(tried).map(|(_, partition)| partition).collect();
-    let cheapest = candidates.first().filter(|partition| !worth.contains(partition));
-    worth.extend(cheapest);
+    for other in [beginning, cheapest].into_iter().flatten() {
+        if !worth.contains(&other) {
+            worth.push(other);
+        }
+    }
     worth
 }
 
@@ -343,9 +353,17 @@ fn worth_trying<'a>(
 struct Priced<'a> {
     choice: Option<&'a Partition>,
     cost: usize,
-    /// At which likely states it applies.
-    applies: Vec<bool>,
+    /// At which of the likely states it applies, and at which of those that are passed.
+    applies: [Vec<bool>; 2],
     conditioning: f64,
+}
+
+/// Those that apply at the likeliest of the states, as far as they cost no more than so many times what is cheapest.
+fn applying(all: Vec<Priced<'_>>, which: usize, times: f64) -> Vec<Priced<'_>> {
+    let cheapest = all.iter().map(|way| way.cost).min().unwrap_or(0);
+    let affordable = |way: &&Priced| way.cost as f64 <= times * cheapest as f64;
+    let best = all.iter().filter(affordable).map(|way| way.applies[which].clone()).max().unwrap_or_default();
+    all.into_iter().filter(|way| way.applies[which] == best).collect()
 }
 
 /// The partition to be taken, or q̈ and λ together (`Some(None)`) where that is cheaper; `None` where there is no way at all.
@@ -353,10 +371,7 @@ fn prefer(found: Vec<Priced<'_>>) -> Option<Option<&Partition>> {
     let is_good = |way: &Priced| way.conditioning > POOR;
     let (good, poor): (Vec<Priced>, Vec<Priced>) = found.into_iter().partition(is_good);
     let all = if good.is_empty() { poor } else { good };
-    let cheapest = all.iter().map(|way| way.cost).min()?;
-    let affordable = |way: &&Priced| way.cost as f64 <= WORTH * cheapest as f64;
-    let best = all.iter().filter(affordable).map(|way| &way.applies).max()?.clone();
-    let applying: Vec<Priced> = all.into_iter().filter(|way| way.applies == best).collect();
+    let applying = [(0, WORTH), (1, NEARLY)].into_iter().fold(all, |all, (which, times)| applying(all, which, times));
     let cost = |way: &&Priced| way.cost;
     let together = applying.iter().find(|way| way.choice.is_none()).map(|way| way.cost);
     let blocks = || applying.iter().filter(|way| way.choice.is_some());

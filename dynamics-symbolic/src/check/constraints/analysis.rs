@@ -10,7 +10,7 @@ use crate::mechanics::Model;
 use super::finding::{Combination, ConstraintFinding};
 use super::generic::{Dependent, Samples, Verdict, entangled};
 use super::integrable::{self, Integrability, Unsaid};
-use super::likely::likely;
+use super::likely;
 use super::manifold::{self, Dependence, Manifold};
 use super::rows::Rows;
 use super::sample::Sample;
@@ -55,6 +55,8 @@ pub struct Analysis {
     pub guides: Vec<Sample>,
     /// States in which the holonomic constraints hold and motions are likely to begin, the likeliest first: a solution is to apply there.
     pub likely: Vec<Sample>,
+    /// Others at which it had better apply: turned, and without guides anywhere.
+    pub passed: Vec<Sample>,
     /// Whether rows depend on others that are always on together with them, on the branches that are meant: then the multipliers are not unique and
     /// no order of elimination goes through.
     pub redundant: bool,
@@ -130,7 +132,12 @@ pub fn analyse(model: &Model) -> Analysis {
     analysis.branch_meant = analysis.least.all < analysis.rank && marked.any(|c| repeating(&c));
     analysis.redundant = known.redundant || (analysis.branch_meant && analysis.least.all < analysis.rows);
     analysis.guides = known.guides;
-    analysis.likely = likely(model, &rows);
+    analysis.likely = likely::likely(model, &rows);
+    analysis.passed = analysis.likely.first().map_or_else(Vec::new, |straight| likely::turned(model, &rows, straight));
+    if analysis.guides.is_empty() {
+        // Random parameters say nothing of how well, but where a pivot vanishes on a whole branch.
+        analysis.passed.extend_from_slice(&analysis.samples);
+    }
     if all.faults.is_empty() {
         let known = integrable::integrability(model, &rows, &analysis.superfluous);
         judge_integrability(model, &rows, known.as_ref(), &mut all.faults);
@@ -445,6 +452,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         samples: look.manifold.map_or_else(Vec::new, |m| m.samples),
         guides: Vec::new(),
         likely: Vec::new(),
+        passed: Vec::new(),
         redundant: false,
         looked_at,
         integrable: None,
