@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::algebra::{Guard, States, Unrolled};
-use crate::check::hazards::{Branch, Hazards, Kink};
 use crate::check::constraints::Sample;
+use crate::check::hazards::{Branch, Hazards, Kink};
 use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
 use crate::mechanics::{
@@ -189,7 +189,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !found.is_empty() {
         return Err(found);
     }
-    let [anywhere, likely, passed] = [&constraints.guides, &constraints.likely, &constraints.passed].map(|states| bindings(states));
+    let [anywhere, likely, passed] =
+        [&constraints.guides, &constraints.likely, &constraints.passed].map(|states| bindings(states));
     let states = States { anywhere: &anywhere, likely: &likely, passed: &passed };
     let manifold = Manifold { states, redundant: constraints.redundant };
     let mut equations = derive_on(&mut model, &manifold).map_err(|e| findings(&mut model, &e))?;

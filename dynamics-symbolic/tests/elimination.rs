@@ -434,7 +434,9 @@ fn states_decide_between_choices_of_the_same_cost() {
     (values.q[1], values.q[2]) = (0.8, 0.8 + 1e-6);
     let mut system = System::of(four_bar());
     let mut graph = std::mem::take(&mut system.graph);
-    let (found, _) = unroll(&mut graph, &system.constrained(), &States { anywhere: &[&values], ..States::default() }, 20_000).expect("regular");
+    let (found, _) =
+        unroll(&mut graph, &system.constrained(), &States { anywhere: &[&values], ..States::default() }, 20_000)
+            .expect("regular");
     assert_ne!(leading(&found.elimination), [0]);
 }
 

@@ -34,7 +34,7 @@ pub struct States<'a> {
     pub anywhere: &'a [&'a dyn Bindings],
     /// Where motions are likely to begin, the likeliest first: an order that does not apply there is not taken while there is another that is not much longer.
     pub likely: &'a [&'a dyn Bindings],
-    /// Where some come by: likewise, while there is another that is nearly as short.
+    /// Where some come by: one whose pivots vanish altogether there is not taken while there is another that is nearly as short.
     pub passed: &'a [&'a dyn Bindings],
 }
 
@@ -160,6 +160,8 @@ const LARGE: usize = 20_000;
 const NEARLY: f64 = 1.25;
 /// What applies at likely states may take this many times as many operations as what does not: a bicycle took as long by the general solver as by five times its own.
 const WORTH: f64 = 3.0;
+/// A determinant that is this small beside the norms of its columns has vanished, and is rounding.
+const VANISHED: f64 = 1e-7;
 /// Partitions that come nearer to a dead point than this at one of the given states are not taken while there is another way.
 const POOR: f64 = 1e-3;
 /// Smallest share of its constant that a diagonal element of M may have where it is not written as a sum of squares: below, the general solver
@@ -170,12 +172,7 @@ const CANCELLED: f64 = 1e-4;
 ///
 /// # Errors
 /// Why it is left to the general solver.
-pub fn unroll(
-    g: &mut Graph,
-    system: &Constrained,
-    states: &States,
-    limit: usize,
-) -> Result<(Unrolled, Solver), Stuck> {
+pub fn unroll(g: &mut Graph, system: &Constrained, states: &States, limit: usize) -> Result<(Unrolled, Solver), Stuck> {
     let short = Short::new(g, system);
     let solver = short.solver(g, states)?;
     let solution = solver.solve(g, &short.force, &short.gamma);
@@ -274,6 +271,7 @@ impl Short {
             None => Solver::together(g, &self.mass, &self.jacobian),
         };
         let anywhere = Slopes::at(g, &jacobian, states.anywhere);
+        let at = Slopes::at(g, &jacobian, &[states.likely, states.passed].concat());
         let priced = |choice| {
             // On a copy, so that what is not taken leaves no trace.
             let mut trial = g.clone();
@@ -282,12 +280,15 @@ impl Short {
             let guards = solver.guards().iter().flat_map(|guard| [guard.pivot, guard.scale]);
             let cost = trial.weight(&[accelerations, multipliers, guards.collect()].concat());
             let guards = self.guards(&mut trial, &solver);
-            let applies = [states.likely, states.passed].map(|states| applies(&trial, &guards, states));
+            let vanishing: Vec<Guard> = guards
+                .iter()
+                .map(|guard| Guard { tolerance: guard.tolerance.min(VANISHED.powi(2)), ..*guard })
+                .collect();
+            let applies = [applies(&trial, &guards, states.likely), applies(&trial, &vanishing, states.passed)];
             let conditioning = choice.map_or(1.0, |p| anywhere.conditioning(&jacobian, p));
             Some(Priced { choice, cost, applies, conditioning })
         };
         let tried = if g.len() > LARGE { 2 } else { TRIED };
-        let at = Slopes::at(g, &jacobian, &[states.likely, states.passed].concat());
         let worth = worth_trying(&candidates, &jacobian, (&at, states.likely.len()), tried);
         let found: Vec<Priced> = worth.into_iter().map(Some).chain([None]).filter_map(priced).collect();
         let choice = prefer(found).ok_or(Stuck::NoPivots)?;
@@ -334,7 +335,7 @@ fn worth_trying<'a>(
     tried: usize,
 ) -> Vec<&'a Partition> {
     let mut all: Vec<(Vec<bool>, &Partition)> =
-        candidates.iter().map(|partition| (at.regular(jacobian, partition, POOR), partition)).collect();
+        candidates.iter().map(|partition| (at.regular(jacobian, partition, VANISHED), partition)).collect();
     let cheapest = all.first().map(|(_, partition)| *partition);
     // By what holds where motions begin, and by all; stable, so that the cheapest stay first among equals.
     all.sort_by(|(a, _), (b, _)| b[..likely].cmp(&a[..likely]));
