@@ -135,29 +135,41 @@ impl Slopes {
     /// How far the dependent blocks are from being singular at the worst of the states: the least ratio of a block's determinant to the norms of its columns, 1 at
     /// best.
     pub(super) fn conditioning(&self, jacobian: &Sparse, partition: &Partition) -> f64 {
+        let ratios = self.values.iter().flat_map(|values| {
+            partition
+                .blocks
+                .iter()
+                .map(|block| determinant(entries(jacobian, values, block)).abs() / by_columns(jacobian, values, block))
+        });
         // Unknown is not good.
-        self.each(jacobian, partition).fold(1.0, |worst, ratio| if ratio.is_nan() { 0.0 } else { worst.min(ratio) })
+        ratios.fold(1.0, |worst, ratio| if ratio.is_nan() { 0.0 } else { worst.min(ratio) })
     }
 
-    /// At which of the states that ratio is above `least`.
+    /// At which of the states no block vanishes: its determinant is above `least` of the norms of its columns, and of its rows.
     pub(super) fn regular(&self, jacobian: &Sparse, partition: &Partition, least: f64) -> Vec<bool> {
-        self.each(jacobian, partition).map(|ratio| ratio > least).collect()
+        let at = |values: &Vec<f64>| {
+            partition.blocks.iter().all(|block| {
+                let (columns, rows) = (by_columns(jacobian, values, block), by_rows(jacobian, values, block));
+                determinant(entries(jacobian, values, block)).abs() > least * columns.max(rows)
+            })
+        };
+        self.values.iter().map(at).collect()
     }
+}
 
-    /// The least ratio at each state; NaN where it is not known.
-    fn each<'a>(&'a self, jacobian: &'a Sparse, partition: &'a Partition) -> impl Iterator<Item = f64> + 'a {
-        self.values.iter().map(move |values| {
-            let entry = |r: usize, c: usize| jacobian.rows[r].get(&c).map_or(0.0, |x| values[x.index()]);
-            let norm = |c: &usize| jacobian.column(*c).map(|(_, x)| values[x.index()].powi(2)).sum::<f64>().sqrt();
-            let ratio = |(rows, columns): &Block| {
-                let block = rows.iter().map(|r| columns.iter().map(|c| entry(*r, *c)).collect()).collect();
-                let scale: f64 = columns.iter().map(norm).product();
-                determinant(block).abs() / scale
-            };
-            let mut ratios = partition.blocks.iter().map(ratio);
-            ratios.try_fold(1.0f64, |worst, ratio| (!ratio.is_nan()).then(|| worst.min(ratio))).unwrap_or(f64::NAN)
-        })
-    }
+fn entries(jacobian: &Sparse, values: &[f64], (rows, columns): &Block) -> Vec<Vec<f64>> {
+    let entry = |r: usize, c: usize| jacobian.rows[r].get(&c).map_or(0.0, |x| values[x.index()]);
+    rows.iter().map(|r| columns.iter().map(|c| entry(*r, *c)).collect()).collect()
+}
+
+/// The product of the norms of the block's columns in the whole Jacobian.
+fn by_columns(jacobian: &Sparse, values: &[f64], (_, columns): &Block) -> f64 {
+    columns.iter().map(|c| jacobian.column(*c).map(|(_, x)| values[x.index()].powi(2)).sum::<f64>().sqrt()).product()
+}
+
+/// The same of its rows.
+fn by_rows(jacobian: &Sparse, values: &[f64], (rows, _): &Block) -> f64 {
+    rows.iter().map(|r| jacobian.rows[*r].values().map(|x| values[x.index()].powi(2)).sum::<f64>().sqrt()).product()
 }
 
 /// By elimination with row pivoting.
