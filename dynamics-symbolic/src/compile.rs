@@ -190,7 +190,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
         return Err(found);
     }
     let [anywhere, likely, passed] =
-        [&constraints.guides, &constraints.likely, &constraints.passed].map(|states| bindings(states));
+        [&constraints.guides[..], constraints.likely.as_slice(), &constraints.passed].map(bindings);
     let states = States { anywhere: &anywhere, likely: &likely, passed: &passed };
     let manifold = Manifold { states, redundant: constraints.redundant };
     let mut equations = derive_on(&mut model, &manifold).map_err(|e| findings(&mut model, &e))?;

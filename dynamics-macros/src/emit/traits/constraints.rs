@@ -204,9 +204,9 @@ impl Emission<'_> {
         let Solution::Unrolled(unrolled) = &equations.solution else { return TokenStream::new() };
         let Elimination::Blocks(blocks) = &unrolled.elimination else { return TokenStream::new() };
         let private = &self.private;
-        let each = blocks.iter().map(|(rows, coordinates)| {
-            quote!(#private::Block { rows: &[#(#rows),*], coordinates: &[#(#coordinates),*] })
-        });
+        let each = blocks.iter().map(
+            |(rows, coordinates)| quote!(#private::Block { rows: &[#(#rows),*], coordinates: &[#(#coordinates),*] }),
+        );
         quote!(const BLOCKS: &'static [#private::Block] = &[#(#each),*];)
     }
 

@@ -53,9 +53,9 @@ pub struct Analysis {
     /// States at nominal values by which a solution may be chosen: the same, or where all constraints at once are not independent because of switched
     /// ones, those in which the others hold. Empty where random parameters say nothing of where this mechanism moves.
     pub guides: Vec<Sample>,
-    /// States in which the holonomic constraints hold and motions are likely to begin, the likeliest first: a solution is to apply there.
-    pub likely: Vec<Sample>,
-    /// Others at which it had better apply: turned, and without guides anywhere.
+    /// Where the holonomic constraints hold and motions are likely to begin, if that is known: a solution is to apply there.
+    pub likely: Option<Sample>,
+    /// Others at which it had better apply: turned, at the origin's other sides, and without guides anywhere.
     pub passed: Vec<Sample>,
     /// Whether rows depend on others that are always on together with them, on the branches that are meant: then the multipliers are not unique and
     /// no order of elimination goes through.
@@ -132,8 +132,10 @@ pub fn analyse(model: &Model) -> Analysis {
     analysis.branch_meant = analysis.least.all < analysis.rank && marked.any(|c| repeating(&c));
     analysis.redundant = known.redundant || (analysis.branch_meant && analysis.least.all < analysis.rows);
     analysis.guides = known.guides;
-    analysis.likely = likely::likely(model, &rows);
-    analysis.passed = analysis.likely.first().map_or_else(Vec::new, |straight| likely::turned(model, &rows, straight));
+    let mut likely = likely::likely(model, &rows).into_iter();
+    analysis.likely = likely.next();
+    analysis.passed = analysis.likely.as_ref().map_or_else(Vec::new, |straight| likely::turned(model, &rows, straight));
+    analysis.passed.extend(likely);
     if analysis.guides.is_empty() {
         // Random parameters say nothing of how well, but where a pivot vanishes on a whole branch.
         analysis.passed.extend_from_slice(&analysis.samples);
@@ -451,7 +453,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         tangent,
         samples: look.manifold.map_or_else(Vec::new, |m| m.samples),
         guides: Vec::new(),
-        likely: Vec::new(),
+        likely: None,
         passed: Vec::new(),
         redundant: false,
         looked_at,
