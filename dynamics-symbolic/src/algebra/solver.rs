@@ -34,7 +34,7 @@ pub struct States<'a> {
     pub anywhere: &'a [&'a dyn Bindings],
     /// Where motions are likely to begin, the likeliest first: an order that does not apply there is not taken while there is another that is not much longer.
     pub likely: &'a [&'a dyn Bindings],
-    /// Where some come by: one whose pivots vanish altogether there is not taken while there is another that is nearly as short.
+    /// Where some come by: one whose pivots vanish altogether there is not taken while there is another that is hardly longer.
     pub passed: &'a [&'a dyn Bindings],
 }
 
@@ -160,6 +160,8 @@ const LARGE: usize = 20_000;
 const NEARLY: f64 = 1.25;
 /// What applies at likely states may take this many times as many operations as what does not: a bicycle took as long by the general solver as by five times its own.
 const WORTH: f64 = 3.0;
+/// Likewise where motions only pass: those are few evaluations.
+const PASSED: f64 = 1.1;
 /// A determinant that is this small beside the norms of its columns has vanished, and is rounding.
 const VANISHED: f64 = 1e-7;
 /// Partitions that come nearer to a dead point than this at one of the given states are not taken while there is another way.
@@ -372,7 +374,7 @@ fn prefer(found: Vec<Priced<'_>>) -> Option<Option<&Partition>> {
     let is_good = |way: &Priced| way.conditioning > POOR;
     let (good, poor): (Vec<Priced>, Vec<Priced>) = found.into_iter().partition(is_good);
     let all = if good.is_empty() { poor } else { good };
-    let applying = [(0, WORTH), (1, NEARLY)].into_iter().fold(all, |all, (which, times)| applying(all, which, times));
+    let applying = [(0, WORTH), (1, PASSED)].into_iter().fold(all, |all, (which, times)| applying(all, which, times));
     let cost = |way: &&Priced| way.cost;
     let together = applying.iter().find(|way| way.choice.is_none()).map(|way| way.cost);
     let blocks = || applying.iter().filter(|way| way.choice.is_some());
