@@ -281,7 +281,7 @@ fn it_runs_on_generated_code() {
     for heading in [0.0, 0.7, std::f64::consts::FRAC_PI_2, -2.0, std::f64::consts::PI] {
         let start = model.state().yaw(heading).x_rate(5.0 * heading.cos()).y_rate(5.0 * heading.sin());
         let start = start.rear_rate(rear).front_rate(front);
-        for start in [start.clone(), start.roll_rate(0.3)] {
+        for start in [start, start.roll_rate(0.3)] {
             let start = start.build().expect("it rolls");
             let motion = model.simulate(start).until(2.0).tolerance(1e-10).run().expect("it rolls");
             let summary = motion.summary();
