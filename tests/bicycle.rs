@@ -5,6 +5,7 @@
 mod bicycle;
 
 use bicycle::model;
+use dynamics::constrain::{solve_general, with_workspace};
 use dynamics::prelude::*;
 use nalgebra::{Complex, Matrix2};
 
@@ -270,4 +271,48 @@ fn a_turn_goes_on() {
     assert!(matches!(error, EquilibriumError::Derivatives(LinearizeError::Dependent { .. })), "{error}");
     let error = model.steady_in(&leaning(5.8, [0.26, 0.08]), &["lean"]).unwrap_err();
     assert!(matches!(error, EquilibriumError::Derivatives(LinearizeError::UnknownCoordinate { .. })), "{error}");
+}
+
+/// Upright and straight on, whatever the heading, it runs on generated code.
+#[test]
+fn it_runs_on_generated_code() {
+    let model = model();
+    let [rear, front] = model.radius.map(|radius| -5.0 / radius);
+    for heading in [0.0, 0.7, std::f64::consts::FRAC_PI_2, -2.0, std::f64::consts::PI] {
+        let start = model.state().yaw(heading).x_rate(5.0 * heading.cos()).y_rate(5.0 * heading.sin());
+        let start = start.rear_rate(rear).front_rate(front);
+        for start in [start, start.roll_rate(0.3)] {
+            let start = start.build().expect("it rolls");
+            let motion = model.simulate(start).until(2.0).tolerance(1e-10).run().expect("it rolls");
+            let summary = motion.summary();
+            assert_eq!(summary.upkept.general, 0, "{heading}\n{summary}");
+        }
+    }
+}
+
+/// Leaning, steering and turning, too, and what it gives is what the general solver finds.
+#[test]
+fn generated_code_agrees_with_the_general_solver() {
+    let model = model();
+    let constants = model.constants().expect("regular");
+    let mut worst: f64 = 0.0;
+    for k in 0..200 {
+        // Low discrepancies: all but multiples of one another.
+        let part = |step: f64| 2.0 * (f64::from(k) * step).fract() - 1.0;
+        let place = [0.8 * part(0.618_034), 0.6 * part(0.754_878)];
+        let start = model.state().yaw(3.0 * part(0.569_840)).roll(place[0]).steer(place[1]).pitch_guess(0.0);
+        let rates = [6.0 * part(0.819_173), part(0.671_044), 2.0 * part(0.549_700)];
+        let start = start.rear_rate(rates[0] / 0.3).roll_rate(rates[1]).steer_rate(rates[2]);
+        let state = start.assemble().expect("both wheels touch the ground");
+        let found = model.solve_unrolled(&constants, &state).expect("no pivot vanishes");
+        let wanted =
+            with_workspace::<bicycle::Bicycle, _>(|memory| solve_general(&model, &state, memory)).expect("regular");
+        let off = |a: &[f64], b: &[f64]| {
+            let size = b.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            a.iter().zip(b).fold(0.0, |most: f64, (x, y)| most.max((x - y).abs())) / size
+        };
+        worst = worst.max(off(found.accelerations.as_slice(), wanted.accelerations.as_slice()));
+        worst = worst.max(off(found.multipliers.as_slice(), wanted.multipliers.as_slice()));
+    }
+    assert!(worst < 1e-11, "{worst:.1e}");
 }

@@ -11,6 +11,7 @@ mod models;
 mod physics;
 
 use compare::snapshot;
+use dynamics::motion::Vanished;
 use dynamics::prelude::*;
 use models::*;
 // The prelude has one, too.
@@ -251,6 +252,24 @@ fn sleigh() {
         &[faster * cos - sideways * sin, faster * sin + sideways * cos, turning],
         &[2.0 * (v * w + 0.4 * turning)],
     );
+}
+
+/// Where generated code does not apply the summary says what no longer follows from what: across the way the edge says nothing of what leads along it.
+#[test]
+fn the_pivot_of_a_sleigh_that_vanishes_is_named() {
+    let model = Sleigh { m: 2.0, inertia: 0.3, ahead: 0.4 };
+    let straight = |heading: f64| {
+        let start = model.state().heading(heading).x_rate(heading.cos()).y_rate(heading.sin()).build().unwrap();
+        model.simulate(start).until(1.0).run().unwrap().summary()
+    };
+    let (along, across) = (straight(0.0), straight(core::f64::consts::FRAC_PI_2));
+    assert!(along.upkept.general == 0 && along.vanished.is_none(), "{along}");
+    assert_eq!(across.upkept.general, across.evaluations, "{across}");
+    let wanted = Vanished { rows: vec!["edge"], coordinates: vec!["y"] };
+    assert_eq!((across.vanished.as_ref(), across.upkept.general_at), (Some(&wanted), Some(0.0)));
+    let words =
+        "a pivot of the generated code vanished: `y` from `edge`, first at t = 0; each takes several times as long";
+    assert!(across.to_string().contains(words), "{across}");
 }
 
 #[test]

@@ -289,6 +289,15 @@ pub enum Route {
     },
 }
 
+/// Coordinates that generated code solves for from rows of the constraints, as many as these, before what leads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// The rows.
+    pub rows: &'static [usize],
+    /// The coordinates.
+    pub coordinates: &'static [usize],
+}
+
 /// q̈ and λ of a model with N coordinates and R rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solved<V, R> {
@@ -364,6 +373,8 @@ pub trait Constraints: Dynamics {
     const ROWS: &'static [Quantity];
     /// How q̈ and λ are found.
     const ROUTE: Route;
+    /// Which coordinates follow from which rows, in the order of elimination; empty where it goes another way.
+    const BLOCKS: &'static [Block] = &[];
     /// Whether applied forces depend on reactions.
     const FRICTION: bool = false;
     /// Whether M comes from a kinetic energy, so that no motion that the constraints leave may have negative inertia.

@@ -18,5 +18,6 @@ pub(crate) use ldl::Elsewhere;
 pub use ldl::Factors;
 pub use levers::{Definition, Levers, Stationary};
 pub(crate) use minimum_degree::MinimumDegree;
-pub use solver::{Constrained, Solver, Stuck, unroll, unroll_by_speeds};
+pub(crate) use solver::applies;
+pub use solver::{Constrained, Solver, States, Stuck, unroll, unroll_by_speeds};
 pub use unrolled::{Elimination, Guard, Guarded, Unrolled};

@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::algebra::{Guard, Unrolled};
+use crate::algebra::{Guard, States, Unrolled};
+use crate::check::constraints::Sample;
 use crate::check::hazards::{Branch, Hazards, Kink};
 use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
@@ -188,8 +189,10 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     if !found.is_empty() {
         return Err(found);
     }
-    let states: Vec<&dyn Bindings> = constraints.guides.iter().map(|s| s as &dyn Bindings).collect();
-    let manifold = Manifold { states: &states, redundant: constraints.redundant };
+    let [anywhere, likely, passed] =
+        [&constraints.guides[..], constraints.likely.as_slice(), &constraints.passed].map(bindings);
+    let states = States { anywhere: &anywhere, likely: &likely, passed: &passed };
+    let manifold = Manifold { states, redundant: constraints.redundant };
     let mut equations = derive_on(&mut model, &manifold).map_err(|e| findings(&mut model, &e))?;
     equations.conserved = check::conserved(&mut model, &equations);
     equations.powers.iter_mut().for_each(|p| p.unit = check::power_unit(&model));
@@ -228,6 +231,10 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     // Of all nodes that are printed: series bring choices of their own.
     programs.kinks = followed(&model.graph, hazards.are_followed(&model.graph), &kinks, &of_reactions);
     Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
+}
+
+fn bindings(states: &[Sample]) -> Vec<&dyn Bindings> {
+    states.iter().map(|state| state as &dyn Bindings).collect()
 }
 
 fn findings(model: &mut Model, reason: &Underivable) -> Vec<Finding> {

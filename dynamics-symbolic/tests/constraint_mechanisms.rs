@@ -3,12 +3,12 @@
 mod common;
 
 use common::Builder;
-use common::constrained::{HOLONOMIC, constrain, particles};
+use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain, particles};
 use common::mechanisms::{Mechanism, andrews, cartesian_chain, four_bar, n_four_bar, slider_crank};
 use dynamics_symbolic::check::constraints::{Analysis, LookedAt, analyse};
 use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::graph::{NodeId, Symbol};
-use dynamics_symbolic::mechanics::{ConstraintKind, Model};
+use dynamics_symbolic::mechanics::{ConstraintKind, EnergyRole, Model};
 
 /// The mechanism with its constraints, with nominal values or without.
 fn model(mut mechanism: Mechanism, nominal: bool) -> Model {
@@ -140,4 +140,66 @@ fn the_report_says_what_constraints_leave_when_they_are_on_and_off() {
         }
         assert!(!text.contains("loops "), "nothing closes here:\n{text}");
     }
+}
+
+/// Where motions are likely to begin: at the origin, where that is possible; beside it, where a row has no direction there.
+#[test]
+fn likely_states_are_the_nearest_to_the_origin_in_which_rows_have_directions() {
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-11);
+    // z = x y: a saddle through the origin.
+    let (mut b, q) = particles(&["x", "y", "z"]);
+    let (product, saddle) = (b.mul(q[0], q[1]), q[2]);
+    let row = b.sub(saddle, product);
+    constrain(&mut b, "saddle", HOLONOMIC, &[row]);
+    let found = sound(&b.model).likely;
+    assert!(found.as_ref().is_some_and(|state| state.q == [0.0; 3]), "{found:?}");
+    // Four numbers of unit length: one of them is 1, and the others are exactly 0.
+    let (mut b, e) = particles(&["e0", "e1", "e2", "e3"]);
+    let (square, one) = (b.norm_squared(&e), b.ratio(1, 1));
+    let norm = b.sub(square, one);
+    constrain(&mut b, "norm", HOLONOMIC, &[norm]);
+    let likely = |b: &Builder| {
+        let Analysis { likely, passed, .. } = sound(&b.model);
+        likely.into_iter().chain(passed).collect::<Vec<_>>()
+    };
+    for (k, state) in likely(&b)[..4].iter().enumerate() {
+        let others = (0..4).filter(|j| *j != k);
+        assert!((state.q[k] - 1.0).abs() < 1e-11 && others.clone().all(|j| state.q[j] == 0.0), "{state:?}");
+    }
+    // A rod: along either axis, as long as the parameter says that stands in the same state.
+    let (mut b, q) = particles(&["x", "y"]);
+    let l = b.parameter("l");
+    let (square, ll) = (b.norm_squared(&q), b.mul(l, l));
+    let rod = b.sub(square, ll);
+    constrain(&mut b, "rod", HOLONOMIC, &[rod]);
+    let found = likely(&b);
+    let l = |k: usize| found[k].parameters[0];
+    assert!(near(&found[0].q, &[l(0), 0.0]) && near(&found[1].q, &[0.0, l(1)]), "{found:?}");
+}
+
+/// What rolls or glides may head anywhere, so that a quarter of a turn on is looked at, too; other angles of a mechanism are what its loops make of them.
+#[test]
+fn headings_are_turned() {
+    let mut b = Builder::new("Sleigh");
+    let q: Vec<NodeId> = ["x", "y", "heading"].iter().map(|n| b.coordinate(n)).collect();
+    b.model.coordinates[2].unit = "rad".into();
+    let one = b.ratio(1, 1);
+    let t = b.kinetic(one, &q);
+    b.energy("kinetic", EnergyRole::Kinetic, t);
+    let (sin, cos) = (b.sin(q[2]), b.cos(q[2]));
+    let rates: Vec<NodeId> = (0..2).map(|i| b.g().symbol(Symbol::Rate(i))).collect();
+    let (along, across) = (b.mul(sin, rates[0]), b.mul(cos, rates[1]));
+    let edge = b.sub(across, along);
+    constrain(&mut b, "edge", NONHOLONOMIC, &[edge]);
+    let analysis = sound(&b.model);
+    assert_eq!(analysis.likely.iter().map(|s| s.q.as_slice()).collect::<Vec<_>>(), [[0.0; 3]]);
+    let turned = [0.0, 0.0, core::f64::consts::FRAC_PI_2];
+    assert!(analysis.passed.iter().any(|s| s.q == turned), "{:?}", analysis.passed);
+    // Held by a row of positions it is not free to choose. (And what is left can be integrated, which is said.)
+    let row = b.sub(q[2], q[0]);
+    constrain(&mut b, "held", HOLONOMIC, &[row]);
+    // Rows of positions come first.
+    b.model.constraints.swap(0, 1);
+    let analysis = analyse(&b.model);
+    assert!(!analysis.passed.iter().any(|s| s.q[2] == turned[2]), "{:?}", analysis.passed);
 }

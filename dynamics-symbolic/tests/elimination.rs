@@ -4,7 +4,7 @@ mod common;
 
 use common::mechanisms::{Mechanism, andrews, cartesian_chain, folded, four_bar, n_four_bar, slider_crank};
 use common::{Builder, Values};
-use dynamics_symbolic::algebra::{Constrained, Elimination, Guard, Solver, Stuck, Unrolled, unroll};
+use dynamics_symbolic::algebra::{Constrained, Elimination, Guard, Solver, States, Stuck, Unrolled, unroll};
 use dynamics_symbolic::calculus::{directional, gradient};
 use dynamics_symbolic::graph::{Graph, NodeId, Symbol};
 use dynamics_symbolic::mechanics::derive;
@@ -168,7 +168,7 @@ fn all_solvers(system: &mut System, independent: &[Vec<usize>]) -> Vec<Solver> {
 
 fn unrolled(system: &mut System) -> Result<Unrolled, Stuck> {
     let mut graph = std::mem::take(&mut system.graph);
-    let found = unroll(&mut graph, &system.constrained(), &[], 20_000);
+    let found = unroll(&mut graph, &system.constrained(), &States::default(), 20_000);
     system.graph = graph;
     found.map(|(unrolled, _)| unrolled)
 }
@@ -434,8 +434,48 @@ fn states_decide_between_choices_of_the_same_cost() {
     (values.q[1], values.q[2]) = (0.8, 0.8 + 1e-6);
     let mut system = System::of(four_bar());
     let mut graph = std::mem::take(&mut system.graph);
-    let (found, _) = unroll(&mut graph, &system.constrained(), &[&values], 20_000).expect("regular");
+    let (found, _) =
+        unroll(&mut graph, &system.constrained(), &States { anywhere: &[&values], ..States::default() }, 20_000)
+            .expect("regular");
     assert_ne!(leading(&found.elimination), [0]);
+}
+
+/// Where motions are likely to begin, the likeliest first, whatever is taken has to apply, if anything does that is not much longer.
+#[test]
+fn what_is_taken_applies_where_motions_begin() {
+    // Coupler and rocker in line, exactly: the crank cannot lead. Crank and coupler in line: the rocker cannot. Links that are all in line: nothing can.
+    let at = |q: [f64; 3]| {
+        let mut values = System::of(four_bar()).values;
+        values.q = q.to_vec();
+        values
+    };
+    let (crank, rocker, all) = (at([0.3, 0.8, 0.8]), at([0.8, 0.8, 0.3]), at([0.8; 3]));
+    let taken = |states: &States| {
+        let mut system = System::of(four_bar());
+        let mut graph = std::mem::take(&mut system.graph);
+        let (found, _) = unroll(&mut graph, &system.constrained(), states, 20_000).expect("regular");
+        system.graph = graph;
+        let margins = [&crank, &rocker, &all].map(|values| {
+            system.values = values.clone();
+            margin(&system, &found.guards) > 1.0
+        });
+        (found, margins)
+    };
+    let (_, nothing_known) = taken(&States::default());
+    assert_eq!(nothing_known, [false, true, false]);
+    let (_, of_crank) = taken(&States { likely: &[&crank], ..States::default() });
+    assert!(of_crank[0], "{of_crank:?}");
+    let (_, of_both) = taken(&States { likely: &[&crank, &rocker], ..States::default() });
+    assert_eq!(of_both, [true, true, false], "the coupler leads, or all together");
+    let (_, beside) = taken(&States { likely: &[&rocker], passed: &[&crank], ..States::default() });
+    assert_eq!(beside, [true, true, false], "what is passed counts as well, as the coupler costs as much as the crank");
+    // Singular for every order: then it is as if nothing were known.
+    let (found, _) = taken(&States { likely: &[&all], ..States::default() });
+    assert_eq!(found.elimination, taken(&States::default()).0.elimination);
+    // What is well conditioned elsewhere does not help where nothing begins.
+    let elsewhere = at([1.3, 0.2, 1.1]);
+    let (_, of_both) = taken(&States { anywhere: &[&elsewhere], likely: &[&crank, &rocker], passed: &[] });
+    assert_eq!(of_both, [true, true, false]);
 }
 
 /// Inertia that is written with a cosine of a difference loses its digits where the links fold: the general solver has the squares.

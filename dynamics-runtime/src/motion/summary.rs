@@ -11,6 +11,7 @@ use super::conditioning::{Conditioning, Nearest};
 use super::doubts::Doubts;
 use super::drift::ConstraintDrift;
 use super::estimate::GlobalError;
+use super::fallen::Vanished;
 use super::formulation::Formulation;
 use super::locking::Locking;
 use super::pace::Turned;
@@ -72,6 +73,8 @@ pub struct Summary {
     /// There is generated code for accelerations and reactions, so that evaluations by the general solver with all constraints on are
     /// fallbacks.
     pub falls_back: bool,
+    /// What no longer followed from its constraints where that came about first, if it is known.
+    pub vanished: Option<Vanished>,
     /// Switched constraints that were released at some time.
     pub released: Vec<&'static str>,
     /// Where the motion came nearest to a singular position of its constraints, and how many it passed.
@@ -146,6 +149,7 @@ impl<M: Simulate> Motion<'_, M> {
             constraints: self.constraint_drift(),
             upkept: self.trajectory.upkept,
             falls_back: matches!(M::ROUTE, Route::Unrolled { .. }),
+            vanished: self.vanished(),
             released: self.released(),
             nearest: self.nearest(&conditions),
             impacts: self.events().iter().flat_map(|event| &event.impacts).filter(|impact| !impact.held).count(),
@@ -385,6 +389,18 @@ impl Summary {
         Ok(())
     }
 
+    /// Where evaluations were left to the general solver, and what of it where these are many.
+    fn words_of_fallen(&self, fallen: u64) -> String {
+        let mut words = String::from(" by the general solver, where a pivot of the generated code vanished");
+        if let Some((vanished, t)) = self.vanished.as_ref().zip(self.upkept.general_at) {
+            words += &alloc::format!(": {vanished}, first at t = {}", Rounded(t));
+        }
+        if fallen as f64 > MANY * self.evaluations as f64 {
+            words += "; each takes several times as long";
+        }
+        words
+    }
+
     /// What it took to keep the constraints.
     fn write_upkeep(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Upkept { general, released, dependent, dependent_at, repartitions, .. } = self.upkept;
@@ -398,7 +414,7 @@ impl Summary {
         };
         let by_general = alloc::format!(" by the general solver ({} released)", self.released.join(", "));
         line(released, "evaluation", &by_general)?;
-        line(fallen, "evaluation", " by the general solver, where a pivot of the generated code vanished")?;
+        line(fallen, "evaluation", &self.words_of_fallen(fallen))?;
         line(repartitions, "choice", " of other dependent coordinates, where a pivot of the generated code vanished")?;
         line(dependent, "evaluation", " with dependent constraints, where reactions are not unique")?;
         if let Some(t) = dependent_at {
@@ -448,6 +464,8 @@ impl Summary {
 
 /// Drift that turns the velocity by more than this part of it is warned of.
 const TURNED: f64 = 3e-4;
+/// Evaluations by the general solver of which more than this part of all are told to take long.
+const MANY: f64 = 0.1;
 /// Moves back onto the constraints by more permitted errors than this are told of.
 const MUCH: f64 = 10.0;
 

@@ -26,6 +26,8 @@ use crate::model::{Constraint, Constraints, Known, ModelState, Route, Vector};
 pub struct Upkept {
     /// Evaluations by the general solver where generated code did not apply: a pivot was too small, a constraint was released.
     pub general: u64,
+    /// When generated code did not apply first though all constraints held.
+    pub general_at: Option<f64>,
     /// Those among them at which a switched constraint was released: there the general solver is the way that was chosen.
     pub released: u64,
     /// Evaluations at which the Jacobian had a lower rank than it has rows that hold, so that multipliers are not unique.
@@ -411,7 +413,11 @@ impl<M: Constraints> Upkeep<M> {
     fn note(&mut self, t: f64, diagnosis: &Diagnosis) {
         let upkept = &mut self.upkept;
         upkept.general += 1;
-        upkept.released += u64::from(diagnosis.active < M::ROWS.len());
+        let released = diagnosis.active < M::ROWS.len();
+        upkept.released += u64::from(released);
+        if !released {
+            upkept.general_at.get_or_insert(t);
+        }
         if diagnosis.rank < diagnosis.active {
             upkept.dependent += 1;
             upkept.dependent_at.get_or_insert(t);

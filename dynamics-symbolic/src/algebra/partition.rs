@@ -120,24 +120,56 @@ fn structural_cost(pattern: &[Vec<usize>], blocks: &[Block], independent: &[usiz
     cost
 }
 
-/// How far the dependent blocks are from being singular at the worst of the given states: the least ratio of a block's determinant to the
-/// norms of its columns, 1 at best.
-pub(super) fn conditioning(g: &Graph, jacobian: &Sparse, partition: &Partition, states: &[&dyn Bindings]) -> f64 {
-    let roots: Vec<_> = jacobian.rows.iter().flat_map(|row| row.values().copied()).collect();
-    let mut worst = 1.0f64;
-    for state in states {
-        let values = g.evaluate(&roots, *state);
-        let entry = |r: usize, c: usize| jacobian.rows[r].get(&c).map_or(0.0, |x| values[x.index()]);
-        for (rows, columns) in &partition.blocks {
-            let block: Vec<Vec<f64>> = rows.iter().map(|r| columns.iter().map(|c| entry(*r, *c)).collect()).collect();
-            let norm = |c: &usize| jacobian.column(*c).map(|(_, x)| values[x.index()].powi(2)).sum::<f64>().sqrt();
-            let scale: f64 = columns.iter().map(norm).product();
-            let ratio = determinant(block).abs() / scale;
-            // Unknown is not good.
-            worst = if ratio.is_nan() { 0.0 } else { worst.min(ratio) };
-        }
+/// Φ_q at some states.
+pub(super) struct Slopes {
+    /// At each of them, by node.
+    values: Vec<Vec<f64>>,
+}
+
+impl Slopes {
+    pub(super) fn at(g: &Graph, jacobian: &Sparse, states: &[&dyn Bindings]) -> Self {
+        let roots: Vec<_> = jacobian.rows.iter().flat_map(|row| row.values().copied()).collect();
+        Self { values: states.iter().map(|state| g.evaluate(&roots, *state)).collect() }
     }
-    worst
+
+    /// How far the dependent blocks are from being singular at the worst of the states: the least ratio of a block's determinant to the norms of its columns, 1 at
+    /// best.
+    pub(super) fn conditioning(&self, jacobian: &Sparse, partition: &Partition) -> f64 {
+        let ratios = self.values.iter().flat_map(|values| {
+            partition
+                .blocks
+                .iter()
+                .map(|block| determinant(entries(jacobian, values, block)).abs() / by_columns(jacobian, values, block))
+        });
+        // Unknown is not good.
+        ratios.fold(1.0, |worst, ratio| if ratio.is_nan() { 0.0 } else { worst.min(ratio) })
+    }
+
+    /// At which of the states no block vanishes: its determinant is above `least` of the norms of its columns, and of its rows.
+    pub(super) fn regular(&self, jacobian: &Sparse, partition: &Partition, least: f64) -> Vec<bool> {
+        let at = |values: &Vec<f64>| {
+            partition.blocks.iter().all(|block| {
+                let (columns, rows) = (by_columns(jacobian, values, block), by_rows(jacobian, values, block));
+                determinant(entries(jacobian, values, block)).abs() > least * columns.max(rows)
+            })
+        };
+        self.values.iter().map(at).collect()
+    }
+}
+
+fn entries(jacobian: &Sparse, values: &[f64], (rows, columns): &Block) -> Vec<Vec<f64>> {
+    let entry = |r: usize, c: usize| jacobian.rows[r].get(&c).map_or(0.0, |x| values[x.index()]);
+    rows.iter().map(|r| columns.iter().map(|c| entry(*r, *c)).collect()).collect()
+}
+
+/// The product of the norms of the block's columns in the whole Jacobian.
+fn by_columns(jacobian: &Sparse, values: &[f64], (_, columns): &Block) -> f64 {
+    columns.iter().map(|c| jacobian.column(*c).map(|(_, x)| values[x.index()].powi(2)).sum::<f64>().sqrt()).product()
+}
+
+/// The same of its rows.
+fn by_rows(jacobian: &Sparse, values: &[f64], (rows, _): &Block) -> f64 {
+    rows.iter().map(|r| jacobian.rows[*r].values().map(|x| values[x.index()].powi(2)).sum::<f64>().sqrt()).product()
 }
 
 /// By elimination with row pivoting.

@@ -7,7 +7,7 @@ use crate::graph::{Bindings, Graph, NodeId, Symbol};
 use super::lengths;
 use super::minimum_degree::MinimumDegree;
 use super::null_space::{NullSpace, Partition};
-use super::partition::{Choice, conditioning, partitions};
+use super::partition::{Choice, Slopes, partitions};
 use super::sparse::Sparse;
 use super::structure::blocks;
 use super::unrolled::{Elimination, Guard, Guarded, Unrolled};
@@ -25,6 +25,17 @@ pub struct Constrained<'a> {
     pub gamma: &'a [NodeId],
     /// What the model calls these rows: right-hand sides of corrections are the symbols `Symbol::Multiplier` of these numbers, R.
     pub numbers: &'a [usize],
+}
+
+/// States by which an order of elimination is chosen.
+#[derive(Clone, Copy, Default)]
+pub struct States<'a> {
+    /// Where the constraints hold, at nominal values of the parameters: of nearly equally cheap orders the one is taken that is best conditioned at the worst of them.
+    pub anywhere: &'a [&'a dyn Bindings],
+    /// Where motions are likely to begin, the likeliest first: an order that does not apply there is not taken while there is another that is not much longer.
+    pub likely: &'a [&'a dyn Bindings],
+    /// Where some come by: one whose pivots vanish altogether there is not taken while there is another that is hardly longer.
+    pub passed: &'a [&'a dyn Bindings],
 }
 
 /// Why equations with constraints are not solved on the graph.
@@ -147,24 +158,23 @@ const TRIED: usize = 12;
 const LARGE: usize = 20_000;
 /// A partition may cost this much more than the cheapest where it is better conditioned.
 const NEARLY: f64 = 1.25;
+/// What applies at likely states may take this many times as many operations as what does not: a bicycle took as long by the general solver as by five times its own.
+const WORTH: f64 = 3.0;
+/// Likewise where motions only pass: those are few evaluations.
+const PASSED: f64 = 1.1;
+/// A determinant that is this small beside the norms of its columns has vanished, and is rounding.
+const VANISHED: f64 = 1e-7;
 /// Partitions that come nearer to a dead point than this at one of the given states are not taken while there is another way.
 const POOR: f64 = 1e-3;
 /// Smallest share of its constant that a diagonal element of M may have where it is not written as a sum of squares: below, the general solver
 /// takes over, which has it as it was declared.
 const CANCELLED: f64 = 1e-4;
 
-/// Solves the equations with at most `limit` operations. Of several nearly equally cheap choices of independent coordinates the one is taken
-/// whose blocks are farthest from singular at the worst of the given states, which have to be on the manifold to be of use; without states
-/// the coordinates declared first are independent.
+/// Solves the equations with at most `limit` operations, in the order that `states` decide; without them the coordinates declared first are independent.
 ///
 /// # Errors
 /// Why it is left to the general solver.
-pub fn unroll(
-    g: &mut Graph,
-    system: &Constrained,
-    states: &[&dyn Bindings],
-    limit: usize,
-) -> Result<(Unrolled, Solver), Stuck> {
+pub fn unroll(g: &mut Graph, system: &Constrained, states: &States, limit: usize) -> Result<(Unrolled, Solver), Stuck> {
     let short = Short::new(g, system);
     let solver = short.solver(g, states)?;
     let solution = solver.solve(g, &short.force, &short.gamma);
@@ -201,10 +211,7 @@ impl Short {
         limit: usize,
     ) -> Result<Unrolled, Stuck> {
         let (n, r) = (accelerations.len(), multipliers.len());
-        let mut guards = solver.guards().to_vec();
-        guards.extend(self.cancelled(g));
-        let unseen: Vec<bool> = (0..r).map(|row| !solver.sees_length(g, row)).collect();
-        guards.extend(lengths::guards(g, &self.jacobian, |row| unseen[row]));
+        let guards = self.guards(g, solver);
         let checked: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
         let shared = share(g, &[&accelerations[..], &multipliers, &checked].concat());
         let operations = g.operations(&shared);
@@ -255,7 +262,7 @@ impl Short {
     }
 
     /// The better of all ways.
-    fn solver(&self, g: &mut Graph, states: &[&dyn Bindings]) -> Result<Solver, Stuck> {
+    fn solver(&self, g: &mut Graph, states: &States) -> Result<Solver, Stuck> {
         let n = self.mass.len();
         let (mass, jacobian) = (Sparse::new(g, &self.mass, n), Sparse::new(g, &self.jacobian, n));
         let Choice::Partitions(candidates) = partitions(g, &jacobian, n) else { return Err(Stuck::Redundant) };
@@ -265,22 +272,38 @@ impl Short {
             }
             None => Solver::together(g, &self.mass, &self.jacobian),
         };
-        let cost = |choice: Option<&Partition>| {
+        let anywhere = Slopes::at(g, &jacobian, states.anywhere);
+        let at = Slopes::at(g, &jacobian, &[states.likely, states.passed].concat());
+        let priced = |choice| {
             // On a copy, so that what is not taken leaves no trace.
             let mut trial = g.clone();
             let solver = way(&mut trial, choice)?;
             let (accelerations, multipliers) = solver.solve(&mut trial, &self.force, &self.gamma);
             let guards = solver.guards().iter().flat_map(|guard| [guard.pivot, guard.scale]);
-            Some(trial.weight(&[accelerations, multipliers, guards.collect()].concat()))
+            let cost = trial.weight(&[accelerations, multipliers, guards.collect()].concat());
+            let guards = self.guards(&mut trial, &solver);
+            let vanishing: Vec<Guard> = guards
+                .iter()
+                .map(|guard| Guard { tolerance: guard.tolerance.min(VANISHED.powi(2)), ..*guard })
+                .collect();
+            let applies = [applies(&trial, &guards, states.likely), applies(&trial, &vanishing, states.passed)];
+            let conditioning = choice.map_or(1.0, |p| anywhere.conditioning(&jacobian, p));
+            Some(Priced { choice, cost, applies, conditioning })
         };
         let tried = if g.len() > LARGE { 2 } else { TRIED };
-        let priced: Vec<Priced> = candidates
-            .iter()
-            .take(tried)
-            .filter_map(|p| Some((cost(Some(p))?, conditioning(g, &jacobian, p, states), p)))
-            .collect();
-        let choice = prefer(&priced, cost(None)).ok_or(Stuck::NoPivots)?;
+        let worth = worth_trying(&candidates, &jacobian, (&at, states.likely.len()), tried);
+        let found: Vec<Priced> = worth.into_iter().map(Some).chain([None]).filter_map(priced).collect();
+        let choice = prefer(found).ok_or(Stuck::NoPivots)?;
         way(g, choice).ok_or(Stuck::NoPivots)
+    }
+
+    /// All that stands between the solution and states at which it does not apply.
+    fn guards(&self, g: &mut Graph, solver: &Solver) -> Vec<Guard> {
+        let mut guards = solver.guards().to_vec();
+        guards.extend(self.cancelled(g));
+        let unseen: Vec<bool> = (0..self.jacobian.len()).map(|row| !solver.sees_length(g, row)).collect();
+        guards.extend(lengths::guards(g, &self.jacobian, |row| unseen[row]));
+        guards
     }
 
     /// Guards of the diagonal elements of M that can cancel.
@@ -294,20 +317,72 @@ impl Short {
     }
 }
 
-/// Cost, conditioning, and the partition that has them.
-type Priced<'a> = (usize, f64, &'a Partition);
+/// At which of the states no guard calls for the general solver.
+pub(crate) fn applies(g: &Graph, guards: &[Guard], states: &[&dyn Bindings]) -> Vec<bool> {
+    let roots: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
+    let at = |state: &&dyn Bindings| {
+        let values = g.evaluate(&roots, *state);
+        let holds = |x: &Guard| values[x.pivot.index()].abs() > x.tolerance * values[x.scale.index()].abs();
+        guards.iter().all(holds)
+    };
+    states.iter().map(at).collect()
+}
+
+/// The structurally cheapest of the partitions: `tried` of those that are regular where motions are likely to be, the cheapest that is so where they begin, which are
+/// the first `likely` of the states, and the cheapest of all.
+fn worth_trying<'a>(
+    candidates: &'a [Partition],
+    jacobian: &Sparse,
+    (at, likely): (&Slopes, usize),
+    tried: usize,
+) -> Vec<&'a Partition> {
+    let mut all: Vec<(Vec<bool>, &Partition)> =
+        candidates.iter().map(|partition| (at.regular(jacobian, partition, VANISHED), partition)).collect();
+    let cheapest = all.first().map(|(_, partition)| *partition);
+    // By what holds where motions begin, and by all; stable, so that the cheapest stay first among equals.
+    all.sort_by(|(a, _), (b, _)| b[..likely].cmp(&a[..likely]));
+    let beginning = all.first().map(|(_, partition)| *partition);
+    all.sort_by(|(a, _), (b, _)| b.cmp(a));
+    let mut worth: Vec<&Partition> = all.into_iter().take(tried).map(|(_, partition)| partition).collect();
+    for other in [beginning, cheapest].into_iter().flatten() {
+        if !worth.contains(&other) {
+            worth.push(other);
+        }
+    }
+    worth
+}
+
+/// A way to solve: by a partition, or q̈ and λ together.
+struct Priced<'a> {
+    choice: Option<&'a Partition>,
+    cost: usize,
+    /// At which of the likely states it applies, and at which of those that are passed.
+    applies: [Vec<bool>; 2],
+    conditioning: f64,
+}
+
+/// Those that apply at the likeliest of the states, as far as they cost no more than so many times what is cheapest.
+fn applying(all: Vec<Priced<'_>>, which: usize, times: f64) -> Vec<Priced<'_>> {
+    let cheapest = all.iter().map(|way| way.cost).min().unwrap_or(0);
+    let affordable = |way: &&Priced| way.cost as f64 <= times * cheapest as f64;
+    let best = all.iter().filter(affordable).map(|way| way.applies[which].clone()).max().unwrap_or_default();
+    all.into_iter().filter(|way| way.applies[which] == best).collect()
+}
 
 /// The partition to be taken, or q̈ and λ together (`Some(None)`) where that is cheaper; `None` where there is no way at all.
-fn prefer<'a>(priced: &[Priced<'a>], together: Option<usize>) -> Option<Option<&'a Partition>> {
-    let good: Vec<&Priced> = priced.iter().filter(|(_, conditioning, _)| *conditioning > POOR).collect();
-    let candidates = if good.is_empty() && together.is_none() { priced.iter().collect() } else { good };
-    let cheapest = candidates.iter().map(|(cost, ..)| *cost).min().unwrap_or(usize::MAX);
-    let near = candidates.into_iter().filter(|(cost, ..)| *cost as f64 <= NEARLY * cheapest as f64);
-    let best = near.min_by(|(a, good, _), (b, better, _)| better.total_cmp(good).then(a.cmp(b)));
-    match (best, together) {
-        (Some((blocks, _, partition)), together) if together.is_none_or(|cost| *blocks <= cost) => {
-            Some(Some(*partition))
-        }
+fn prefer(found: Vec<Priced<'_>>) -> Option<Option<&Partition>> {
+    let is_good = |way: &Priced| way.conditioning > POOR;
+    let (good, poor): (Vec<Priced>, Vec<Priced>) = found.into_iter().partition(is_good);
+    let all = if good.is_empty() { poor } else { good };
+    let applying = [(0, WORTH), (1, PASSED)].into_iter().fold(all, |all, (which, times)| applying(all, which, times));
+    let cost = |way: &&Priced| way.cost;
+    let together = applying.iter().find(|way| way.choice.is_none()).map(|way| way.cost);
+    let blocks = || applying.iter().filter(|way| way.choice.is_some());
+    let cheapest = blocks().min_by_key(cost).map_or(usize::MAX, |way| way.cost);
+    let near = blocks().filter(|way| way.cost as f64 <= NEARLY * cheapest as f64);
+    let taken = near.min_by(|a, b| b.conditioning.total_cmp(&a.conditioning).then(a.cost.cmp(&b.cost)));
+    match (taken, together) {
+        (Some(way), together) if together.is_none_or(|cost| way.cost <= cost) => Some(way.choice),
         (_, Some(_)) => Some(None),
         _ => None,
     }

@@ -11,6 +11,7 @@ mod finding;
 mod generic;
 mod inertia;
 mod integrable;
+mod likely;
 pub(super) mod linear;
 mod loops;
 mod manifold;

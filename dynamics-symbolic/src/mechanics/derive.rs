@@ -72,7 +72,8 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         (Some(speeds), Some(unsolved)) if !model.constraints.iter().any(|c| c.switched || c.redundant) => {
             let mut before = unsolved;
             let given = energies.given(&mut before, &applied, n);
-            let beside = Beside { inertia: &inertia, rows: rows.as_ref(), given: given.as_deref() };
+            let beside =
+                Beside { inertia: &inertia, rows: rows.as_ref(), given: given.as_deref(), states: manifold.states };
             speeds.lead(g, solved, &before, &beside)
         }
         _ => (solved, Some(Aside::Constraints)),

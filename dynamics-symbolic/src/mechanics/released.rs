@@ -1,8 +1,8 @@
 //! The equations while switched constraints are released: each set of them is a system of its own, with fewer rows, solved on the graph like
 //! the whole one, so that a contact model runs on generated code in flight as on the ground.
 
-use crate::algebra::{Constrained, Guard, Guarded, Unrolled, unroll};
-use crate::graph::{Bindings, Graph, NodeId};
+use crate::algebra::{Constrained, Guard, Guarded, States, Unrolled, unroll};
+use crate::graph::{Graph, NodeId};
 
 use super::constraints::Rows;
 use super::equations::Released;
@@ -22,7 +22,7 @@ pub(super) fn released(
     inertia: &Inertia,
     rows: &Rows,
     constraints: &[Constraint],
-    states: &[&dyn Bindings],
+    states: &States,
     whole: Option<&Unrolled>,
 ) -> Vec<Released> {
     let mut room = whole.map_or(0, |whole| TIMES * operations(g, whole)).max(ROOM);
@@ -73,7 +73,7 @@ fn without(
     inertia: &Inertia,
     rows: &Rows,
     held: &[usize],
-    states: &[&dyn Bindings],
+    states: &States,
     limit: usize,
 ) -> Option<Unrolled> {
     let jacobian: Vec<Vec<NodeId>> = held.iter().map(|row| rows.jacobian[*row].clone()).collect();

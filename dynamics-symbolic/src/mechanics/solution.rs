@@ -1,9 +1,9 @@
 //! The equations of motion solved for q̈ and λ: M q̈ = Q by LDLᵀ, and with constraints M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ by whatever order of
 //! elimination is cheapest, on the graph or, where that fails, at run time.
 
-use crate::algebra::{Constrained, Factors, Levers, Solver, Stationary, Stuck, Unrolled, unroll};
+use crate::algebra::{Constrained, Factors, Levers, Solver, States, Stationary, Stuck, Unrolled, applies, unroll};
 use crate::calculus::directional;
-use crate::graph::{Bindings, Dependence, Graph, NodeId};
+use crate::graph::{Dependence, Graph, NodeId};
 
 use super::constraints::{Rows, reaction};
 use super::derive::Underivable;
@@ -17,8 +17,8 @@ use super::velocity_form::along_motion;
 /// What is known of the states that the constraints admit before anything is derived.
 #[derive(Clone, Copy, Default)]
 pub struct Manifold<'a> {
-    /// States on it, if any were found: the best conditioned of nearly equally cheap eliminations is chosen there.
-    pub states: &'a [&'a dyn Bindings],
+    /// States on it, if any were found, by which an elimination is chosen.
+    pub states: States<'a>,
     /// Rows repeat each other, everywhere or on the manifold.
     pub redundant: bool,
 }
@@ -107,7 +107,7 @@ impl Solved {
             gamma: &rows.gamma,
             numbers: &numbers,
         };
-        match unroll(g, &system, manifold.states, LIMIT) {
+        match unroll(g, &system, &manifold.states, LIMIT) {
             Ok((unrolled, solver)) => Self::Unrolled(Box::new(unrolled), Box::new(solver)),
             Err(Stuck::Redundant) => Self::General(General::Redundant),
             Err(Stuck::NoPivots) => Self::General(General::NoPivots),
@@ -138,6 +138,14 @@ impl Solved {
         };
         let guards = unrolled.guards.iter().flat_map(|guard| [guard.pivot, guard.scale]);
         Some(self.unknowns()?.into_iter().chain(guards).collect())
+    }
+
+    /// At which of the states where motions are likely to begin it applies; where no general solver stands behind it, at all of them.
+    pub(super) fn applies(&self, g: &Graph, states: &States) -> Vec<bool> {
+        match self {
+            Self::Unrolled(unrolled, _) => applies(g, &unrolled.guards, states.likely),
+            Self::Free { .. } | Self::General(_) => vec![true; states.likely.len()],
+        }
     }
 
     /// The inertia of the speeds, where they lead.
@@ -175,9 +183,9 @@ impl Solved {
         manifold: &Manifold,
     ) -> Vec<Released> {
         match self {
-            Self::Unrolled(unrolled, _) => released(g, inertia, rows, constraints, manifold.states, Some(unrolled)),
+            Self::Unrolled(unrolled, _) => released(g, inertia, rows, constraints, &manifold.states, Some(unrolled)),
             Self::General(General::Redundant) if !manifold.redundant => {
-                released(g, inertia, rows, constraints, manifold.states, None)
+                released(g, inertia, rows, constraints, &manifold.states, None)
             }
             Self::Free { .. } | Self::General(_) => Vec::new(),
         }

@@ -14,7 +14,7 @@
 //! Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972; T. R. Kane, D. A. Levinson, *Dynamics: Theory and Applications*,
 //! McGraw-Hill 1985, chapters 2 and 6.
 
-use crate::algebra::{Constrained, Guard, Guarded, Solver, unroll_by_speeds};
+use crate::algebra::{Constrained, Guard, Guarded, Solver, States, unroll_by_speeds};
 use crate::calculus::{directional, gradient, placeless, timeless};
 use crate::graph::{Dependence, Fingerprint, Graph, Node, NodeId, Symbol, Unary};
 
@@ -48,6 +48,8 @@ pub(super) struct Beside<'a> {
     pub(super) rows: Option<&'a Rows>,
     /// What of Q is no inertia; `None` where that cannot be told.
     pub(super) given: Option<&'a [NodeId]>,
+    /// Where the solution is to apply.
+    pub(super) states: States<'a>,
 }
 
 /// In which form the equations are written.
@@ -80,7 +82,7 @@ impl Speeds {
         })
     }
 
-    /// The solution led by the speeds, in its shortest form, where that is shorter than `solved`; else this, and why.
+    /// The solution led by the speeds, in its shortest form, where that is shorter than `solved` and applies where this does; else this, and why.
     pub(super) fn lead(
         &self,
         g: &mut Graph,
@@ -90,6 +92,7 @@ impl Speeds {
     ) -> (Solved, Option<Aside>) {
         let Some(results) = solved.results() else { return (solved, Some(Aside::General)) };
         let (mut best, mut aside) = ((g.weight(&results), None), Aside::Longer);
+        let needed = solved.applies(g, &beside.states);
         for form in [Form::Projected, Form::Drifting, Form::Hamel] {
             // On a copy from before the solution in coordinates, whose forms would win where values are equal.
             let mut trial = unsolved.clone();
@@ -101,7 +104,9 @@ impl Speeds {
                 }
             };
             let weight = found.results().map_or(usize::MAX, |results| trial.weight(&results));
-            if weight < best.0 && same(g, &solved, &trial, &found) {
+            if found.applies(&trial, &beside.states) < needed {
+                aside = if form == Form::Projected { Aside::Unsafe } else { aside };
+            } else if weight < best.0 && same(g, &solved, &trial, &found) {
                 best = (weight, Some((found, trial)));
             }
         }

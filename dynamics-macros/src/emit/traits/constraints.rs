@@ -156,13 +156,14 @@ impl Emission<'_> {
             }
         });
         let listed: Vec<TokenStream> = listed.collect();
-        let (rows, route) = (self.named(&equations.rows), self.route(equations));
+        let (rows, route, blocks) = (self.named(&equations.rows), self.route(equations), self.blocks(equations));
         let (bool, friction) = (quote!(#private::bool), equations.force_by_multipliers.is_some());
         let kinetic = self.compiled.equations.energies.is_some();
         quote! {
             const CONSTRAINTS: &'static [#private::Constraint] = &[#(#listed),*];
             const ROWS: &'static [#private::Quantity] = #rows;
             const ROUTE: #private::Route = #route;
+            #blocks
             const FRICTION: #bool = #friction;
             const KINETIC: #bool = #kinetic;
         }
@@ -196,6 +197,17 @@ impl Emission<'_> {
                 quote!(#private::Route::General { reason: #reason })
             }
         }
+    }
+
+    /// `const BLOCKS`, where coordinates follow from rows block by block.
+    fn blocks(&self, equations: &ConstraintEquations) -> TokenStream {
+        let Solution::Unrolled(unrolled) = &equations.solution else { return TokenStream::new() };
+        let Elimination::Blocks(blocks) = &unrolled.elimination else { return TokenStream::new() };
+        let private = &self.private;
+        let each = blocks.iter().map(
+            |(rows, coordinates)| quote!(#private::Block { rows: &[#(#rows),*], coordinates: &[#(#coordinates),*] }),
+        );
+        quote!(const BLOCKS: &'static [#private::Block] = &[#(#each),*];)
     }
 
     fn in_words(&self, elimination: &Elimination) -> String {

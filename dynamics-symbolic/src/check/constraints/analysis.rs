@@ -10,6 +10,7 @@ use crate::mechanics::Model;
 use super::finding::{Combination, ConstraintFinding};
 use super::generic::{Dependent, Samples, Verdict, entangled};
 use super::integrable::{self, Integrability, Unsaid};
+use super::likely;
 use super::manifold::{self, Dependence, Manifold};
 use super::rows::Rows;
 use super::sample::Sample;
@@ -52,6 +53,10 @@ pub struct Analysis {
     /// States at nominal values by which a solution may be chosen: the same, or where all constraints at once are not independent because of switched
     /// ones, those in which the others hold. Empty where random parameters say nothing of where this mechanism moves.
     pub guides: Vec<Sample>,
+    /// Where the holonomic constraints hold and motions are likely to begin, if that is known: a solution is to apply there.
+    pub likely: Option<Sample>,
+    /// Others at which it had better apply: turned, at the origin's other sides, and without guides anywhere.
+    pub passed: Vec<Sample>,
     /// Whether rows depend on others that are always on together with them, on the branches that are meant: then the multipliers are not unique and
     /// no order of elimination goes through.
     pub redundant: bool,
@@ -127,6 +132,14 @@ pub fn analyse(model: &Model) -> Analysis {
     analysis.branch_meant = analysis.least.all < analysis.rank && marked.any(|c| repeating(&c));
     analysis.redundant = known.redundant || (analysis.branch_meant && analysis.least.all < analysis.rows);
     analysis.guides = known.guides;
+    let mut likely = likely::likely(model, &rows).into_iter();
+    analysis.likely = likely.next();
+    analysis.passed = analysis.likely.as_ref().map_or_else(Vec::new, |straight| likely::turned(model, &rows, straight));
+    analysis.passed.extend(likely);
+    if analysis.guides.is_empty() {
+        // Random parameters say nothing of how well, but where a pivot vanishes on a whole branch.
+        analysis.passed.extend_from_slice(&analysis.samples);
+    }
     if all.faults.is_empty() {
         let known = integrable::integrability(model, &rows, &analysis.superfluous);
         judge_integrability(model, &rows, known.as_ref(), &mut all.faults);
@@ -440,6 +453,8 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
         tangent,
         samples: look.manifold.map_or_else(Vec::new, |m| m.samples),
         guides: Vec::new(),
+        likely: None,
+        passed: Vec::new(),
         redundant: false,
         looked_at,
         integrable: None,

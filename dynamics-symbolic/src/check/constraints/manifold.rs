@@ -320,7 +320,7 @@ pub(super) fn evaluate(g: &Graph, sample: &Sample, nodes: &[NodeId]) -> Vec<f64>
 }
 
 /// The middle of the sizes of the given parameters; 1 without any.
-fn typical_length(model: &Model, needed: &[u32]) -> f64 {
+pub(super) fn typical_length(model: &Model, needed: &[u32]) -> f64 {
     let given = model.nominal.iter().filter(|(p, x)| needed.contains(p) && *x != 0.0 && x.is_finite());
     let mut sizes: Vec<f64> = given.map(|(_, x)| x.abs()).collect();
     sizes.sort_by(f64::total_cmp);
@@ -328,7 +328,7 @@ fn typical_length(model: &Model, needed: &[u32]) -> f64 {
 }
 
 /// Angles have the size of π, everything else of the parameters.
-fn coordinate_scales(model: &Model, size: f64) -> Vec<f64> {
+pub(super) fn coordinate_scales(model: &Model, size: f64) -> Vec<f64> {
     let angle = |unit: &str| unit == "rad";
     model.coordinates.iter().map(|c| if angle(&c.unit) { core::f64::consts::PI } else { size }).collect()
 }
