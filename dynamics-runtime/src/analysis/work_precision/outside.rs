@@ -32,8 +32,8 @@ impl<M: Simulate> Study<'_, M> {
     /// ```
     ///
     /// `end` are the coordinates and then the velocities at the end, in the order of the model: errors are measured against the reference of this
-    /// study. Without it, errors are given: `positions`, `velocities`, `multipliers`, `energy`, each as far as it is known. `evaluations` may be
-    /// left out; names that are not known here are passed over. Lines with the name of another problem are, too. Where a solver has several
+    /// study. Without it, errors are given: `positions`, `velocities`, `multipliers`, `energy`, each as far as it is known. `evaluations` and `repeats`, of
+    /// which the time is the median, may be left out; names that are not known here are passed over. Lines with the name of another problem are, too. Where a solver has several
     /// lines at one tolerance, the median of their times counts. Returns how many lines were taken.
     pub fn add_outside(&mut self, lines: &str) -> Result<usize, OutsideError> {
         let mut found: Vec<(String, Vec<Line>)> = Vec::new();
@@ -135,6 +135,7 @@ impl<M: Simulate> Study<'_, M> {
         let run = Measured {
             errors,
             time,
+            repeats: whole(number("repeats")?).map(|count| count as usize),
             evaluations: whole(number("evaluations")?),
             steps: whole(number("steps")?),
             rejected: whole(number("rejected")?),
@@ -159,6 +160,9 @@ impl<M: Simulate> Study<'_, M> {
 
 fn write_run(out: &mut String, run: &Measured) {
     let _ = write!(out, ",\"time_us\":{}", json_number(run.time.as_nanos() as f64 * 1e-3));
+    if let Some(repeats) = run.repeats {
+        let _ = write!(out, ",\"repeats\":{repeats}");
+    }
     for (name, count) in [("evaluations", run.evaluations), ("steps", run.steps), ("rejected", run.rejected)] {
         if let Some(count) = count {
             let _ = write!(out, ",\"{name}\":{count}");

@@ -114,7 +114,7 @@ impl End {
 }
 
 /// Largest |difference|; NaN where there is one.
-fn largest(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn largest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
 
@@ -126,6 +126,8 @@ pub(super) struct Found {
     pub(super) uncertainty: Errors,
     /// How it was found, in words.
     pub(super) how: String,
+    /// It was given, and nobody has seen how it was found.
+    pub(super) given: bool,
 }
 
 impl Found {
@@ -190,7 +192,7 @@ fn by_runs<M: Simulate>(
     let spread = apart(0, 1).zip(apart(0, 2), larger).zip(apart(1, 2), larger);
     let how = format!("{first} and {second} at tolerance {tolerance:e}");
     let [best, ..] = ends;
-    Found { end: best, uncertainty: spread.map(|x| 2.0 * x), how }
+    Found { end: best, uncertainty: spread.map(|x| 2.0 * x), how, given: false }
         .checked(&End::of(study.model, &study.start), (end - study.start.t()).abs())
 }
 
@@ -220,6 +222,6 @@ fn known<M: Simulate>(
         sum = sum.zip(End::of(study.model, &moved).errors(&known), |a, b| a + b);
     }
     let uncertainty = Errors { positions: uncertainty, velocities: uncertainty, ..sum };
-    Found { end: known, uncertainty, how: "a known end".into() }
+    Found { end: known, uncertainty, how: "a known end".into(), given: true }
         .checked(&End::of(study.model, &study.start), (end - study.start.t()).abs())
 }
