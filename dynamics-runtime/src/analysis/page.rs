@@ -98,10 +98,10 @@ impl Page {
     pub fn comparison(mut self, comparison: &Comparison) -> Self {
         let mut html = String::new();
         open_section(&mut html, comparison.scene(), &comparison.heading(), COMPARISON_LEGEND);
+        list(&mut html, comparison.notes().into_iter().chain(comparison.sentences()));
         let panels = comparison.outputs().iter().filter_map(|output| comparison.panels(&output.name));
         charts(&mut html, panels.flatten());
         table(&mut html, &comparison.rows());
-        list(&mut html, comparison.notes().into_iter().chain(comparison.sentences()));
         html.push_str("</section>\n");
         self.sections.push(html);
         self
