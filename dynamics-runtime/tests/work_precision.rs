@@ -12,7 +12,7 @@ use dynamics_runtime::analysis::{
     Analyze, Cost, ErrorOf, OutsideError, Page, Reference, Study, WorkPrecision, WorkPrecisionError,
 };
 use dynamics_runtime::methods::{Dop853, DormandPrince5, Rk4};
-use dynamics_runtime::motion::{Direction, Simulate};
+use dynamics_runtime::motion::{Direction, Simulate, Simulation};
 use dynamics_runtime::output::Chart;
 
 const END: f64 = 10.0;
@@ -293,6 +293,20 @@ fn measurements_from_elsewhere_are_judged_by_the_same_reference() {
         assert!(said.starts_with(problem), "{said}");
     }
     assert!(matches!(own.read_outside("/no/such/file"), Err(OutsideError::File { .. })));
+}
+
+/// An end from elsewhere has the inputs that the motion has there, not those of the start.
+#[test]
+fn ends_from_elsewhere_have_the_inputs_of_the_end() {
+    let PlainState { t, q, u, modes, .. } = at_rest_or_not([1.0], [0.5]);
+    let start = PlainState { t, q, u, inputs: [0.0].into(), modes };
+    let lifted = |simulation: Simulation<'static, Lifted>| simulation.inputs(|t, _| [3.0 * t]);
+    let study = Lifted.work_precision(start).until(END).with(lifted).tolerances([1e-4]).effort(Duration::ZERO);
+    let mut own = ran(study.methods([Dop853.into()]));
+    assert_eq!(own.add_outside(&own.json_lines().replace("DOP853 (order 8)", "another")).unwrap(), 1);
+    let energy = |k: usize| own.curves()[k].points[0].outcome.as_ref().unwrap().errors.energy;
+    assert_eq!(energy(0), energy(1));
+    assert!(energy(0) > 0.0 && energy(0) < 1e-2);
 }
 
 /// Which method to take, in a sentence for each accuracy that was reached.

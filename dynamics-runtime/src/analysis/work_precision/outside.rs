@@ -154,6 +154,9 @@ impl<M: Simulate> Study<'_, M> {
         let mut state = M::State::new(self.interval.1, M::Vector::zeros(), M::Vector::zeros(), *self.start.inputs());
         state.q_mut().as_mut_slice().copy_from_slice(&values[..n]);
         state.u_mut().as_mut_slice().copy_from_slice(&values[n..]);
+        // The motion is the same: at its end its inputs are, and what holds.
+        state.inputs_mut().as_mut_slice().copy_from_slice(&self.reference.end.inputs);
+        *state.modes_mut() = self.reference.end.modes;
         Ok(End::of(self.model, &state))
     }
 }

@@ -10,7 +10,7 @@ use super::study::Errors;
 use crate::analysis::runs::{in_a_line, reaches};
 use crate::constrain;
 use crate::methods::{Any, Dop853, DormandPrince5, Verner9};
-use crate::model::{ModelState, Vector};
+use crate::model::{ModelState, Modes, Vector};
 use crate::motion::Simulate;
 
 /// Where the runs of the reference take their tolerance from, unless it is given: near rounding, but not so near that a method rejects its steps
@@ -79,6 +79,9 @@ pub(super) struct End {
     pub(super) u: Vec<f64>,
     pub(super) multipliers: Vec<f64>,
     pub(super) energy: f64,
+    /// What multipliers and energy depend on besides, for ends of which only q and u are known.
+    pub(super) inputs: Vec<f64>,
+    pub(super) modes: Modes,
 }
 
 impl End {
@@ -94,7 +97,8 @@ impl End {
             _ => Vec::new(),
         };
         let (q, u) = (state.q().as_slice().to_vec(), state.u().as_slice().to_vec());
-        Self { q, u, multipliers, energy: model.energy_function(state) }
+        let (inputs, modes) = (state.inputs().as_slice().to_vec(), state.modes());
+        Self { q, u, multipliers, energy: model.energy_function(state), inputs, modes }
     }
 
     /// Largest differences.
@@ -109,7 +113,8 @@ impl End {
 
     fn size(&self) -> Errors {
         let zero = |v: &Vec<f64>| alloc::vec![0.0; v.len()];
-        self.errors(&Self { q: zero(&self.q), u: zero(&self.u), multipliers: zero(&self.multipliers), energy: 0.0 })
+        let [q, u, multipliers] = [&self.q, &self.u, &self.multipliers].map(zero);
+        self.errors(&Self { q, u, multipliers, energy: 0.0, ..self.clone() })
     }
 }
 
