@@ -162,13 +162,17 @@ fn table(html: &mut String, rows: &[Vec<String>]) {
     html.push_str("</table>\n");
 }
 
-/// A row that ends early says something in words, which does not widen the column where it begins.
+/// A row that ends early says something in words, which does not widen the column where it begins; what goes beyond the columns stands beside them.
 fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     html.push_str("<tr>");
     for (i, text) in row.iter().enumerate() {
         let left = columns.saturating_sub(i);
         let words = i + 1 == row.len() && left > 1;
-        let span = if words { format!(" class=\"words\" colspan=\"{left}\"") } else { String::new() };
+        let span = match words {
+            true => format!(" class=\"words\" colspan=\"{left}\""),
+            false if i >= columns => String::from(" class=\"beside\""),
+            false => String::new(),
+        };
         let _ = write!(html, "<{cell}{span}>{}</{cell}>", xml(text));
     }
     html.push_str("</tr>\n");
@@ -187,6 +191,6 @@ const COMPARISON_LEGEND: &str = "Differences are those from the fullest model; i
 const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;margin:1.5rem auto;\
 max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:.5rem}\
 figure{margin:0}svg{max-width:100%;height:auto}table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}\
-td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td.words{text-align:left}h2{margin-top:2rem}\
+td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td,th{white-space:nowrap}td.words{text-align:left;white-space:normal}td.beside{text-align:left}h2{margin-top:2rem}\
 p,li{overflow-wrap:anywhere}.narrow{display:none}\
-@media(max-width:560px){td,th{padding:.1rem .35rem}.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";
+@media(max-width:560px){td,th{padding:.1rem .35rem}td:first-child{white-space:normal}.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";
