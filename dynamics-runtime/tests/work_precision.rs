@@ -11,7 +11,7 @@ use common::*;
 use dynamics_runtime::analysis::{
     Analyze, Cost, ErrorOf, OutsideError, Page, Reference, Study, WorkPrecision, WorkPrecisionError,
 };
-use dynamics_runtime::methods::{Dop853, DormandPrince5, Rk4};
+use dynamics_runtime::methods::{Any, Dop853, DormandPrince5, Rk4};
 use dynamics_runtime::motion::{Direction, Simulate, Simulation};
 use dynamics_runtime::output::Chart;
 
@@ -58,6 +58,31 @@ fn errors_are_those_of_the_closed_form_and_the_reference_knows_its_own() {
     assert_eq!((point.setting, run.evaluations), (1e-6, Some(motion.counts().evaluations)));
     assert_eq!(run.errors.positions, (motion.end().q[0] - exact.q[0]).abs());
     assert!(run.time > Duration::ZERO);
+}
+
+/// What a study tells of an error is true to within what the reference may be wrong by, where all that there is is rounding, too: three runs with the same steps round
+/// alike, and agreed.
+#[test]
+fn errors_are_true_to_within_the_uncertainty_where_steps_only_round() {
+    let model = Closure(|_, _, _| 0.0);
+    for (from, v, end) in [(0.0, 0.1, 2.0), (1.0, 1.0 / 3.0, 10.0), (-0.7, 0.7, 3.3), (0.0, 1e-3, 7.0)] {
+        let start = at_rest_or_not([from], [v]);
+        let study = model.work_precision(start).until(end).tolerances([1e-6]).effort(Duration::ZERO);
+        let study = match study.run() {
+            Ok(study) => study,
+            // All ends agree to rounding: that no error is believed is right.
+            Err(WorkPrecisionError::NothingToBelieve { .. }) => continue,
+            Err(error) => panic!("{error}"),
+        };
+        for curve in study.curves() {
+            let method = if curve.name == "DOP853 (order 8)" { Any::from(Dop853) } else { DormandPrince5.into() };
+            let true_end = model.simulate(start).until(end).tolerance(1e-6).method(&method).run().unwrap().end();
+            let error = (true_end.q[0] - (from + v * end)).abs();
+            let told = curve.points[0].outcome.as_ref().unwrap().errors.positions;
+            let uncertainty = study.uncertainty().positions;
+            assert!((told - error).abs() <= uncertainty, "{}: {error:e}, told {told:e}, ± {uncertainty:e}", curve.name);
+        }
+    }
 }
 
 /// A kick that steps go over which have grown before it: runs that all miss it agree, and so would those of a reference with steps as long.

@@ -41,7 +41,8 @@ impl<M: Simulate> Study<'_, M> {
             text += &format!(" (alike: {})", alike.join(", "));
         }
         if let Some((curve, count)) = self.cheapest(error, Cost::Evaluations).first() {
-            text += &format!("; fewest evaluations, on any machine: {} with {}", named(curve), readable(*count, 3));
+            text +=
+                &format!("; fewest evaluations, on any machine: {} with {}", named(curve), readable(count.round(), 3));
         }
         Some(text)
     }

@@ -84,7 +84,11 @@ impl<M: Simulate> Study<'_, M> {
     /// Each part of the error against time, and beside it against evaluations.
     pub(in crate::analysis) fn panels(&self) -> Vec<Panel> {
         let both = |part| [Cost::Time, Cost::Evaluations].map(|cost| self.panel(part, cost));
-        self.parts().into_iter().flat_map(both).collect()
+        // What is exact everywhere, as the multipliers of constraints that are released, has no place on a logarithmic axis.
+        let runs =
+            || self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok());
+        let shown = |part: &ErrorOf| runs().any(|run| run.errors.of(*part).is_some_and(|error| error > 0.0));
+        self.parts().into_iter().filter(shown).flat_map(both).collect()
     }
 
     /// Writes [`Study::chart`] as an SVG file, making the folders that the path needs.
@@ -129,7 +133,11 @@ impl<M: Simulate> Study<'_, M> {
             [name.to_string()].into_iter().chain(errors.iter().map(|error| cells(*error))).collect()
         };
         let cell = |value: Option<f64>, digits| value.map_or_else(|| "–".to_string(), |value| readable(value, digits));
-        let cost = |curve: &Curve, error: f64| self.cost_of(curve, part, error, cost).map(|cost| unit * cost);
+        let cost = |curve: &Curve, error: f64| {
+            let found = unit * self.cost_of(curve, part, error, cost)?;
+            // Between two runs counts are no whole numbers.
+            Some(if cost == Cost::Evaluations { found.round() } else { found })
+        };
         let mut rows = alloc::vec![row("", &|error| readable(error, 2))];
         rows.extend(self.curves.iter().map(|curve| row(&curve.name, &|error| cell(cost(curve, error), 3))));
         if self.curves.iter().any(|curve| curve.outside) {
@@ -225,6 +233,7 @@ impl<M: Simulate> Study<'_, M> {
 
     fn error_text(&self, part: ErrorOf, error: Option<f64>) -> String {
         match (error, self.reference.uncertainty.of(part)) {
+            (Some(0.0), Some(0.0)) => "0".into(),
             (Some(error), Some(floor)) if error <= floor => format!("< {}", readable(floor, 2)),
             (Some(error), _) if !error.is_nan() => readable(error, 3),
             _ => "–".into(),
