@@ -65,7 +65,8 @@ fn errors_are_those_of_the_closed_form_and_the_reference_knows_its_own() {
 #[test]
 fn errors_are_true_to_within_the_uncertainty_where_steps_only_round() {
     let model = Closure(|_, _, _| 0.0);
-    for (from, v, end) in [(0.0, 0.1, 2.0), (1.0, 1.0 / 3.0, 10.0), (-0.7, 0.7, 3.3), (0.0, 1e-3, 7.0)] {
+    let some = (0..40).map(f64::from).map(|k| (0.3 * k - 5.0, 0.1 + 0.037 * k, 2.0 + 0.21 * k));
+    for (from, v, end) in some.chain([(0.0, 0.1, 2.0), (1.0, 1.0 / 3.0, 10.0), (-0.7, 0.7, 3.3), (0.0, 1e-3, 7.0)]) {
         let start = at_rest_or_not([from], [v]);
         let study = model.work_precision(start).until(end).tolerances([1e-6]).effort(Duration::ZERO);
         let study = match study.run() {

@@ -17,14 +17,12 @@ const MOST: u32 = 101;
 /// Longest steps of a run that others are measured against, in parts of the motion.
 const LONGEST: f64 = 2e-3;
 
-/// With steps so short that they do not go over what lasts for a hundredth of the motion, where time resolves them: runs that all missed that would agree. `part`
-/// of those, up to 1: runs that are compared have different ones, or they would round alike, step by step, and agree in what rounding adds up to.
+/// With steps so short that they do not go over what lasts for a hundredth of the motion, where time resolves them: runs that all missed that would agree.
 pub(super) fn with_short_steps<'m, M: Simulate>(
     simulation: Simulation<'m, M>,
     (start, end): (f64, f64),
-    part: f64,
 ) -> Simulation<'m, M> {
-    let longest = part * LONGEST * (end - start).abs();
+    let longest = LONGEST * (end - start).abs();
     let resolved = longest > 1e3 * f64::EPSILON * end.abs().max(start.abs());
     if resolved { simulation.max_step(longest) } else { simulation }
 }

@@ -10,7 +10,8 @@
 //! # What is believed
 //!
 //! The reference is the end of three runs: a method at a tolerance near rounding, the same method at ten times that, and a second method of another
-//! family, none with steps longer than a five-hundredth of the motion, and no two with the same ones, which would round alike. Its uncertainty is twice the largest difference between any two of them. Errors below it are not believed: their
+//! family, none with steps longer than a five-hundredth of the motion. Its uncertainty is twice the largest difference between any two of them, and no less than its steps may round: three runs with the same
+//! steps round alike. Errors below it are not believed: their
 //! signs are hollow, tables say `<`. Where the uncertainty leaves fewer than three digits, a run of the reference fails, or no run has an error
 //! that is believed, there is no study but an error. So it is where a known end was given and two methods agree on another one. A run that ends elsewhere when it is repeated has failed.
 
@@ -185,11 +186,11 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         Ok(study)
     }
 
-    /// A simulation with the options for all; one of the reference with this part of short steps, and so many at most, where no option says otherwise.
-    fn simulation(&self, end: f64, method: &Any<M>, reference: Option<(f64, u64)>) -> Simulation<'m, M> {
+    /// A simulation with the options for all; one of the reference with short steps, and so many at most, where no option says otherwise.
+    fn simulation(&self, end: f64, method: &Any<M>, reference: Option<u64>) -> Simulation<'m, M> {
         let simulation = self.model.simulate(self.start).until(end).method(method);
         let simulation = match reference {
-            Some((part, most)) => runs::with_short_steps(simulation, (self.start.t(), end), part).max_steps(most),
+            Some(most) => runs::with_short_steps(simulation, (self.start.t(), end)).max_steps(most),
             None => simulation,
         };
         match &self.options {

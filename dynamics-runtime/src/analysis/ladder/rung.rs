@@ -47,7 +47,7 @@ impl<'m, M: Simulate> Rung<'m, M> {
     fn simulation(&self, end: f64, tolerance: f64, short_steps: bool) -> Simulation<'m, M> {
         let simulation = self.model.simulate(self.start).until(end).tolerance(tolerance);
         let simulation =
-            if short_steps { runs::with_short_steps(simulation, (self.start.t(), end), 1.0) } else { simulation };
+            if short_steps { runs::with_short_steps(simulation, (self.start.t(), end)) } else { simulation };
         match &self.options {
             Some(options) => options(simulation),
             None => simulation,

@@ -136,12 +136,14 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Rejects a reference of fewer than three digits. No uncertainty is below the rounding of what is compared.
-    fn checked(mut self, start: &End, span: f64) -> Result<Self, WorkPrecisionError> {
+    /// Rejects a reference of fewer than three digits. No uncertainty is below what is rounded in so many steps: half a last place in each, all to
+    /// one side, as equal steps of an even motion do.
+    fn checked(mut self, start: &End, span: f64, steps: u64) -> Result<Self, WorkPrecisionError> {
         let scale = self.end.size().zip(start.size(), f64::max);
         // What starts and ends at rest moved nevertheless.
         let scale = Errors { velocities: scale.velocities.max(scale.positions / span), ..scale };
-        self.uncertainty = self.uncertainty.zip(scale.map(|x| f64::EPSILON * x), f64::max);
+        let rounding = f64::EPSILON * (0.5 * steps as f64).max(1.0);
+        self.uncertainty = self.uncertainty.zip(scale.map(|x| rounding * x), f64::max);
         let Errors { positions, velocities, .. } = self.uncertainty;
         for (what, uncertainty, scale) in
             [("positions", positions, scale.positions), ("velocities", velocities, scale.velocities)]
@@ -183,22 +185,27 @@ fn by_runs<M: Simulate>(
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(WorkPrecisionError::Setting { what: "tolerances", value: tolerance });
     }
-    let run = |method: &Any<M>, tolerance: f64, part: f64| -> Result<End, WorkPrecisionError> {
+    let run = |method: &Any<M>, tolerance: f64| -> Result<(End, u64), WorkPrecisionError> {
         let failed =
             |reason: String| WorkPrecisionError::ReferenceFails { method: method.to_string(), tolerance, reason };
-        let simulation = study.simulation(end, method, Some((part, most_steps))).tolerance(tolerance);
-        let state = simulation.run_with(|_| {}).map_err(|error| failed(in_a_line(&error)))?;
+        let simulation = study.simulation(end, method, Some(most_steps)).tolerance(tolerance);
+        let mut steps = 0;
+        let state = simulation.run_with(|_| steps += 1).map_err(|error| failed(in_a_line(&error)))?;
         reaches(&state, end).map_err(&failed)?;
-        Ok(End::of(study.model, &state))
+        Ok((End::of(study.model, &state), steps))
     };
     let [first, second] = methods;
-    let ends = [run(first, tolerance, 1.0)?, run(first, 10.0 * tolerance, 0.87)?, run(second, tolerance, 0.73)?];
+    let (best, steps) = run(first, tolerance)?;
+    let ends = [best, run(first, 10.0 * tolerance)?.0, run(second, tolerance)?.0];
     let apart = |i: usize, j: usize| ends[i].errors(&ends[j]);
     let spread = apart(0, 1).zip(apart(0, 2), larger).zip(apart(1, 2), larger);
     let how = format!("{first} and {second} at tolerance {tolerance:e}");
     let [best, ..] = ends;
-    Found { end: best, uncertainty: spread.map(|x| 2.0 * x), how, given: false }
-        .checked(&End::of(study.model, &study.start), (end - study.start.t()).abs())
+    Found { end: best, uncertainty: spread.map(|x| 2.0 * x), how, given: false }.checked(
+        &End::of(study.model, &study.start),
+        (end - study.start.t()).abs(),
+        steps,
+    )
 }
 
 /// The larger one; NaN wins, so that it is seen.
@@ -227,6 +234,9 @@ fn known<M: Simulate>(
         sum = sum.zip(End::of(study.model, &moved).errors(&known), |a, b| a + b);
     }
     let uncertainty = Errors { positions: uncertainty, velocities: uncertainty, ..sum };
-    Found { end: known, uncertainty, how: "a known end".into(), given: true }
-        .checked(&End::of(study.model, &study.start), (end - study.start.t()).abs())
+    Found { end: known, uncertainty, how: "a known end".into(), given: true }.checked(
+        &End::of(study.model, &study.start),
+        (end - study.start.t()).abs(),
+        1,
+    )
 }
