@@ -99,8 +99,10 @@ impl Page {
         let mut html = String::new();
         open_section(&mut html, comparison.scene(), &comparison.heading(), COMPARISON_LEGEND);
         list(&mut html, comparison.notes().into_iter().chain(comparison.sentences()));
-        let panels = comparison.outputs().iter().filter_map(|output| comparison.panels(&output.name));
-        charts(&mut html, panels.flatten());
+        // Each output begins a row.
+        for panels in comparison.outputs().iter().filter_map(|output| comparison.panels(&output.name)) {
+            charts(&mut html, panels);
+        }
         table(&mut html, &comparison.rows());
         html.push_str("</section>\n");
         self.sections.push(html);
