@@ -4,7 +4,7 @@
 #
 #   benches/peers/run.sh [all | heyoka | scipy | sundials | casadi | crates | ours | evaluation]...
 #
-# Needs Rust; python3 with venv for heyoka, SciPy and whatever integrates Andrews' mechanism; gcc for the crates and, with g++, for the evaluations; SUNDIALS 6 with its headers
+# Needs Rust; python3 with venv for heyoka, SciPy and whatever integrates Andrews' mechanism; gcc for Andrews' mechanism and, with g++, for the evaluations; SUNDIALS 6 with its headers
 # (Debian: libsundials-dev). What cannot be had is passed over, and says so. Everything is installed into a folder of its own below
 # `$CARGO_TARGET_DIR` or `benches/peers/target`; about 20 minutes in all, most of it for SciPy's implicit methods and for compiling.
 #
@@ -84,9 +84,12 @@ casadi() {
 }
 
 crates() {
-    command -v gcc >/dev/null || { skip "the crates" "there is no gcc"; return; }
-    andrews || { skip "the crates" "CasADi, which writes a right-hand side, cannot be installed for python3 here"; return; }
-    if ! PEERS_GENERATED="$work/generated" RUSTFLAGS="-C target-cpu=native" cargo build --release --quiet \
+    local generated="$work/generated"
+    if ! command -v gcc >/dev/null || ! andrews; then
+        skip "Andrews' mechanism by the crates" "there is no gcc, or CasADi, which writes its right-hand side, cannot be installed for python3 here"
+        generated=
+    fi
+    if ! PEERS_GENERATED="$generated" RUSTFLAGS="-C target-cpu=native" cargo build --release --quiet \
         --manifest-path "$here/crates/Cargo.toml" --target-dir "$work/crates"; then
         skip "the crates" "they cannot be built"
         return

@@ -112,6 +112,30 @@ fn constrained_steps_do_not_allocate() {
         assert!(many > 20 * few, "{formulation}: {few} {many}");
         assert_eq!(short, long, "{formulation}");
     }
+    // All methods that take constraints and forces with velocities.
+    for method in [
+        methods::Any::from(methods::Rk4),
+        methods::DormandPrince5.into(),
+        methods::Tsit5.into(),
+        methods::Dop853.into(),
+        methods::Verner9.into(),
+        methods::GraggBulirschStoer.into(),
+        methods::Radau5.into(),
+        methods::Esdirk4.into(),
+        methods::GeneralizedAlpha::default().into(),
+        methods::SemiImplicitEuler.into(),
+    ] {
+        let observed = |end: f64| {
+            let simulation = ROD.simulate(on_rod(2.0, 0.5)).until(end).method(&method);
+            let simulation =
+                if method.is_adaptive() { simulation.tolerance(1e-6) } else { simulation.fixed_step(2e-3) };
+            let info = allocation_counter::measure(|| {
+                simulation.run_with(|_| {}).unwrap();
+            });
+            info.count_total
+        };
+        assert_eq!(observed(0.2), observed(2.0), "{method}");
+    }
 }
 
 /// Gains tied to the step take an error back in two steps, down to what the curvature of the constraint leaves of it.

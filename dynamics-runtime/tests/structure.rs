@@ -377,8 +377,11 @@ fn steps_do_not_allocate() {
     assert_eq!(run::<SemiImplicitEuler<V>, _>(&mut kepler, pericentre(0.2)), 0);
     assert_eq!(run::<StormerVerlet<V>, _>(&mut kepler, pericentre(0.2)), 0);
     assert_eq!(run::<Rattle<V>, _>(&mut kepler, pericentre(0.2)), 0);
+    assert_eq!(run::<Composition4<V>, _>(&mut kepler, pericentre(0.2)), 0);
+    assert_eq!(run::<Composition6<V>, _>(&mut kepler, pericentre(0.2)), 0);
     assert_eq!(run::<Composition8<V>, _>(&mut kepler, pericentre(0.2)), 0);
     assert_eq!(run::<EnergyMidpoint<V>, _>(&mut polar, Polar::start(0.2)), 0);
+    assert_eq!(run::<Gauss4<V>, _>(&mut polar, Polar::start(0.2)), 1);
     assert_eq!(run::<Gauss6<V>, _>(&mut polar, Polar::start(0.2)), 1);
 }
 

@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::cell::Cell;
+use std::collections::HashSet;
 use std::time::Duration;
 
 use common::constrained::Rod;
@@ -9,8 +11,9 @@ use common::*;
 use dynamics_runtime::analysis::{
     Analyze, Cost, ErrorOf, OutsideError, Page, Reference, Study, WorkPrecision, WorkPrecisionError,
 };
-use dynamics_runtime::methods::{Dop853, DormandPrince5, Rk4};
-use dynamics_runtime::motion::{Direction, Simulate};
+use dynamics_runtime::methods::{Any, Dop853, DormandPrince5, Rk4};
+use dynamics_runtime::motion::{Direction, Simulate, Simulation};
+use dynamics_runtime::output::Chart;
 
 const END: f64 = 10.0;
 
@@ -55,6 +58,32 @@ fn errors_are_those_of_the_closed_form_and_the_reference_knows_its_own() {
     assert_eq!((point.setting, run.evaluations), (1e-6, Some(motion.counts().evaluations)));
     assert_eq!(run.errors.positions, (motion.end().q[0] - exact.q[0]).abs());
     assert!(run.time > Duration::ZERO);
+}
+
+/// What a study tells of an error is true to within what the reference may be wrong by, where all that there is is rounding, too: three runs with the same steps round
+/// alike, and agreed.
+#[test]
+fn errors_are_true_to_within_the_uncertainty_where_steps_only_round() {
+    let model = Closure(|_, _, _| 0.0);
+    let some = (0..40).map(f64::from).map(|k| (0.3 * k - 5.0, 0.1 + 0.037 * k, 2.0 + 0.21 * k));
+    for (from, v, end) in some.chain([(0.0, 0.1, 2.0), (1.0, 1.0 / 3.0, 10.0), (-0.7, 0.7, 3.3), (0.0, 1e-3, 7.0)]) {
+        let start = at_rest_or_not([from], [v]);
+        let study = model.work_precision(start).until(end).tolerances([1e-6]).effort(Duration::ZERO);
+        let study = match study.run() {
+            Ok(study) => study,
+            // All ends agree to rounding: that no error is believed is right.
+            Err(WorkPrecisionError::NothingToBelieve { .. }) => continue,
+            Err(error) => panic!("{error}"),
+        };
+        for curve in study.curves() {
+            let method = if curve.name == "DOP853 (order 8)" { Any::from(Dop853) } else { DormandPrince5.into() };
+            let true_end = model.simulate(start).until(end).tolerance(1e-6).method(&method).run().unwrap().end();
+            let error = (true_end.q[0] - (from + v * end)).abs();
+            let told = curve.points[0].outcome.as_ref().unwrap().errors.positions;
+            let uncertainty = study.uncertainty().positions;
+            assert!((told - error).abs() <= uncertainty, "{}: {error:e}, told {told:e}, ± {uncertainty:e}", curve.name);
+        }
+    }
 }
 
 /// A kick that steps go over which have grown before it: runs that all miss it agree, and so would those of a reference with steps as long.
@@ -120,7 +149,9 @@ fn runs_that_fail_stay_in_the_table_with_their_reason() {
     let study = ran(study(&model)
         .methods([Dop853.into()])
         .variant("short of steps", DormandPrince5, |simulation| simulation.max_steps(40))
-        .variant("stopped", Dop853, |simulation| simulation.stop_at("centre", Direction::Falling))
+        .variant("stopped by an event of the model, DOP853 projected", Dop853, |simulation| {
+            simulation.stop_at("centre", Direction::Falling)
+        })
         .tolerances([1e-2, 1e-10]));
     let short = &study.curve("short of steps").unwrap().points;
     assert!(short[0].outcome.is_ok() && short[1].outcome.is_err());
@@ -129,6 +160,11 @@ fn runs_that_fail_stay_in_the_table_with_their_reason() {
     assert!(table.lines().any(|line| line.starts_with("stopped") && line.contains("before the end")), "{table}");
     assert!(study.chart().to_svg().contains("short of steps (1 failed)"));
     assert!(study.json_lines().lines().any(|line| line.contains("\"failure\":\"")));
+    // What has no run left is no method that was not tried, and in narrow charts names are whole.
+    assert!(study.chart().to_svg().contains("DOP853 projected (all 2 failed)"));
+    let page = Page::new("").study(&study).to_html();
+    let narrow = page.split("<div class=\"narrow\">").nth(1).unwrap().split("</svg>").next().unwrap();
+    assert!(narrow.contains("2 failed)</text>") && !narrow.contains('…'), "{narrow}");
 }
 
 #[test]
@@ -150,6 +186,18 @@ fn what_cannot_be_trusted_is_refused() {
     let broken = PlainState { q: [f64::NAN].into(), ..end };
     assert!(matches!(refused(loose(broken, 0.0)), ReferenceState { .. }));
 
+    // A known end of another motion: the methods agree, and not with it.
+    let wrong = refused(loose(exact(2.0 + 1e-7), 1e-15).tolerances([1e-6, 1e-13]));
+    assert!(
+        matches!(&wrong, Contradicted { what: "positions", distance, apart, .. } if *distance > 1e-7 && *apart < 1e-12),
+        "{wrong}"
+    );
+    let turned = PlainState { u: -end.u, ..end };
+    assert!(matches!(refused(loose(turned, 1e-15)), Contradicted { what: "velocities", .. }));
+    // Steps of two sizes by one method err alike, and may.
+    let alike = loose(end, 1e-15).variant("DOP853", Dop853, |s| s).variant("the same", Dop853, |s| s.max_step(5.0));
+    assert!(alike.tolerances([1e-4]).run().is_ok());
+
     let none = refused(loose(end, 1e-15).variant("short", Dop853, |simulation| simulation.max_steps(1)));
     assert!(matches!(&none, NoRunSucceeded { method, .. } if method == "short"), "{none}");
     let stopped = study(&model).with(|simulation| simulation.stop_at("centre", Direction::Falling));
@@ -162,6 +210,22 @@ fn what_cannot_be_trusted_is_refused() {
     let chaos = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81 };
     let chaos = chaos.work_precision(at_rest_or_not([2.5, 2.0], [0.0, 0.0])).until(120.0).run().err();
     assert!(matches!(chaos, Some(NotConverged { .. })), "{chaos:?}");
+}
+
+/// What is not the same from run to run has no error: a variant whose steps depend on how often it was asked for, and one that then fails.
+#[test]
+fn runs_that_end_elsewhere_when_they_are_repeated_have_failed() {
+    let (model, asked, failing) = (Oscillator { omega: 2.0 }, Cell::new(0), Cell::new(0));
+    let again = |count: &Cell<u32>| count.replace(count.get() + 1) > 0;
+    let study = ran(study(&model)
+        .methods([Dop853.into()])
+        .variant("wandering", Dop853, |s| if again(&asked) { s.max_step(0.1) } else { s })
+        .variant("failing", Dop853, |s| if again(&failing) { s.max_steps(2) } else { s })
+        .tolerances([1e-6]));
+    let outcome = |name| study.curve(name).unwrap().points[0].outcome.as_ref();
+    assert!(outcome("wandering").unwrap_err().starts_with("it ends elsewhere when it is repeated, by"), "{study}");
+    assert!(outcome("failing").unwrap_err().starts_with("it fails when it is repeated"), "{study}");
+    assert_eq!(outcome("DOP853 (order 8)").unwrap().repeats, Some(3));
 }
 
 #[test]
@@ -257,6 +321,62 @@ fn measurements_from_elsewhere_are_judged_by_the_same_reference() {
     assert!(matches!(own.read_outside("/no/such/file"), Err(OutsideError::File { .. })));
 }
 
+/// An end from elsewhere has the inputs that the motion has there, not those of the start.
+#[test]
+fn ends_from_elsewhere_have_the_inputs_of_the_end() {
+    let PlainState { t, q, u, modes, .. } = at_rest_or_not([1.0], [0.5]);
+    let start = PlainState { t, q, u, inputs: [0.0].into(), modes };
+    let lifted = |simulation: Simulation<'static, Lifted>| simulation.inputs(|t, _| [3.0 * t]);
+    let study = Lifted.work_precision(start).until(END).with(lifted).tolerances([1e-4]).effort(Duration::ZERO);
+    let mut own = ran(study.methods([Dop853.into()]));
+    assert_eq!(own.add_outside(&own.json_lines().replace("DOP853 (order 8)", "another")).unwrap(), 1);
+    let energy = |k: usize| own.curves()[k].points[0].outcome.as_ref().unwrap().errors.energy;
+    assert_eq!(energy(0), energy(1));
+    assert!(energy(0) > 0.0 && energy(0) < 1e-2);
+}
+
+/// Which method to take, in a sentence for each accuracy that was reached.
+#[test]
+fn sentences_name_the_cheapest_and_what_is_alike() {
+    let model = Oscillator { omega: 2.0 };
+    let mut study = ran(study(&model).methods([Dop853.into(), DormandPrince5.into()]).tolerances([1e-4, 1e-7]));
+    let line = |solver: &str, time: f64, evaluations: u32| {
+        format!(
+            "{{\"problem\":\"Oscillator\",\"solver\":\"{solver}\",\"tolerance\":1e-3,\"time_us\":{time},\"positions\":1e-4,\
+             \"evaluations\":{evaluations}}}\n"
+        )
+    };
+    let lines = [line("a", 1.0, 9), line("b", 1.05, 8), line("c", 1.2, 70)].concat();
+    assert_eq!(study.add_outside(&lines).unwrap(), 3);
+    let sentences = study.sentences();
+    assert_eq!(
+        sentences[0],
+        "to 0.001 in positions and velocities: fastest here is a (measured elsewhere) with 1 µs (alike: b (measured elsewhere) with \
+         1.05); fewest evaluations, on any machine: b (measured elsewhere) with 8"
+    );
+    assert!(sentences[1].starts_with("to 10⁻⁶ in") && sentences[1].contains("evaluations, on any machine: DOP853"));
+    assert_eq!(sentences.len(), 2, "no run has an error of 1e-9: {sentences:?}");
+    assert!(study.to_string().ends_with(sentences[1].as_str()));
+}
+
+/// Of sixteen curves each has a look of its own: after a round of eight colours comes another sign.
+#[test]
+fn many_curves_differ() {
+    let model = Oscillator { omega: 2.0 };
+    let study = (0..16).fold(study(&model).tolerances([1e-4]), |study, k| {
+        study.variant(format!("number {k}"), Dop853, move |s| s.max_step(1.0 + f64::from(k)))
+    });
+    let svg = Chart::from(ran(study).panel(ErrorOf::State, Cost::Evaluations)).to_svg();
+    let sample = |k: usize| {
+        let name = svg.find(&format!(">number {k}</text>")).unwrap();
+        let sign = svg[..name].lines().rev().nth(1).unwrap();
+        let color = sign.split("fill=\"").nth(1).unwrap().split('"').next().unwrap();
+        (sign.split(' ').next().unwrap().to_string(), sign.matches(',').count(), color.to_string())
+    };
+    let looks: HashSet<_> = (0..16).map(sample).collect();
+    assert_eq!(looks.len(), 16, "{looks:?}");
+}
+
 #[test]
 fn charts_show_what_is_believed_and_what_is_not() {
     let model = Oscillator { omega: 2.0 };
@@ -289,6 +409,14 @@ fn charts_show_what_is_believed_and_what_is_not() {
     let widths: Vec<f64> = narrow(&page);
     assert_eq!(widths.len(), page.matches("<figure>").count());
     assert!(!widths.is_empty() && widths.iter().all(|width| *width <= 360.0), "{widths:?}");
+    // Each error stands over time and over evaluations; what is pointed at says which run it is, where there is something to point with.
+    let panels = ["positions and velocities", "positions", "velocities", "energy"];
+    assert!(panels.iter().all(|part| page.matches(&format!(">error of {part}</text>")).count() == 4), "{page}");
+    assert_eq!(widths.len(), 2 * panels.len());
+    let said = "<title>DOP853 (order 8), tolerance 1e-3: error ";
+    let drawn: Vec<&str> = page.split("<div class=\"narrow\">").collect();
+    assert!(drawn[0].contains(said) && !drawn[1].split("</svg>").next().unwrap().contains(said), "{page}");
+    assert!(page.contains("times are medians of 3 repeats") && page.contains("evaluations to an error of"), "{page}");
     let outside = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!outside.contains("http") && !outside.contains("<script"), "no network, nothing to run");
 }

@@ -19,6 +19,7 @@ def measure(problem, solver, tolerance, run, seconds=0.3, clock=time.perf_counte
             if time.perf_counter() - begun > 20.0:
                 break
         line["time_us"] = round(1e6 * statistics.median_low(times), 3)
+        line["repeats"] = len(times)
         line["evaluations"] = evaluations
         line["end"] = [float(x) for x in end]
         if not all(abs(x) < 1e300 for x in line["end"]):

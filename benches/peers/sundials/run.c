@@ -162,7 +162,7 @@ static void measure(const char *problem, const struct problem *p, int method, do
         printf(",\"failure\":\"flag %d\"}\n", flag);
     } else {
         qsort(times, count, sizeof(double), ascending);
-        printf(",\"time_us\":%.3f,\"evaluations\":%ld,\"end\":[", times[(count - 1) / 2], evaluations);
+        printf(",\"time_us\":%.3f,\"repeats\":%d,\"evaluations\":%ld,\"end\":[", times[(count - 1) / 2], count, evaluations);
         for (int i = 0; i < n; i++) printf("%s%.17g", i ? "," : "", N_VGetArrayPointer(y)[i]);
         printf("]}\n");
     }

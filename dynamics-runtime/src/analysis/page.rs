@@ -16,7 +16,7 @@ use crate::output::text::xml;
 use crate::output::{Chart, Panel};
 
 /// Width of charts in pixels: where there is room, and on telephones, where a wide one would be shrunk with its letters.
-const WIDE: f64 = 620.0;
+const WIDE: f64 = 560.0;
 const NARROW: f64 = 350.0;
 /// Errors of the table that compares curves.
 const COMPARED: [f64; 5] = [1e-3, 1e-6, 1e-8, 1e-9, 1e-12];
@@ -49,13 +49,12 @@ impl Page {
     pub fn study<M: Simulate>(mut self, study: &Study<'_, M>) -> Self {
         let mut html = String::new();
         open_section(&mut html, study.problem(), &study.heading(), STUDY_LEGEND);
-        let mut panels: Vec<Panel> =
-            [Cost::Time, Cost::Evaluations].map(|cost| study.panel(ErrorOf::State, cost)).into();
-        let parts = study.parts().into_iter().filter(|part| *part != ErrorOf::State);
-        panels.extend(parts.map(|part| study.panel(part, Cost::Time)));
-        charts(&mut html, panels);
-        for part in [ErrorOf::State, ErrorOf::Positions] {
-            let (caption, rows) = study.compared(part, Cost::Time, &COMPARED);
+        list(&mut html, study.sentences());
+        charts(&mut html, study.panels());
+        for (part, cost) in
+            [(ErrorOf::State, Cost::Time), (ErrorOf::State, Cost::Evaluations), (ErrorOf::Positions, Cost::Time)]
+        {
+            let (caption, rows) = study.compared(part, cost, &COMPARED);
             let _ = writeln!(html, "<p>{}</p>", xml(&caption));
             table(&mut html, &rows);
         }
@@ -99,14 +98,13 @@ impl Page {
     pub fn comparison(mut self, comparison: &Comparison) -> Self {
         let mut html = String::new();
         open_section(&mut html, comparison.scene(), &comparison.heading(), COMPARISON_LEGEND);
-        let panels = comparison.outputs().iter().filter_map(|output| comparison.panels(&output.name));
-        charts(&mut html, panels.flatten());
-        table(&mut html, &comparison.rows());
-        html.push_str("<ul>\n");
-        for sentence in comparison.notes().into_iter().chain(comparison.sentences()) {
-            let _ = writeln!(html, "<li>{}</li>", xml(&sentence));
+        list(&mut html, comparison.notes().into_iter().chain(comparison.sentences()));
+        // Each output begins a row.
+        for panels in comparison.outputs().iter().filter_map(|output| comparison.panels(&output.name)) {
+            charts(&mut html, panels);
         }
-        html.push_str("</ul>\n</section>\n");
+        table(&mut html, &comparison.rows());
+        html.push_str("</section>\n");
         self.sections.push(html);
         self
     }
@@ -139,13 +137,21 @@ fn open_section(html: &mut String, title: &str, heading: &str, legend: &str) {
 }
 
 fn charts(html: &mut String, panels: impl IntoIterator<Item = Panel>) {
+    let chart = |panel, width| Chart::new("").panel_height(340.0).panel(panel).width(width).to_svg();
     html.push_str("<div class=\"charts\">\n");
     for panel in panels {
-        let chart = Chart::new("").panel_height(340.0).panel(panel);
-        let [wide, narrow] = [WIDE, NARROW].map(|width| chart.clone().width(width).to_svg());
+        let (wide, narrow) = (chart(panel.clone(), WIDE), chart(panel.without_labels(), NARROW));
         let _ = writeln!(html, "<figure><div class=\"wide\">{wide}</div><div class=\"narrow\">{narrow}</div></figure>");
     }
     html.push_str("</div>\n");
+}
+
+fn list(html: &mut String, sentences: impl IntoIterator<Item = String>) {
+    html.push_str("<ul>\n");
+    for sentence in sentences {
+        let _ = writeln!(html, "<li>{}</li>", xml(&sentence));
+    }
+    html.push_str("</ul>\n");
 }
 
 /// Rows of text, the names of the columns first.
@@ -158,13 +164,17 @@ fn table(html: &mut String, rows: &[Vec<String>]) {
     html.push_str("</table>\n");
 }
 
-/// A row that ends early says something in words, which does not widen the column where it begins.
+/// A row that ends early says something in words, which does not widen the column where it begins; what goes beyond the columns stands beside them.
 fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     html.push_str("<tr>");
     for (i, text) in row.iter().enumerate() {
         let left = columns.saturating_sub(i);
         let words = i + 1 == row.len() && left > 1;
-        let span = if words { format!(" class=\"words\" colspan=\"{left}\"") } else { String::new() };
+        let span = match words {
+            true => format!(" class=\"words\" colspan=\"{left}\""),
+            false if i >= columns => String::from(" class=\"beside\""),
+            false => String::new(),
+        };
         let _ = write!(html, "<{cell}{span}>{}</{cell}>", xml(text));
     }
     html.push_str("</tr>\n");
@@ -175,14 +185,14 @@ const DIAGRAM_LEGEND: &str = "Solid curves stay, dashed ones do not: small distu
 
 const STUDY_LEGEND: &str = "Further to the left is faster, further down is more accurate. Solid curves are this library's, dashed ones were measured \
                       with other solvers. The grey line is what the reference itself may be wrong by; hollow signs lie below it and say no more \
-                      than that.";
+                      than that. A sign that is pointed at says which run it is.";
 
 const COMPARISON_LEGEND: &str = "Differences are those from the fullest model; it stands at its own numerical error. Hollow signs lie below the numerical \
                                  errors of the runs: there the models agree as far as can be told.";
 
 const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;margin:1.5rem auto;\
-max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(560px,100%),1fr));gap:.5rem}\
+max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:.5rem}\
 figure{margin:0}svg{max-width:100%;height:auto}table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}\
-td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td.words{text-align:left}h2{margin-top:2rem}\
+td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td,th{white-space:nowrap}td.words{text-align:left;white-space:normal}td.beside{text-align:left}h2{margin-top:2rem}\
 p,li{overflow-wrap:anywhere}.narrow{display:none}\
-@media(max-width:560px){td,th{padding:.1rem .35rem}.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";
+@media(max-width:560px){td,th{padding:.1rem .35rem}td:first-child{white-space:normal}.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";

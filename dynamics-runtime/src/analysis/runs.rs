@@ -44,12 +44,19 @@ pub(super) fn reaches<S: ModelState>(state: &S, end: f64) -> Result<(), String> 
     Ok(())
 }
 
-/// Time of a run that keeps nothing; `None` where it failed.
-pub(super) fn once<M: Simulate>(simulation: Simulation<'_, M>) -> Option<Duration> {
+/// Time of a run that keeps nothing, and its end; `None` where it failed.
+pub(super) fn once<M: Simulate>(simulation: Simulation<'_, M>) -> Option<(Duration, M::State)> {
     let begun = Instant::now();
     let ended = simulation.run_with(|_| {});
     let taken = begun.elapsed();
-    ended.is_ok().then_some(taken)
+    Some((taken, ended.ok()?))
+}
+
+/// What repeats of a run took.
+#[derive(Clone, Copy)]
+pub(super) struct Median {
+    pub(super) time: Duration,
+    pub(super) repeats: usize,
 }
 
 /// Medians of repeats, in rounds over all runs. `about`: about how long each takes, `None` for those that are left out; `effort`: time that the
@@ -58,7 +65,7 @@ pub(super) fn medians(
     about: &[Option<Duration>],
     effort: Duration,
     mut once: impl FnMut(usize) -> Option<Duration>,
-) -> Vec<Option<Duration>> {
+) -> Vec<Option<Median>> {
     let mut repeats = alloc::vec![Vec::new(); about.len()];
     for _ in 0..ROUNDS {
         for (i, (about, repeats)) in about.iter().zip(&mut repeats).enumerate() {
@@ -69,7 +76,18 @@ pub(super) fn medians(
             repeats.extend((0..(count as u32).clamp(1, MOST)).filter_map(|_| once(i)));
         }
     }
-    repeats.iter_mut().map(|repeats| median(repeats)).collect()
+    let of = |times: &mut Vec<Duration>| median(times).map(|time| Median { time, repeats: times.len() });
+    repeats.iter_mut().map(of).collect()
+}
+
+/// How often runs were repeated, in words.
+pub(super) fn repeated(counts: impl Iterator<Item = usize>) -> String {
+    let (least, most) = counts.fold((usize::MAX, 0), |(least, most), count| (least.min(count), most.max(count)));
+    match (least, most) {
+        (_, 0) => "times are those of single runs".into(),
+        (least, most) if least == most => format!("times are medians of {most} repeats"),
+        (least, most) => format!("times are medians of {least} to {most} repeats"),
+    }
 }
 
 /// The middle one, the lower of two.

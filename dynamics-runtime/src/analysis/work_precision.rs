@@ -10,10 +10,12 @@
 //! # What is believed
 //!
 //! The reference is the end of three runs: a method at a tolerance near rounding, the same method at ten times that, and a second method of another
-//! family, none with steps longer than a five-hundredth of the motion. Its uncertainty is twice the largest difference between any two of them. Errors below it are not believed: their
+//! family, none with steps longer than a five-hundredth of the motion. Its uncertainty is twice the largest difference between any two of them, and no less than its steps may round: three runs with the same
+//! steps round alike. Errors below it are not believed: their
 //! signs are hollow, tables say `<`. Where the uncertainty leaves fewer than three digits, a run of the reference fails, or no run has an error
-//! that is believed, there is no study but an error.
+//! that is believed, there is no study but an error. So it is where a known end was given and two methods agree on another one. A run that ends elsewhere when it is repeated has failed.
 
+mod advice;
 mod error;
 mod json;
 mod measure;
@@ -21,6 +23,7 @@ mod outside;
 mod reference;
 mod show;
 mod study;
+mod trust;
 
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
@@ -179,7 +182,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         let curves = measure::curves(&self, end, &reference);
         let interval = (self.start.t(), end);
         let study = Study { model: self.model, problem: self.problem, start: self.start, interval, reference, curves };
-        study.check()?;
+        study.check(&self.candidates)?;
         Ok(study)
     }
 

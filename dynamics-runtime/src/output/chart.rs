@@ -69,6 +69,7 @@ pub struct Series {
     pub(super) dashed: Option<bool>,
     pub(super) sign: Option<usize>,
     pub(super) hollow_below: f64,
+    pub(super) labels: Vec<String>,
 }
 
 impl Series {
@@ -83,6 +84,7 @@ impl Series {
             dashed: None,
             sign: None,
             hollow_below: f64::NEG_INFINITY,
+            labels: Vec::new(),
         }
     }
 
@@ -125,6 +127,13 @@ impl Series {
     #[must_use]
     pub fn hollow_below(mut self, y: f64) -> Self {
         self.hollow_below = y;
+        self
+    }
+
+    /// What is said of each point, in their order, where a reader points at its sign; the curve then says its name.
+    #[must_use]
+    pub fn labels(mut self, labels: impl IntoIterator<Item = String>) -> Self {
+        self.labels = labels.into_iter().collect();
         self
     }
 }
@@ -181,6 +190,13 @@ impl Panel {
     #[must_use]
     pub fn instants(mut self, name: impl Into<String>, at: impl IntoIterator<Item = f64>) -> Self {
         self.instants.push((name.into(), at.into_iter().collect()));
+        self
+    }
+
+    /// Without what is said of points: for telephones, on which nobody points without touching.
+    #[cfg(feature = "std")]
+    pub(crate) fn without_labels(mut self) -> Self {
+        self.series.iter_mut().for_each(|series| series.labels.clear());
         self
     }
 

@@ -378,6 +378,22 @@ impl ByHand<1, 1> for Driven {
 by_hand!(Driven, 1, 1, coordinates ["x"], inputs ["force"], conserved [], powers ["drive", "damper"], outputs ["force"],
     events []);
 
+/// ẍ = −x on a table that an input lifts, which its energy knows.
+pub struct Lifted;
+
+impl ByHand<1, 1> for Lifted {
+    fn q_ddot(&self, s: &PlainState<1, 1>) -> Result<SVector<f64, 1>, SolveError> {
+        Ok(-s.q)
+    }
+    fn mass(&self, _: &PlainState<1, 1>) -> SMatrix<f64, 1, 1> {
+        SMatrix::identity()
+    }
+    fn energy(&self, s: &PlainState<1, 1>) -> f64 {
+        0.5 * (s.u[0] * s.u[0] + s.q[0] * s.q[0]) + s.inputs[0]
+    }
+}
+by_hand!(Lifted, 1, 1, coordinates ["x"], inputs ["height"], conserved [], powers [], outputs [], events []);
+
 /// A ball above a floor, ÿ = −g; the event `impact` is its height.
 pub struct Ball {
     pub g: f64,

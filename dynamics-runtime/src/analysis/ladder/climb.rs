@@ -9,7 +9,7 @@ use super::comparison::{Compared, Comparison, Difference, RungReport};
 use super::error::LadderError;
 use super::rung::AnyMotion;
 use super::{AnyRung, Ladder};
-use crate::analysis::runs;
+use crate::analysis::runs::{self, Median};
 use crate::motion::Counts;
 
 /// Tolerance of the runs that tell errors, as a part of the others'.
@@ -56,7 +56,8 @@ pub(super) fn climb(
     let mut rungs = Vec::with_capacity(ran.len());
     for (k, (rung, own)) in ladder.rungs.iter().zip(&ran).enumerate() {
         let is_full = k + 1 == ran.len();
-        let time = medians[k].or(own.counts.wall_time).unwrap_or_default();
+        let once = Median { time: own.counts.wall_time.unwrap_or_default(), repeats: 0 };
+        let time = medians[k].unwrap_or(once);
         rungs.push(report(&**rung, own, full, is_full, &times, &outputs, time)?);
     }
     Ok(Comparison { scene: ladder.scene.clone(), interval, tolerance: ladder.tolerance, times, outputs, rungs })
@@ -98,7 +99,7 @@ fn report(
     is_full: bool,
     times: &[f64],
     outputs: &[Compared],
-    time: Duration,
+    median: Median,
 ) -> Result<RungReport, LadderError> {
     let mut differences = Vec::with_capacity(outputs.len());
     for (o, output) in outputs.iter().enumerate() {
@@ -124,7 +125,8 @@ fn report(
         operations: facts.operations,
         evaluations: own.counts.evaluations,
         steps: own.counts.steps,
-        time,
+        time: median.time,
+        repeats: median.repeats,
         values: own.values.clone(),
         differences,
     })

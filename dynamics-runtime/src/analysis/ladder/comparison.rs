@@ -61,6 +61,8 @@ pub struct RungReport {
     pub steps: u64,
     /// Median of the repeats.
     pub time: Duration,
+    /// How many there were.
+    pub repeats: usize,
     /// Outputs at [`Comparison::times`], in the order of [`Comparison::outputs`].
     pub values: Vec<Vec<f64>>,
     /// Differences from the last rung, in the order of [`Comparison::outputs`].

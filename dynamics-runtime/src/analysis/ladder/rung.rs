@@ -139,7 +139,7 @@ impl<M: Simulate> AnyRung for Rung<'_, M> {
     }
 
     fn time(&self, end: f64, tolerance: f64) -> Option<Duration> {
-        runs::once(self.simulation(end, tolerance, false))
+        runs::once(self.simulation(end, tolerance, false)).map(|(time, _)| time)
     }
 }
 

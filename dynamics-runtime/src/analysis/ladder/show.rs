@@ -10,6 +10,7 @@ use super::comparison::{Compared, Comparison, Difference, RungReport};
 use super::error::LadderError;
 use super::verdict::{Verdict, percent};
 use crate::analysis::Page;
+use crate::analysis::runs::repeated;
 use crate::analysis::table::columns;
 use crate::output::file::FileError;
 use crate::output::text::{readable, with_unit};
@@ -80,14 +81,15 @@ impl Comparison {
     pub(in crate::analysis) fn heading(&self) -> String {
         let (start, end) = self.interval;
         format!(
-            "{} from t = {} to {} at tolerance {:e}: differences from `{}`, the fullest of {} models, at {} times",
+            "{} from t = {} to {} at tolerance {:e}: differences from `{}`, the fullest of {} models, at {} times; {}",
             self.scene,
             readable(start, 6),
             readable(end, 6),
             self.tolerance,
             self.full().name,
             self.rungs.len(),
-            self.times.len()
+            self.times.len(),
+            repeated(self.rungs.iter().map(|rung| rung.repeats))
         )
     }
 

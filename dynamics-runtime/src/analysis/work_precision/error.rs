@@ -70,6 +70,17 @@ pub enum WorkPrecisionError {
         /// Why it failed.
         reason: String,
     },
+    /// Methods agree with each other, and not with the end that was given.
+    Contradicted {
+        /// Two of them.
+        methods: [String; 2],
+        /// `positions` or `velocities`.
+        what: &'static str,
+        /// How far both are from that end.
+        distance: f64,
+        /// How far they are from each other.
+        apart: f64,
+    },
     /// The errors of all runs are below the uncertainty of the reference.
     NothingToBelieve {
         /// That of positions.
@@ -111,6 +122,11 @@ impl fmt::Display for WorkPrecisionError {
             Self::NoRunSucceeded { method, reason } => {
                 write!(f, "no run reached the end; {method} stopped because {reason}")
             }
+            Self::Contradicted { methods: [first, second], what, distance, apart } => write!(
+                f,
+                "{first} and {second} end {distance:.1e} from the known end and {apart:.1e} from each other, in {what}: it is the end of another motion, or both \
+                 pass over something; compare parameters, start and time with its source, or let the reference be found"
+            ),
             Self::NothingToBelieve { uncertainty } => write!(
                 f,
                 "all errors are below the uncertainty of the reference, {uncertainty:.1e} in positions; give coarser tolerances or a \

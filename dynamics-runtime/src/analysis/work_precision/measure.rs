@@ -1,14 +1,16 @@
 //! The runs, and how long they take.
 
+use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::reference::{End, Found};
+use super::reference::{End, Found, largest};
 use super::study::{Curve, Measured, Point};
 use super::{Candidate, WorkPrecision};
 use crate::analysis::runs::{self, in_a_line, reaches};
 use crate::integrate::Method;
+use crate::model::{ModelState, Vector};
 use crate::motion::{Simulate, Simulation};
 
 /// All methods at all their tolerances or steps.
@@ -26,7 +28,7 @@ pub(super) fn curves<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, refere
             }
         })
         .collect();
-    time(study, end, &mut curves);
+    time(study, end, &mut curves, reference);
     curves
 }
 
@@ -60,6 +62,7 @@ fn first_run<'m, M: Simulate>(
     Ok(Measured {
         errors: reached.errors(&reference.end),
         time: counts.wall_time.unwrap_or_default(),
+        repeats: Some(0),
         // A series is worth many evaluations and counts as none.
         evaluations: (motion.method() != Method::Taylor).then_some(counts.evaluations),
         steps: Some(counts.steps),
@@ -69,8 +72,9 @@ fn first_run<'m, M: Simulate>(
     })
 }
 
-/// Sets the time of every run that succeeded to the median of its repeats.
-fn time<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, curves: &mut [Curve]) {
+/// Sets the time of every run that succeeded to the median of its repeats. What ends elsewhere when it is repeated, by more than the reference can be wrong,
+/// has no error that could be told: it failed.
+fn time<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, curves: &mut [Curve], reference: &Found) {
     let runs: Vec<(&Candidate<'_, M>, f64)> = curves
         .iter()
         .zip(&study.candidates)
@@ -82,13 +86,37 @@ fn time<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, curves: &mut [Curve
         .flat_map(|curve| &curve.points)
         .map(|point| point.outcome.as_ref().ok().map(|run| run.time))
         .collect();
+    let first: Vec<Option<End>> = curves
+        .iter()
+        .flat_map(|curve| &curve.points)
+        .map(|point| point.outcome.as_ref().ok().and_then(|run| run.end.clone()))
+        .collect();
+    let mut strayed: Vec<Option<String>> = alloc::vec![None; runs.len()];
     let medians = runs::medians(&about, study.effort, |i| {
         let (candidate, setting) = runs[i];
-        runs::once(simulation(study, candidate, setting, end))
+        let again = runs::once(simulation(study, candidate, setting, end));
+        if strayed[i].is_none() {
+            let again = again.as_ref().map(|(_, state)| state);
+            strayed[i] = first[i].as_ref().and_then(|first| strays(first, again, reference));
+        }
+        again.map(|(time, _)| time)
     });
-    for (point, median) in curves.iter_mut().flat_map(|curve| &mut curve.points).zip(medians) {
+    for ((point, median), strayed) in curves.iter_mut().flat_map(|curve| &mut curve.points).zip(medians).zip(strayed) {
         if let (Ok(measured), Some(median)) = (&mut point.outcome, median) {
-            measured.time = median;
+            (measured.time, measured.repeats) = (median.time, Some(median.repeats));
+        }
+        if let Some(reason) = strayed {
+            point.outcome = Err(reason);
         }
     }
+}
+
+/// Why a repeat is not the run that it repeats.
+fn strays<S: ModelState>(first: &End, again: Option<&S>, reference: &Found) -> Option<String> {
+    const REMEDY: &str = "let what the run calls depend on time and state alone";
+    let Some(again) = again else { return Some(format!("it fails when it is repeated; {REMEDY}")) };
+    let by = [largest(&first.q, again.q().as_slice()), largest(&first.u, again.u().as_slice())];
+    let most = [reference.uncertainty.positions, reference.uncertainty.velocities];
+    let told = by.iter().zip(most).find(|(by, most)| by.is_nan() || **by > *most)?;
+    Some(format!("it ends elsewhere when it is repeated, by {:.1e}; {REMEDY}", told.0))
 }

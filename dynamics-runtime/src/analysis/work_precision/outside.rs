@@ -32,8 +32,8 @@ impl<M: Simulate> Study<'_, M> {
     /// ```
     ///
     /// `end` are the coordinates and then the velocities at the end, in the order of the model: errors are measured against the reference of this
-    /// study. Without it, errors are given: `positions`, `velocities`, `multipliers`, `energy`, each as far as it is known. `evaluations` may be
-    /// left out; names that are not known here are passed over. Lines with the name of another problem are, too. Where a solver has several
+    /// study. Without it, errors are given: `positions`, `velocities`, `multipliers`, `energy`, each as far as it is known. `evaluations` and `repeats`, of
+    /// which the time is the median, may be left out; names that are not known here are passed over. Lines with the name of another problem are, too. Where a solver has several
     /// lines at one tolerance, the median of their times counts. Returns how many lines were taken.
     pub fn add_outside(&mut self, lines: &str) -> Result<usize, OutsideError> {
         let mut found: Vec<(String, Vec<Line>)> = Vec::new();
@@ -135,6 +135,7 @@ impl<M: Simulate> Study<'_, M> {
         let run = Measured {
             errors,
             time,
+            repeats: whole(number("repeats")?).map(|count| count as usize),
             evaluations: whole(number("evaluations")?),
             steps: whole(number("steps")?),
             rejected: whole(number("rejected")?),
@@ -153,12 +154,18 @@ impl<M: Simulate> Study<'_, M> {
         let mut state = M::State::new(self.interval.1, M::Vector::zeros(), M::Vector::zeros(), *self.start.inputs());
         state.q_mut().as_mut_slice().copy_from_slice(&values[..n]);
         state.u_mut().as_mut_slice().copy_from_slice(&values[n..]);
+        // The motion is the same: at its end its inputs are, and what holds.
+        state.inputs_mut().as_mut_slice().copy_from_slice(&self.reference.end.inputs);
+        *state.modes_mut() = self.reference.end.modes;
         Ok(End::of(self.model, &state))
     }
 }
 
 fn write_run(out: &mut String, run: &Measured) {
     let _ = write!(out, ",\"time_us\":{}", json_number(run.time.as_nanos() as f64 * 1e-3));
+    if let Some(repeats) = run.repeats {
+        let _ = write!(out, ",\"repeats\":{repeats}");
+    }
     for (name, count) in [("evaluations", run.evaluations), ("steps", run.steps), ("rejected", run.rejected)] {
         if let Some(count) = count {
             let _ = write!(out, ",\"{name}\":{count}");

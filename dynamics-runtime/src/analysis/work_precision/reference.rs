@@ -10,7 +10,7 @@ use super::study::Errors;
 use crate::analysis::runs::{in_a_line, reaches};
 use crate::constrain;
 use crate::methods::{Any, Dop853, DormandPrince5, Verner9};
-use crate::model::{ModelState, Vector};
+use crate::model::{ModelState, Modes, Vector};
 use crate::motion::Simulate;
 
 /// Where the runs of the reference take their tolerance from, unless it is given: near rounding, but not so near that a method rejects its steps
@@ -79,6 +79,9 @@ pub(super) struct End {
     pub(super) u: Vec<f64>,
     pub(super) multipliers: Vec<f64>,
     pub(super) energy: f64,
+    /// What multipliers and energy depend on besides, for ends of which only q and u are known.
+    pub(super) inputs: Vec<f64>,
+    pub(super) modes: Modes,
 }
 
 impl End {
@@ -94,7 +97,8 @@ impl End {
             _ => Vec::new(),
         };
         let (q, u) = (state.q().as_slice().to_vec(), state.u().as_slice().to_vec());
-        Self { q, u, multipliers, energy: model.energy_function(state) }
+        let (inputs, modes) = (state.inputs().as_slice().to_vec(), state.modes());
+        Self { q, u, multipliers, energy: model.energy_function(state), inputs, modes }
     }
 
     /// Largest differences.
@@ -109,12 +113,13 @@ impl End {
 
     fn size(&self) -> Errors {
         let zero = |v: &Vec<f64>| alloc::vec![0.0; v.len()];
-        self.errors(&Self { q: zero(&self.q), u: zero(&self.u), multipliers: zero(&self.multipliers), energy: 0.0 })
+        let [q, u, multipliers] = [&self.q, &self.u, &self.multipliers].map(zero);
+        self.errors(&Self { q, u, multipliers, energy: 0.0, ..self.clone() })
     }
 }
 
 /// Largest |difference|; NaN where there is one.
-fn largest(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn largest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
 
@@ -126,15 +131,19 @@ pub(super) struct Found {
     pub(super) uncertainty: Errors,
     /// How it was found, in words.
     pub(super) how: String,
+    /// It was given, and nobody has seen how it was found.
+    pub(super) given: bool,
 }
 
 impl Found {
-    /// Rejects a reference of fewer than three digits. No uncertainty is below the rounding of what is compared.
-    fn checked(mut self, start: &End, span: f64) -> Result<Self, WorkPrecisionError> {
+    /// Rejects a reference of fewer than three digits. No uncertainty is below what is rounded in so many steps: half a last place in each, all to
+    /// one side, as equal steps of an even motion do.
+    fn checked(mut self, start: &End, span: f64, steps: u64) -> Result<Self, WorkPrecisionError> {
         let scale = self.end.size().zip(start.size(), f64::max);
         // What starts and ends at rest moved nevertheless.
         let scale = Errors { velocities: scale.velocities.max(scale.positions / span), ..scale };
-        self.uncertainty = self.uncertainty.zip(scale.map(|x| f64::EPSILON * x), f64::max);
+        let rounding = f64::EPSILON * (0.5 * steps as f64).max(1.0);
+        self.uncertainty = self.uncertainty.zip(scale.map(|x| rounding * x), f64::max);
         let Errors { positions, velocities, .. } = self.uncertainty;
         for (what, uncertainty, scale) in
             [("positions", positions, scale.positions), ("velocities", velocities, scale.velocities)]
@@ -176,22 +185,27 @@ fn by_runs<M: Simulate>(
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(WorkPrecisionError::Setting { what: "tolerances", value: tolerance });
     }
-    let run = |method: &Any<M>, tolerance: f64| -> Result<End, WorkPrecisionError> {
+    let run = |method: &Any<M>, tolerance: f64| -> Result<(End, u64), WorkPrecisionError> {
         let failed =
             |reason: String| WorkPrecisionError::ReferenceFails { method: method.to_string(), tolerance, reason };
         let simulation = study.simulation(end, method, Some(most_steps)).tolerance(tolerance);
-        let state = simulation.run_with(|_| {}).map_err(|error| failed(in_a_line(&error)))?;
+        let mut steps = 0;
+        let state = simulation.run_with(|_| steps += 1).map_err(|error| failed(in_a_line(&error)))?;
         reaches(&state, end).map_err(&failed)?;
-        Ok(End::of(study.model, &state))
+        Ok((End::of(study.model, &state), steps))
     };
     let [first, second] = methods;
-    let ends = [run(first, tolerance)?, run(first, 10.0 * tolerance)?, run(second, tolerance)?];
+    let (best, steps) = run(first, tolerance)?;
+    let ends = [best, run(first, 10.0 * tolerance)?.0, run(second, tolerance)?.0];
     let apart = |i: usize, j: usize| ends[i].errors(&ends[j]);
     let spread = apart(0, 1).zip(apart(0, 2), larger).zip(apart(1, 2), larger);
     let how = format!("{first} and {second} at tolerance {tolerance:e}");
     let [best, ..] = ends;
-    Found { end: best, uncertainty: spread.map(|x| 2.0 * x), how }
-        .checked(&End::of(study.model, &study.start), (end - study.start.t()).abs())
+    Found { end: best, uncertainty: spread.map(|x| 2.0 * x), how, given: false }.checked(
+        &End::of(study.model, &study.start),
+        (end - study.start.t()).abs(),
+        steps,
+    )
 }
 
 /// The larger one; NaN wins, so that it is seen.
@@ -220,6 +234,9 @@ fn known<M: Simulate>(
         sum = sum.zip(End::of(study.model, &moved).errors(&known), |a, b| a + b);
     }
     let uncertainty = Errors { positions: uncertainty, velocities: uncertainty, ..sum };
-    Found { end: known, uncertainty, how: "a known end".into() }
-        .checked(&End::of(study.model, &study.start), (end - study.start.t()).abs())
+    Found { end: known, uncertainty, how: "a known end".into(), given: true }.checked(
+        &End::of(study.model, &study.start),
+        (end - study.start.t()).abs(),
+        1,
+    )
 }

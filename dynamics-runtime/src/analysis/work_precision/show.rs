@@ -6,8 +6,9 @@ use alloc::vec::Vec;
 use core::fmt::{self, Write};
 use std::path::Path;
 
-use super::study::{Cost, Curve, ErrorOf, Measured, Study};
+use super::study::{Cost, Curve, ErrorOf, Measured, Point, Study};
 use crate::analysis::Page;
+use crate::analysis::runs::repeated;
 use crate::analysis::table::columns;
 use crate::motion::Simulate;
 use crate::output::file::{self, FileError};
@@ -40,7 +41,7 @@ impl fmt::Display for ErrorOf {
 
 impl<M: Simulate> Study<'_, M> {
     /// Error against cost as one panel; costs in µs or in evaluations. Hollow signs are not believed. Dashed curves were measured elsewhere. Runs
-    /// that failed are counted beside the names.
+    /// that failed are counted beside the names, which stand there also where no run is left to be drawn. A sign that is pointed at says its run.
     #[must_use]
     pub fn panel(&self, part: ErrorOf, cost: Cost) -> Panel {
         let (title, unit) = match cost {
@@ -52,14 +53,15 @@ impl<M: Simulate> Study<'_, M> {
         let mut ends = (f64::INFINITY, 0.0f64);
         let mut series = Vec::new();
         for (k, curve) in self.curves.iter().enumerate() {
-            let points = points(curve, part, cost, unit, LOWEST * floor);
-            if points.is_empty() {
+            let (points, labels): (Vec<_>, Vec<_>) = self.points(curve, part, cost, unit).into_iter().unzip();
+            // What is not measured has no place here; what failed has one in the legend, or it would seem not to have been tried.
+            if points.is_empty() && curve.points.iter().any(|point| point.outcome.is_ok()) {
                 continue;
             }
             ends = points.iter().fold(ends, |(lo, hi), (x, _)| (lo.min(*x), hi.max(*x)));
             let line = Series::new(name_with_failures(curve), points).mark(Mark::LineAndPoints).hollow_below(floor);
-            // Each curve has its colour in all panels.
-            let line = line.color(Color::cycle(k)).sign(k);
+            // Each curve has its colour in all panels, and after a round of colours another sign.
+            let line = line.color(Color::cycle(k)).sign(k + k / 8).labels(labels);
             series.push(if curve.outside { line.dashed() } else { line.solid() });
         }
         let uncertainty = Series::new("uncertainty of the reference", [(ends.0, floor), (ends.1, floor)]);
@@ -72,12 +74,21 @@ impl<M: Simulate> Study<'_, M> {
         ErrorOf::ALL.into_iter().filter(|part| self.reference.uncertainty.of(*part).is_some()).collect()
     }
 
-    /// All errors against time, then that of the state against evaluations, one below the other.
+    /// All errors against time and against evaluations, one below the other.
     #[must_use]
     pub fn chart(&self) -> Chart {
         let chart = Chart::new(format!("{}: error against cost", self.problem)).panel_height(300.0);
-        let chart = self.parts().into_iter().fold(chart, |chart, part| chart.panel(self.panel(part, Cost::Time)));
-        chart.panel(self.panel(ErrorOf::State, Cost::Evaluations))
+        self.panels().into_iter().fold(chart, Chart::panel)
+    }
+
+    /// Each part of the error against time, and beside it against evaluations.
+    pub(in crate::analysis) fn panels(&self) -> Vec<Panel> {
+        let both = |part| [Cost::Time, Cost::Evaluations].map(|cost| self.panel(part, cost));
+        // What is exact everywhere, as the multipliers of constraints that are released, has no place on a logarithmic axis.
+        let runs =
+            || self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok());
+        let shown = |part: &ErrorOf| runs().any(|run| run.errors.of(*part).is_some_and(|error| error > 0.0));
+        self.parts().into_iter().filter(shown).flat_map(both).collect()
     }
 
     /// Writes [`Study::chart`] as an SVG file, making the folders that the path needs.
@@ -122,7 +133,11 @@ impl<M: Simulate> Study<'_, M> {
             [name.to_string()].into_iter().chain(errors.iter().map(|error| cells(*error))).collect()
         };
         let cell = |value: Option<f64>, digits| value.map_or_else(|| "–".to_string(), |value| readable(value, digits));
-        let cost = |curve: &Curve, error: f64| self.cost_of(curve, part, error, cost).map(|cost| unit * cost);
+        let cost = |curve: &Curve, error: f64| {
+            let found = unit * self.cost_of(curve, part, error, cost)?;
+            // Between two runs counts are no whole numbers.
+            Some(if cost == Cost::Evaluations { found.round() } else { found })
+        };
         let mut rows = alloc::vec![row("", &|error| readable(error, 2))];
         rows.extend(self.curves.iter().map(|curve| row(&curve.name, &|error| cell(cost(curve, error), 3))));
         if self.curves.iter().any(|curve| curve.outside) {
@@ -181,11 +196,44 @@ impl<M: Simulate> Study<'_, M> {
             let value = self.reference.uncertainty.of(part).unwrap_or(f64::NAN);
             let _ = write!(text, "{} {} in {part}", if i == 0 { "" } else { "," }, readable(value, 2));
         }
+        let repeats =
+            || self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok());
+        let _ = write!(text, "; {}", repeated(repeats().filter_map(|run| run.repeats)));
         text
+    }
+
+    /// (cost, error) of the runs that succeeded and are measured in both, with what is said of each.
+    fn points(&self, curve: &Curve, part: ErrorOf, cost: Cost, unit: f64) -> Vec<((f64, f64), String)> {
+        let lowest = LOWEST * self.reference.uncertainty.of(part).unwrap_or(f64::NAN);
+        let place = |point: &Point| {
+            let run = point.outcome.as_ref().ok()?;
+            // `max` would pass over NaN, and what was not measured is no small error.
+            let error = run.errors.of(part).filter(|error| error.is_finite())?;
+            Some(((unit * run.cost(cost)?, error.max(lowest)), self.label(curve, point.setting, run, part)))
+        };
+        curve.points.iter().filter_map(place).collect()
+    }
+
+    /// A run in a line.
+    fn label(&self, curve: &Curve, setting: f64, run: &Measured, part: ErrorOf) -> String {
+        let setting = if curve.adaptive { format!("tolerance {setting:e}") } else { format!("h = {setting:e}") };
+        let (error, time) =
+            (self.error_text(part, run.errors.of(part)), readable(run.time.as_nanos() as f64 * 1e-3, 3));
+        let mut label = format!("{}, {setting}: error {error}, {time} µs", curve.name);
+        for (count, what) in [(run.evaluations, "evaluations"), (run.steps, "steps")] {
+            if let Some(count) = count {
+                let _ = write!(label, ", {count} {what}");
+            }
+        }
+        if let Some(t) = run.stiff_at {
+            let _ = write!(label, ", stiff from t = {}", readable(t, 3));
+        }
+        label
     }
 
     fn error_text(&self, part: ErrorOf, error: Option<f64>) -> String {
         match (error, self.reference.uncertainty.of(part)) {
+            (Some(0.0), Some(0.0)) => "0".into(),
             (Some(error), Some(floor)) if error <= floor => format!("< {}", readable(floor, 2)),
             (Some(error), _) if !error.is_nan() => readable(error, 3),
             _ => "–".into(),
@@ -196,24 +244,15 @@ impl<M: Simulate> Study<'_, M> {
 impl<M: Simulate> fmt::Display for Study<'_, M> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.heading())?;
-        f.write_str(columns(&self.rows()).trim_end())
+        f.write_str(columns(&self.rows()).trim_end())?;
+        self.sentences().iter().try_for_each(|sentence| write!(f, "\n{sentence}"))
     }
-}
-
-/// (cost, error) of the runs that succeeded and are measured in both.
-fn points(curve: &Curve, part: ErrorOf, cost: Cost, unit: f64, lowest: f64) -> Vec<(f64, f64)> {
-    let runs = curve.points.iter().filter_map(|point| point.outcome.as_ref().ok());
-    let place = |run: &Measured| {
-        // `max` would pass over NaN, and what was not measured is no small error.
-        let error = run.errors.of(part).filter(|error| error.is_finite())?;
-        Some((unit * run.cost(cost)?, error.max(lowest)))
-    };
-    runs.filter_map(place).collect()
 }
 
 fn name_with_failures(curve: &Curve) -> String {
     match curve.points.iter().filter(|point| point.outcome.is_err()).count() {
         0 => curve.name.clone(),
+        count if count == curve.points.len() => format!("{} (all {count} failed)", curve.name),
         count => format!("{} ({count} failed)", curve.name),
     }
 }

@@ -4,7 +4,6 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::error::WorkPrecisionError;
 use super::reference::{End, Found};
 use crate::motion::Simulate;
 
@@ -81,6 +80,8 @@ pub struct Measured {
     pub errors: Errors,
     /// Median of the repeats.
     pub time: Duration,
+    /// How many there were, where known.
+    pub repeats: Option<usize>,
     /// Evaluations of the accelerations, where known, and where they are what a step costs: not of Taylor series.
     pub evaluations: Option<u64>,
     /// Accepted steps, where known.
@@ -191,23 +192,5 @@ impl<M: Simulate> Study<'_, M> {
             cheap * libm::pow(dear / cheap, part)
         });
         reached.chain(between).min_by(f64::total_cmp)
-    }
-
-    /// Refuses what cannot be trusted.
-    pub(super) fn check(&self) -> Result<(), WorkPrecisionError> {
-        let runs =
-            || self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok());
-        if runs().next().is_none() {
-            let first = self.curves.iter().find_map(|curve| Some((curve, curve.points.first()?)));
-            let (method, reason) = first.map_or_else(Default::default, |(curve, point)| {
-                (curve.name.clone(), point.outcome.as_ref().err().cloned().unwrap_or_default())
-            });
-            return Err(WorkPrecisionError::NoRunSucceeded { method, reason });
-        }
-        let Errors { positions, velocities, .. } = self.reference.uncertainty;
-        if !runs().any(|run| run.errors.positions > positions || run.errors.velocities > velocities) {
-            return Err(WorkPrecisionError::NothingToBelieve { uncertainty: positions });
-        }
-        Ok(())
     }
 }

@@ -59,11 +59,11 @@ pub(super) struct Look {
     pub(super) mark: Mark,
 }
 
-/// A name of the legend at x, counted from the left edge of the axes.
+/// A name of the legend at x, counted from the left edge of the axes; one that goes on from the row above has no sample.
 pub(super) struct Entry {
     pub(super) x: f64,
     pub(super) name: String,
-    pub(super) sample: Sample,
+    pub(super) sample: Option<Sample>,
 }
 
 /// What stands before a name in the legend.
@@ -299,7 +299,7 @@ fn curves<'a>(panel: &'a Panel, x: &Side, y: &Side, [width, height]: [f64; 2]) -
                     None if dense(series) => "",
                     None => DASHES[(k + k / 8) % DASHES.len()],
                 },
-                sign: series.sign.unwrap_or(k),
+                sign: series.sign.unwrap_or(k + k / 8),
                 mark: series.mark,
             },
         })
@@ -319,16 +319,18 @@ fn legend(panel: &Panel, curves: &[Curve<'_>], width: f64) -> Vec<Vec<Entry>> {
     let mut rows: Vec<Vec<Entry>> = Vec::new();
     let mut x = f64::INFINITY;
     for (name, sample) in of_curves.chain(of_instants).filter(|(name, _)| !name.is_empty()) {
-        let name = measure::fitted(name, FONT, width - SAMPLE - 8.0);
-        let needs = SAMPLE + 6.0 + measure::width(&name, FONT);
-        if x + needs > width {
-            rows.push(Vec::new());
-            x = 0.0;
+        // What a name ends with tells it from others: it goes on in the next row.
+        for (line, name) in measure::wrapped(name, FONT, width - SAMPLE - 8.0).into_iter().enumerate() {
+            let needs = SAMPLE + 6.0 + measure::width(&name, FONT);
+            if line > 0 || x + needs > width {
+                rows.push(Vec::new());
+                x = 0.0;
+            }
+            if let Some(row) = rows.last_mut() {
+                row.push(Entry { x, name, sample: (line == 0).then_some(sample) });
+            }
+            x += needs + 16.0;
         }
-        if let Some(row) = rows.last_mut() {
-            row.push(Entry { x, name, sample });
-        }
-        x += needs + 16.0;
     }
     rows
 }

@@ -48,8 +48,9 @@ fn legend(svg: &mut String, plot: &Plot<'_>, top: f64) {
         for entry in entries {
             let x = plot.left + entry.x;
             match entry.sample {
-                Sample::Curve(look) => sample(svg, look, [x, middle]),
-                Sample::Instant(kind) => {
+                None => {}
+                Some(Sample::Curve(look)) => sample(svg, look, [x, middle]),
+                Some(Sample::Instant(kind)) => {
                     let path = format!("M{},{}V{}", pixel(x + 0.5 * SAMPLE), pixel(middle - 7.0), pixel(middle + 7.0));
                     let _ = writeln!(svg, "<path d=\"{path}\"{}/>", upright(kind));
                 }
@@ -79,7 +80,7 @@ fn sample(svg: &mut String, look: Look, [x, y]: [f64; 2]) {
         let _ = writeln!(svg, "<polyline points=\"{ends}\" fill=\"none\" stroke-width=\"2\"{}/>", stroke(look));
     }
     if look.mark != Mark::Line {
-        sign(svg, look, [x + 0.5 * SAMPLE, y], false);
+        sign(svg, look, [x + 0.5 * SAMPLE, y], false, None);
     }
 }
 
@@ -206,14 +207,25 @@ fn draw(svg: &mut String, plot: &Plot<'_>, curve: &Curve<'_>) {
     if curve.look.mark != Mark::Points {
         for piece in placed.split(Option::is_none) {
             let piece: Vec<_> = piece.iter().flatten().copied().collect();
-            line(svg, curve.look, &reduce::visible(&piece));
+            line(svg, curve, &reduce::visible(&piece));
         }
     }
     if curve.look.mark != Mark::Line {
         let hollow = curve.series.points.iter().map(|point| point[1] <= curve.series.hollow_below);
-        let shown: Vec<_> = placed.into_iter().zip(hollow).filter_map(|(at, hollow)| Some((at?, hollow))).collect();
-        for (place, hollow) in separate(&shown) {
-            sign(svg, curve.look, place, hollow);
+        let labels = curve.series.labels.iter().map(|label| Some(label.as_str())).chain(core::iter::repeat(None));
+        let shown = placed.into_iter().zip(hollow).zip(labels);
+        let shown: Vec<_> =
+            shown.filter_map(|((place, hollow), label)| Some(Sign { place: place?, hollow, label })).collect();
+        let says = !curve.series.labels.is_empty();
+        if says {
+            // Signs are small: an unseen edge takes the pointer beside them, too.
+            svg.push_str("<g stroke=\"#fff\" stroke-opacity=\"0\" stroke-width=\"8\">\n");
+        }
+        for Sign { place, hollow, label } in separate(&shown) {
+            sign(svg, curve.look, place, hollow, label);
+        }
+        if says {
+            svg.push_str("</g>\n");
         }
     }
 }
@@ -234,7 +246,8 @@ fn dots(svg: &mut String, look: Look, places: &[[f64; 2]]) {
     );
 }
 
-fn line(svg: &mut String, look: Look, points: &[[f64; 2]]) {
+fn line(svg: &mut String, curve: &Curve<'_>, points: &[[f64; 2]]) {
+    let look = curve.look;
     match points {
         [] => {}
         [[x, y]] => {
@@ -247,32 +260,54 @@ fn line(svg: &mut String, look: Look, points: &[[f64; 2]]) {
             );
         }
         points => {
-            let _ = writeln!(svg, "<polyline points=\"{}\"{}/>", pairs(points), stroke(look));
+            let (pairs, stroke) = (pairs(points), stroke(look));
+            let _ = match curve.series.labels.as_slice() {
+                [] => writeln!(svg, "<polyline points=\"{pairs}\"{stroke}/>"),
+                // Pointed at, it says its name: beside others of its colour that is what tells it.
+                _ => writeln!(
+                    svg,
+                    "<polyline points=\"{pairs}\"{stroke}><title>{}</title></polyline>",
+                    xml(&curve.series.name)
+                ),
+            };
         }
     }
 }
 
-/// The places without those that are hidden under the one before.
-fn separate(places: &[([f64; 2], bool)]) -> Vec<([f64; 2], bool)> {
-    let mut kept: Vec<([f64; 2], bool)> = Vec::new();
-    for (place, hollow) in places {
-        let hidden = kept.last().is_some_and(|(last, _)| libm::hypot(place[0] - last[0], place[1] - last[1]) < 0.5);
-        if !hidden {
-            kept.push((*place, *hollow));
+/// A sign to be drawn.
+#[derive(Clone, Copy)]
+struct Sign<'a> {
+    place: [f64; 2],
+    hollow: bool,
+    label: Option<&'a str>,
+}
+
+/// The signs without those that are hidden under the one before.
+fn separate<'a>(signs: &[Sign<'a>]) -> Vec<Sign<'a>> {
+    let mut kept: Vec<Sign<'_>> = Vec::new();
+    for sign in signs {
+        let apart = |last: &Sign<'_>| libm::hypot(sign.place[0] - last.place[0], sign.place[1] - last.place[1]);
+        if kept.last().is_none_or(|last| apart(last) >= 0.5) {
+            kept.push(*sign);
         }
     }
     kept
 }
 
-/// The sign of a series: disc, square, triangle, diamond in turn.
-fn sign(svg: &mut String, look: Look, [x, y]: [f64; 2], hollow: bool) {
+/// The sign of a series, disc, square, triangle, diamond in turn, with what it says where it is pointed at.
+fn sign(svg: &mut String, look: Look, [x, y]: [f64; 2], hollow: bool, label: Option<&str>) {
     let color = look.color.on_light();
     // White, so that the line does not show through.
-    let fill = if hollow { format!("#ffffff\" stroke=\"{color}\" stroke-width=\"1.4") } else { color };
+    let fill =
+        if hollow { format!("#ffffff\" stroke=\"{color}\" stroke-opacity=\"1\" stroke-width=\"1.4") } else { color };
+    let ends = |tag: &str| match label {
+        Some(label) => format!("><title>{}</title></{tag}>", xml(label)),
+        None => String::from("/>"),
+    };
     let corners: &[[f64; 2]] = match look.sign % 4 {
         0 => {
             let (x, y) = (pixel(x), pixel(y));
-            let _ = writeln!(svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"3.2\" fill=\"{fill}\"/>");
+            let _ = writeln!(svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"3.2\" fill=\"{fill}\"{}", ends("circle"));
             return;
         }
         1 => &[[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]],
@@ -280,7 +315,7 @@ fn sign(svg: &mut String, look: Look, [x, y]: [f64; 2], hollow: bool) {
         _ => &[[0.0, -4.2], [4.2, 0.0], [0.0, 4.2], [-4.2, 0.0]],
     };
     let corners: Vec<_> = corners.iter().map(|[dx, dy]| [x + dx, y + dy]).collect();
-    let _ = writeln!(svg, "<polygon points=\"{}\" fill=\"{fill}\"/>", pairs(&corners));
+    let _ = writeln!(svg, "<polygon points=\"{}\" fill=\"{fill}\"{}", pairs(&corners), ends("polygon"));
 }
 
 fn stroke(look: Look) -> String {
