@@ -415,7 +415,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             } else {
                 system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)?
             };
-            if let Some(Settled { by, violation, .. }) = moved {
+            if Y::IS_FREE {
+                // Nothing moves it, and nothing of this is compiled.
+            } else if let Some(Settled { by, violation, .. }) = moved {
                 if by > FAR && by > AMPLIFIED * violation && !kept.stages && Self::hold(system, tolerances) {
                     (plain, kept) = (f64::INFINITY, Kept { stages: true, ..Kept::default() });
                     continue;

@@ -3,6 +3,8 @@
 //! Generic code is made for every model before it is optimised, and most of the time of compiling a small model goes there. Behind a test of one of these constants by itself
 //! (`if M::IS_FREE`) nothing is made that the test rules out; behind `!M::IS_FREE` or a comparison everything is made first.
 
+#[cfg(feature = "alloc")]
+use super::Constraint;
 use super::Constraints;
 
 /// See the module.
@@ -12,6 +14,9 @@ pub(crate) trait Known: Constraints {
     /// It has constraints.
     #[cfg(feature = "alloc")]
     const IS_HELD: bool = !Self::ROWS.is_empty();
+    /// None of its constraints is switched on and off.
+    #[cfg(feature = "alloc")]
+    const IS_UNSWITCHED: bool = no_switches(Self::CONSTRAINTS);
     /// Its expressions have branches.
     #[cfg(feature = "alloc")]
     const HAS_KINKS: bool = Self::KINKS > 0;
@@ -24,3 +29,15 @@ pub(crate) trait Known: Constraints {
 }
 
 impl<M: Constraints> Known for M {}
+
+#[cfg(feature = "alloc")]
+const fn no_switches(constraints: &[Constraint]) -> bool {
+    let mut rest = constraints;
+    while let [first, others @ ..] = rest {
+        if first.switched.is_some() {
+            return false;
+        }
+        rest = others;
+    }
+    true
+}
