@@ -524,13 +524,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     fn culprit(&self) -> usize {
-        let bad = |v: &V| v.as_slice().iter().position(|x| !x.is_finite());
-        let in_stages = self.scheme.stages().iter().find_map(|k| bad(&k.u).or(bad(&k.q)));
-        // Every stage finite and the sum not: overflow, where the largest acceleration is the cause.
-        in_stages.unwrap_or_else(|| {
-            let last = &self.scheme.stages()[self.scheme.stages().len() - 1];
-            (0..V::LEN).max_by(|&i, &j| last.u[i].abs().total_cmp(&last.u[j].abs())).unwrap_or(0)
-        })
+        culprit(self.scheme.stages())
     }
 
     fn worst(&self) -> usize {
@@ -570,6 +564,19 @@ enum Failure<E> {
     NotFinite(usize),
     NotSolved,
     Displaced(usize),
+}
+
+/// The coordinate by which a step whose stages have these derivatives became infinite.
+#[cold]
+#[inline(never)]
+fn culprit<V: Vector>(stages: &[Phase<V>]) -> usize {
+    let bad = |v: &V| v.as_slice().iter().position(|x| !x.is_finite());
+    let in_stages = stages.iter().find_map(|k| bad(&k.u).or(bad(&k.q)));
+    // Every stage finite and the sum not: overflow, where the largest acceleration is the cause.
+    in_stages.unwrap_or_else(|| {
+        let last = &stages[stages.len() - 1];
+        (0..V::LEN).max_by(|&i, &j| last.u[i].abs().total_cmp(&last.u[j].abs())).unwrap_or(0)
+    })
 }
 
 fn start_accelerations<V: Vector, Y: System<V>>(

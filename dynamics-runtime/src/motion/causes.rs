@@ -107,7 +107,7 @@ pub(super) fn explain<M: Constraints>(
     let collapsed =
         matches!(kind, Kind::StepSizeTooSmall { .. } | Kind::StepNotSolved { .. } | Kind::StepsVanish { .. });
     // Beside a singular position accelerations jump, too.
-    let singular = || singular::explain(model, start, state, (kind.clone(), h), way);
+    let singular = || singular::explain(model, start, state, (kind.copy(), h), way);
     if (unexplained || collapsed)
         && let Some(cause) = jumps::explain(model, state, &kind)
         && core::mem::discriminant(&singular()) == core::mem::discriminant(&kind)

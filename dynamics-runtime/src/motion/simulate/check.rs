@@ -201,7 +201,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                     return Err(OptionError::OutputTime { time, start, end });
                 }
                 let mut times = times.clone();
-                times.sort_by(|a, b| (a * direction).total_cmp(&(b * direction)));
+                sort_along(&mut times, direction);
                 Ok(Some(times))
             }
             Output::Every(interval) => {
@@ -297,6 +297,11 @@ fn check_tolerances(absolute: f64, relative: f64, one: bool) -> Result<(), Optio
 /// Number of intervals in a span, with a millionth of one as slack: 10 / 0.1 must give the last of its 101 times.
 fn intervals(span: f64, interval: f64) -> u64 {
     (span / interval + 1e-6) as u64
+}
+
+/// Sorts times in a direction.
+fn sort_along(times: &mut [f64], direction: f64) {
+    times.sort_by(|a, b| (a * direction).total_cmp(&(b * direction)));
 }
 
 /// Times at equal intervals from the start, the end included where an interval ends there.
