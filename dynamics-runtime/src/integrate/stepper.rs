@@ -255,7 +255,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.passing.begin();
         loop {
             let (mut end_t, mut h) = landing.take().unwrap_or_else(|| self.next_time(limit));
-            if detours > 0 {
+            if Y::IS_FREE {
+                // No detours.
+            } else if detours > 0 {
                 end_t = self.end_of_detour((h, detours), limit);
                 h = end_t - start.t;
             }
@@ -275,21 +277,25 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                     Err(error) => trial = Err(Failure::Evaluation(error)),
                 }
             }
-            match self.passes(system, (detours, h), &trial) {
-                Verdict::Good => {}
-                Verdict::Best => trial = self.left_where_it_is(trial, h),
-                Verdict::Again(shortened) => {
-                    detours = shortened;
-                    self.rejected += 1;
-                    continue;
+            if Y::IS_FREE {
+                // There is nothing to pass, and nothing of this is compiled.
+            } else {
+                match self.passes(system, (detours, h), &trial) {
+                    Verdict::Good => {}
+                    Verdict::Best => trial = self.left_where_it_is(trial, h),
+                    Verdict::Again(shortened) => {
+                        detours = shortened;
+                        self.rejected += 1;
+                        continue;
+                    }
                 }
             }
             let failure = match trial {
-                Ok(trial) if !self.is_fixed() && self.passing.goes_on(&mut detours, &trial, system.settles()) => {
+                Ok(trial) if self.goes_on(system, &mut detours, &trial) => {
                     self.rejected += 1;
                     continue;
                 }
-                Ok(trial) if let Some(better) = self.passing.better(&trial, detours) => {
+                Ok(trial) if let Some(better) = self.better::<Y>(&trial, detours) => {
                     (landing, detours) = (Some((better, better - start.t)), 0);
                     self.rejected += 1;
                     continue;

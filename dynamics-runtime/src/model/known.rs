@@ -5,12 +5,14 @@
 
 #[cfg(feature = "alloc")]
 use super::Constraint;
-use super::Constraints;
+use super::{Constraints, Route};
 
 /// See the module.
 pub(crate) trait Known: Constraints {
     /// It has no constraints.
     const IS_FREE: bool = Self::ROWS.is_empty();
+    /// Its accelerations are those of [`accelerations_with`](crate::model::Dynamics::accelerations_with), and nothing else is asked.
+    const IS_DIRECT: bool = matches!(Self::ROUTE, Route::Unconstrained);
     /// It has constraints.
     #[cfg(feature = "alloc")]
     const IS_HELD: bool = !Self::ROWS.is_empty();

@@ -123,6 +123,9 @@ impl<M: Constraints> Plant<'_, '_, M> {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> f64 {
+        if M::IS_FREE {
+            return 0.0;
+        }
         PROBES.iter().fold(0.0, |most: f64, &theta| {
             let y = dense.at(theta);
             let state = self.on_branches(&self.state(step.start.t + theta * step.h, &y.q, &y.u));

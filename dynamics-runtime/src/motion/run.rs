@@ -317,9 +317,10 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let coordinates = Involved::ranked(M::COORDINATES, accelerations.as_slice().iter().copied().enumerate());
         let Plan { plant, .. } = &mut *self.plan;
         let Plant { model, constants, upkeep, .. } = plant;
-        let reactions = upkeep.reactions(model, constants, &state).ok();
         let mut pulls = Vec::new();
-        if let Some(reactions) = reactions {
+        if M::IS_FREE {
+            // Nothing holds it.
+        } else if let Ok(reactions) = upkeep.reactions(model, constants, &state) {
             let gradients = upkeep.gradients(model, &state);
             pulls.extend((0..M::Rows::LEN).map(|row| {
                 let length = gradients.row(row).iter().map(|x| x * x).sum::<f64>();

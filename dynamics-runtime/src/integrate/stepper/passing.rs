@@ -223,6 +223,21 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         }
     }
 
+    /// See [`Passing::goes_on`].
+    #[inline(always)]
+    pub(super) fn goes_on<Y: System<V>>(&mut self, system: &Y, detours: &mut u32, trial: &Trial<V>) -> bool {
+        if Y::IS_FREE {
+            return false;
+        }
+        !self.is_fixed() && self.passing.goes_on(detours, trial, system.settles())
+    }
+
+    /// See [`Passing::better`].
+    #[inline(always)]
+    pub(super) fn better<Y: System<V>>(&mut self, trial: &Trial<V>, detours: u32) -> Option<f64> {
+        if Y::IS_FREE { None } else { self.passing.better(trial, detours) }
+    }
+
     /// The best that can be made of a step near a position where what holds it nearly loses a direction: refused where its stages disagree by a part of its way.
     #[cold]
     pub(super) fn left_where_it_is<E>(
