@@ -133,7 +133,12 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// Ends a step that has come just behind a corner just before it, as a rule knows how to go on there: the branches behind it.
     #[inline]
     pub(super) fn end_before_corner(&mut self, step: &mut Step<M::Vector>) -> Result<Option<Branches>, Halt> {
-        if M::IS_UNSWITCHED || M::IS_SMOOTH || !step.kept.branches || step.end.t == self.plan.end || !self.follows_corners() {
+        if M::IS_UNSWITCHED
+            || M::IS_SMOOTH
+            || !step.kept.branches
+            || step.end.t == self.plan.end
+            || !self.follows_corners()
+        {
             return Ok(None);
         }
         let plant = &self.plan.plant;
