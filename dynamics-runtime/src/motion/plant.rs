@@ -205,8 +205,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         {
             return Err(EvaluationError::Input(index));
         }
-        let held = self.on_branches(state);
-        let solved = self.solved(&held);
+        let solved = if M::HAS_KINKS { self.solved(&self.on_branches(state)) } else { self.solved(state) };
         if M::HAS_KINKS && self.branches != Branches::FREE && !solved.as_ref().is_ok_and(is_finite) {
             // A branch may not exist beyond the place where it ends, as a root of what has become negative: what the model has there instead is
             // finite, and no more than a stage or two stand there.
@@ -310,7 +309,11 @@ impl<M: Constraints> Plant<'_, '_, M> {
     /// (q̇, q̈) at a stage.
     #[inline(never)]
     fn held_derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
-        let state = self.stage(t, y)?;
+        // Copies of a state are calls where it is long.
+        let mut state = self.state(t, &y.q, &y.u);
+        if self.upkeep.restores() {
+            state = self.restored(state)?;
+        }
         self.show(&state);
         Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
     }
