@@ -121,9 +121,14 @@ fn a_step_that_is_made_once_more_is_the_same_to_the_last_bit() {
     fn same<S: Scheme<V>>() {
         assert_eq!(tried::<S>(false), tried::<S>(true), "{}", S::METHOD);
     }
-    (same::<Rk4<V>>(), same::<DormandPrince5<V>>(), same::<Tsit5<V>>());
-    (same::<Dop853<V>>(), same::<Verner9<V>>(), same::<GraggBulirschStoer<V>>());
-    (same::<Radau5<V>>(), same::<Esdirk4<V>>());
+    same::<Rk4<V>>();
+    same::<DormandPrince5<V>>();
+    same::<Tsit5<V>>();
+    same::<Dop853<V>>();
+    same::<Verner9<V>>();
+    same::<GraggBulirschStoer<V>>();
+    same::<Radau5<V>>();
+    same::<Esdirk4<V>>();
 }
 
 /// The error at the end follows the tolerance, on a problem with slow and fast parts.
