@@ -40,7 +40,7 @@ use memory::{Memory, max_abs};
 use system::{Miss, Names, Read, System};
 
 use crate::error::SolveError;
-use crate::model::{Constraints, ModelState, Route, Solved, Terms, Vector, Workspace};
+use crate::model::{Constraints, Known, ModelState, Route, Solved, Terms, Vector, Workspace};
 
 pub mod assemble;
 pub(crate) mod involved;
@@ -145,6 +145,9 @@ pub fn solve<M: Constraints>(
     state: &M::State,
     workspace: &mut [f64],
 ) -> Result<OutcomeOf<M>, SolveError> {
+    if M::IS_DIRECT {
+        return direct(model, constants, state);
+    }
     match solve_fast(model, constants, state)? {
         Some(solved) => Ok(solved.into()),
         None => solve_general(model, state, workspace),
@@ -161,6 +164,9 @@ pub fn solve_once<M: Constraints>(
     constants: &M::Constants,
     state: &M::State,
 ) -> Result<OutcomeOf<M>, SolveError> {
+    if M::IS_DIRECT {
+        return direct(model, constants, state);
+    }
     match solve_fast(model, constants, state)? {
         Some(solved) => Ok(solved.into()),
         None => with_workspace::<M, _>(|workspace| solve_general(model, state, workspace)),
@@ -205,6 +211,12 @@ pub fn accelerate<M: Constraints>(
 
 /// What generated code gives for a model.
 pub type SolvedOf<M> = Solved<<M as crate::model::Model>::Vector, <M as Constraints>::Rows>;
+
+/// Of a model without constraints.
+fn direct<M: Constraints>(model: &M, constants: &M::Constants, state: &M::State) -> Result<OutcomeOf<M>, SolveError> {
+    let accelerations = model.accelerations_with(constants, state)?;
+    Ok(Outcome { accelerations, multipliers: M::Rows::zeros(), diagnosis: None })
+}
 
 #[inline]
 fn solve_fast<M: Constraints>(

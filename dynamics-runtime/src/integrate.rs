@@ -453,6 +453,18 @@ pub trait Scheme<V: Vector>: Clone {
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error>;
+    /// As [`Scheme::attempt`], to the same bits, of a step that is made once more. Steps are inlined where motions are made, and are most of what a method is to a compiler; here what is
+    /// short may be slower.
+    #[inline(always)]
+    fn attempt_again<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        self.attempt(system, start, h, tolerances)
+    }
     /// Is told of a step that was made before and is to be tried once more, all of it (1) or its first part: what is known of it may start its iterations. Whether
     /// these may end elsewhere, so that it is only what it was where it ends where it did.
     #[inline(always)]

@@ -7,8 +7,8 @@ use std::convert::Infallible;
 use common::*;
 use dynamics_runtime::integrate::{
     Composition4, Composition6, Composition8, Dense, Dop853, DormandPrince5, Esdirk4, Gauss4, Gauss6, GeneralizedAlpha,
-    GraggBulirschStoer, Phase, Radau5, Rk4, Scheme, SemiImplicitEuler, StepError, StepOptions, Stepper, StormerVerlet,
-    Tolerances, Tsit5, Verner9,
+    GraggBulirschStoer, Knot, Phase, Radau5, Rk4, Scheme, SemiImplicitEuler, StepError, StepOptions, Stepper,
+    StormerVerlet, Tolerances, Tsit5, Verner9,
 };
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::Simulate;
@@ -138,6 +138,41 @@ fn velocities_between_steps_keep_their_digits_far_from_the_origin() {
     check::<Composition4<V>>();
     check::<Composition6<V>>();
     check::<Composition8<V>>();
+}
+
+/// What a step leaves that is tried: its end, its error, its stages and the interpolant.
+fn tried<S: Scheme<V>>(again: bool) -> Vec<u64> {
+    let (mut scheme, mut system, h) = (S::new(), problem, 0.2);
+    let (y, tolerances) = (exact(0.3), Tolerances::both(1e-6));
+    let start = Knot { t: 0.3, y, a: problem(0.3, &y.q, &y.u).unwrap() };
+    let attempt = match again {
+        true => scheme.attempt_again(&mut system, &start, h, &tolerances),
+        false => scheme.attempt(&mut system, &start, h, &tolerances),
+    };
+    let (y, error) = attempt.unwrap();
+    let end = Knot { t: 0.5, y, a: scheme.finish(&mut system, 0.5, &y).unwrap() };
+    let stiffness = scheme.stiffness(h, &end);
+    let dense = scheme.dense(&mut system, &start, &end, h).unwrap();
+    let mut phases = vec![y, scheme.error_vector(), dense.at(0.3), dense.at(0.7)];
+    phases.extend(scheme.stages());
+    let values = phases.iter().flat_map(|phase| [phase.q[0], phase.u[0]]).chain([error, end.a[0]]).chain(stiffness);
+    values.map(f64::to_bits).collect()
+}
+
+/// Steps are made once more by other code than they were made by: interpolants, and ends at events, would be of other steps.
+#[test]
+fn a_step_that_is_made_once_more_is_the_same_to_the_last_bit() {
+    fn same<S: Scheme<V>>() {
+        assert_eq!(tried::<S>(false), tried::<S>(true), "{}", S::METHOD);
+    }
+    same::<Rk4<V>>();
+    same::<DormandPrince5<V>>();
+    same::<Tsit5<V>>();
+    same::<Dop853<V>>();
+    same::<Verner9<V>>();
+    same::<GraggBulirschStoer<V>>();
+    same::<Radau5<V>>();
+    same::<Esdirk4<V>>();
 }
 
 /// The error at the end follows the tolerance, on a problem with slow and fast parts.

@@ -9,7 +9,7 @@ use super::names;
 use crate::error::SolveError;
 #[cfg(feature = "alloc")]
 use crate::math;
-use crate::model::{Constraints, ModelState, Terms, Vector};
+use crate::model::{Constraints, Known, ModelState, Terms, Vector};
 
 /// Φ_q by rows, in memory that a caller lends: by value it may be too large for a stack. Rows that have vanished are zero.
 pub(crate) struct Gradients<'w> {
@@ -226,6 +226,9 @@ pub fn check_gradients<M: Constraints>(model: &M, state: &M::State, workspace: &
 
 /// The first row that [`check_gradients`] finds.
 pub(super) fn vanishing_row<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> Option<usize> {
+    if M::IS_FREE {
+        return None;
+    }
     let mut lengths = |state: &M::State| {
         let gradients = Gradients::of(model, state, workspace);
         let mut lengths = M::Rows::zeros();

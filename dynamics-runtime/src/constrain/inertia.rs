@@ -10,7 +10,7 @@ use super::memory::{dot, max_abs, norm};
 use super::svd::Svd;
 use super::system::scale_coordinates;
 use super::with_workspace;
-use crate::model::{Constraints, ModelState, Vector};
+use crate::model::{Constraints, Known, ModelState, Vector};
 
 /// Directions that rows hold by less than this part of what the strongest hold are free.
 const RANK: f64 = 1e-7;
@@ -67,6 +67,9 @@ fn mass_of<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
 
 /// Φ_q of the rows that hold.
 fn rows_of<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
+    if M::IS_FREE {
+        return Vec::new();
+    }
     with_workspace::<M, _>(|workspace| {
         let gradients = Gradients::alone(model, state, workspace);
         active_rows::<M>(state.modes(), false).flat_map(|row| gradients.row(row).iter().copied()).collect()
@@ -75,6 +78,9 @@ fn rows_of<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
 
 /// An orthonormal basis of what the rows hold, in scaled coordinates, vector by vector.
 fn held_directions<M: Constraints>(model: &M, state: &M::State, scale: &[f64]) -> Option<Vec<f64>> {
+    if M::IS_FREE {
+        return Some(Vec::new());
+    }
     let n = M::Vector::LEN;
     let mut rows = rows_of(model, state);
     for row in rows.chunks_exact_mut(n) {

@@ -10,7 +10,7 @@ use super::involved::Involved;
 use super::svd::Svd;
 use super::with_workspace;
 use crate::math;
-use crate::model::{Constraints, ModelState, Vector};
+use crate::model::{Constraints, Known, ModelState, Vector};
 
 /// Singular values below this part of the largest are zero for a count of rank: a position is itself known to √ε at best where they vanish.
 const RANK: f64 = 1e-7;
@@ -41,11 +41,17 @@ pub(crate) fn weakness_against<M: Constraints>(model: &M, usual: &M::State, stat
 fn of<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> Weakness {
     let none = |of| Involved::ranked(of, core::iter::empty());
     let nobody = || Weakness { condition: 1.0, rows: none(M::ROWS), coordinates: none(M::COORDINATES) };
+    if M::IS_FREE {
+        return nobody();
+    }
     weakest(model, state, usual).unwrap_or_else(nobody)
 }
 
 /// [`Weakness::condition`] alone, of many states.
 pub(crate) fn condition<M: Constraints>(model: &M, state: &M::State) -> f64 {
+    if M::IS_FREE {
+        return 1.0;
+    }
     let found = Frame::new(model, state, None).and_then(|frame| {
         let full = independent_rows(model, state, &frame);
         Some(frame.spread(&frame.order(), full)?.condition())

@@ -10,7 +10,7 @@
 //! * **Source**: Hairer, Nørsett, Wanner, *Solving ODE I*, 2nd ed., §II.5, §II.6, §II.10; code `dop853.f`.
 
 use super::dop853_table::*;
-use super::tableau::{Row, advance, stiffness, sum, zip};
+use super::tableau::{advance, stages, stiffness, sum, sum_by, zip};
 use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
@@ -22,6 +22,29 @@ pub struct Dop853<V> {
     /// The state of the twelfth stage, at the end of the step.
     twelfth: Phase<V>,
     h: f64,
+}
+
+/// What the stages 1 to 11, and 13 to 15 of dense output, are made by.
+const ROWS: [&[(usize, f64)]; 14] = [&A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A13, &A14, &A15];
+
+impl<V: Vector> Dop853<V> {
+    /// The end of the step whose stages are made, and its error.
+    #[inline(always)]
+    fn judged(&self, y: &Phase<V>, tolerances: &Tolerances) -> (Phase<V>, f64) {
+        let (h, k) = (self.h, &self.k);
+        let slope = sum(&B, k);
+        let end = zip(y, &slope, |y, k| y + h * k);
+        let e5 = tolerances.square_sum(&sum(&E5, k), y, &end);
+        let e3 = tolerances.square_sum(&zip(&slope, &sum(&B3, k), |b, b3| b - b3), y, &end);
+        let both = e5 + 0.01 * e3;
+        let error = if both > 0.0 {
+            h.abs() * e5 / math::sqrt((2 * V::LEN) as f64 * both)
+        } else {
+            // 0 when both estimates vanish, NaN when they are NaN.
+            both
+        };
+        (end, error)
+    }
 }
 
 impl<V: Vector> Scheme<V> for Dop853<V> {
@@ -66,18 +89,21 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         k[10] = evaluate(10, &advance(y, h, &A10, k))?;
         self.twelfth = advance(y, h, &A11, k);
         k[11] = evaluate(11, &self.twelfth)?;
-        let slope = sum(&B, k);
-        let end = zip(y, &slope, |y, k| y + h * k);
-        let e5 = tolerances.square_sum(&sum(&E5, k), y, &end);
-        let e3 = tolerances.square_sum(&zip(&slope, &sum(&B3, k), |b, b3| b - b3), y, &end);
-        let both = e5 + 0.01 * e3;
-        let error = if both > 0.0 {
-            h.abs() * e5 / math::sqrt((2 * V::LEN) as f64 * both)
-        } else {
-            // 0 when both estimates vanish, NaN when they are NaN.
-            both
-        };
-        Ok((end, error))
+        Ok(self.judged(y, tolerances))
+    }
+
+    fn attempt_again<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        let Knot { t, y, .. } = start;
+        self.h = h;
+        self.k[0] = start.derivative();
+        self.twelfth = stages(system, (*t, y, h), (&ROWS[..11], &C, 1), &mut self.k)?;
+        Ok(self.judged(y, tolerances))
     }
 
     #[inline(always)]
@@ -95,13 +121,10 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         let Knot { t, y, .. } = start;
         let k = &mut self.k;
         k[12] = end.derivative();
-        let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
-        k[13] = evaluate(13, &advance(y, h, &A13, k))?;
-        k[14] = evaluate(14, &advance(y, h, &A14, k))?;
-        k[15] = evaluate(15, &advance(y, h, &A15, k))?;
+        stages(system, (*t, y, h), (&ROWS[11..], &C, 13), k)?;
         let [change, bend, twist] = Nested::<V, 8>::ends(start, end, h);
-        let higher = |row: &Row<12>| {
-            let s = sum(row, k);
+        let higher = |row: &[(usize, f64)]| {
+            let s = sum_by(row, k);
             zip(&s, &s, |s, _| h * s)
         };
         Ok(Nested([*y, change, bend, twist, higher(&D4), higher(&D5), higher(&D6), higher(&D7)]))

@@ -90,6 +90,13 @@ pub struct Scan {
     reached: f64,
 }
 
+/// The function that is followed; `None` where it has no value.
+type Value<'g> = &'g mut dyn FnMut(f64) -> Option<f64>;
+/// Is shown the crossings.
+type Found<'g> = &'g mut dyn FnMut(f64, Direction) -> bool;
+/// The function has no value, or changes too fast.
+struct Stopped;
+
 impl Scan {
     /// Begins where the function has the given sign (0: unknown, the next sample decides without a crossing). Crossings are located to within
     /// `resolution` in θ; what changes g by less than `noise` counts as rounding.
@@ -127,23 +134,25 @@ impl Scan {
         mut g: impl FnMut(f64) -> Result<f64, E>,
         mut found: impl FnMut(f64, Direction) -> bool,
     ) -> Result<(), ScanError<E>> {
+        let mut fault = None;
+        let mut value = |theta| g(theta).map_err(|error| fault = Some(error)).ok();
+        let followed = self.follow_panels(samples, &mut value, &mut found);
+        followed.map_err(|Stopped| fault.map_or(ScanError::Unresolved, ScanError::Function))
+    }
+
+    /// As [`Scan::follow`], of a function that has no value where it fails: compiled once, and not for every function.
+    fn follow_panels(&mut self, samples: &[Sample], g: Value<'_>, found: Found<'_>) -> Result<(), Stopped> {
         let mut rest = samples;
         while rest.len() >= 2 {
             let parts = (rest.len() - 1).min(PARTS);
-            self.panel(&rest[..=parts], Look::First, &mut g, &mut found)?;
+            self.panel(&rest[..=parts], Look::First, g, found)?;
             rest = &rest[parts..];
         }
         Ok(())
     }
 
     /// Looks at parts together.
-    fn panel<E>(
-        &mut self,
-        samples: &[Sample],
-        look: Look,
-        g: &mut impl FnMut(f64) -> Result<f64, E>,
-        found: &mut impl FnMut(f64, Direction) -> bool,
-    ) -> Result<(), ScanError<E>> {
+    fn panel(&mut self, samples: &[Sample], look: Look, g: Value<'_>, found: Found<'_>) -> Result<(), Stopped> {
         let parts = samples.len() - 1;
         let at = curvatures(samples);
         let (rough, doubt) = match look {
@@ -182,32 +191,21 @@ impl Scan {
         from.0 > self.horizon || to.0 - from.0 <= 8.0 * self.resolution
     }
 
-    fn divide<E>(
-        &mut self,
-        from: Sample,
-        to: Sample,
-        g: &mut impl FnMut(f64) -> Result<f64, E>,
-    ) -> Result<[Sample; 3], ScanError<E>> {
+    fn divide(&mut self, from: Sample, to: Sample, g: Value<'_>) -> Result<[Sample; 3], Stopped> {
         let mut fresh = [(0.0, 0.0); 3];
         for (sample, part) in fresh.iter_mut().zip(INNER) {
             let theta = from.0 + part * (to.0 - from.0);
-            *sample = (theta, g(theta).map_err(ScanError::Function)?);
+            *sample = (theta, g(theta).ok_or(Stopped)?);
         }
         self.evaluations += 3;
         if self.evaluations > MOST_EVALUATIONS {
-            return Err(ScanError::Unresolved);
+            return Err(Stopped);
         }
         Ok(fresh)
     }
 
     /// A part in which the function has one zero at most.
-    fn part<E>(
-        &mut self,
-        from: Sample,
-        to: Sample,
-        g: &mut impl FnMut(f64) -> Result<f64, E>,
-        found: &mut impl FnMut(f64, Direction) -> bool,
-    ) -> Result<(), ScanError<E>> {
+    fn part(&mut self, from: Sample, to: Sample, g: Value<'_>, found: Found<'_>) -> Result<(), Stopped> {
         if from.0 > self.horizon {
             return Ok(());
         }
@@ -219,17 +217,15 @@ impl Scan {
         if self.sign != 0.0 {
             // Where rounding has the first sample on the wrong side already, or at zero, the crossing is there.
             let from = if sign(from.1) == self.sign { from } else { (from.0, 0.0) };
-            let mut fault = None;
-            let value = |theta| match g(theta) {
-                Ok(value) => value,
-                Err(error) => {
-                    fault = Some(error);
-                    f64::NAN
-                }
+            let mut failed = false;
+            let value = |theta| {
+                let value = g(theta);
+                failed |= value.is_none();
+                value.unwrap_or(f64::NAN)
             };
             let theta = root(value, from, to, self.resolution);
-            if let Some(error) = fault {
-                return Err(ScanError::Function(error));
+            if failed {
+                return Err(Stopped);
             }
             if !found(theta, direction(now)) {
                 self.horizon = f64::NEG_INFINITY;

@@ -255,7 +255,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.passing.begin();
         loop {
             let (mut end_t, mut h) = landing.take().unwrap_or_else(|| self.next_time(limit));
-            if detours > 0 {
+            if Y::IS_FREE {
+                // No detours.
+            } else if detours > 0 {
                 end_t = self.end_of_detour((h, detours), limit);
                 h = end_t - start.t;
             }
@@ -275,21 +277,25 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                     Err(error) => trial = Err(Failure::Evaluation(error)),
                 }
             }
-            match self.passes(system, (detours, h), &trial) {
-                Verdict::Good => {}
-                Verdict::Best => trial = self.left_where_it_is(trial, h),
-                Verdict::Again(shortened) => {
-                    detours = shortened;
-                    self.rejected += 1;
-                    continue;
+            if Y::IS_FREE {
+                // There is nothing to pass, and nothing of this is compiled.
+            } else {
+                match self.passes(system, (detours, h), &trial) {
+                    Verdict::Good => {}
+                    Verdict::Best => trial = self.left_where_it_is(trial, h),
+                    Verdict::Again(shortened) => {
+                        detours = shortened;
+                        self.rejected += 1;
+                        continue;
+                    }
                 }
             }
             let failure = match trial {
-                Ok(trial) if !self.is_fixed() && self.passing.goes_on(&mut detours, &trial, system.settles()) => {
+                Ok(trial) if self.goes_on(system, &mut detours, &trial) => {
                     self.rejected += 1;
                     continue;
                 }
-                Ok(trial) if let Some(better) = self.passing.better(&trial, detours) => {
+                Ok(trial) if let Some(better) = self.better::<Y>(&trial, detours) => {
                     (landing, detours) = (Some((better, better - start.t)), 0);
                     self.rejected += 1;
                     continue;
@@ -415,7 +421,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             } else {
                 system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)?
             };
-            if let Some(Settled { by, violation, .. }) = moved {
+            if Y::IS_FREE {
+                // Nothing moves it, and nothing of this is compiled.
+            } else if let Some(Settled { by, violation, .. }) = moved {
                 if by > FAR && by > AMPLIFIED * violation && !kept.stages && Self::hold(system, tolerances) {
                     (plain, kept) = (f64::INFINITY, Kept { stages: true, ..Kept::default() });
                     continue;
@@ -522,13 +530,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     fn culprit(&self) -> usize {
-        let bad = |v: &V| v.as_slice().iter().position(|x| !x.is_finite());
-        let in_stages = self.scheme.stages().iter().find_map(|k| bad(&k.u).or(bad(&k.q)));
-        // Every stage finite and the sum not: overflow, where the largest acceleration is the cause.
-        in_stages.unwrap_or_else(|| {
-            let last = &self.scheme.stages()[self.scheme.stages().len() - 1];
-            (0..V::LEN).max_by(|&i, &j| last.u[i].abs().total_cmp(&last.u[j].abs())).unwrap_or(0)
-        })
+        culprit(self.scheme.stages())
     }
 
     fn worst(&self) -> usize {
@@ -568,6 +570,19 @@ enum Failure<E> {
     NotFinite(usize),
     NotSolved,
     Displaced(usize),
+}
+
+/// The coordinate by which a step whose stages have these derivatives became infinite.
+#[cold]
+#[inline(never)]
+fn culprit<V: Vector>(stages: &[Phase<V>]) -> usize {
+    let bad = |v: &V| v.as_slice().iter().position(|x| !x.is_finite());
+    let in_stages = stages.iter().find_map(|k| bad(&k.u).or(bad(&k.q)));
+    // Every stage finite and the sum not: overflow, where the largest acceleration is the cause.
+    in_stages.unwrap_or_else(|| {
+        let last = &stages[stages.len() - 1];
+        (0..V::LEN).max_by(|&i, &j| last.u[i].abs().total_cmp(&last.u[j].abs())).unwrap_or(0)
+    })
 }
 
 fn start_accelerations<V: Vector, Y: System<V>>(

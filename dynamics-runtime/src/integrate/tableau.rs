@@ -1,6 +1,6 @@
 //! Linear combinations of stages and the error norm.
 
-use super::Phase;
+use super::{Phase, System};
 use crate::math;
 use crate::model::Vector;
 
@@ -34,6 +34,41 @@ pub(crate) fn advance<V: Vector, const K: usize>(y: &Phase<V>, h: f64, row: &Row
         u[i] = y.u.as_slice()[i] + h * u[i];
     }
     out
+}
+
+/// Σⱼ aⱼ kⱼ to the bits of [`sum`], by a row that is data: one copy for all rows.
+#[inline(never)]
+pub(crate) fn sum_by<V: Vector>(row: &[(usize, f64)], k: &[Phase<V>]) -> Phase<V> {
+    let mut out = Phase::<V>::zeros();
+    let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
+    for &(j, a) in row {
+        let (of_q, of_u) = (k[j].q.as_slice(), k[j].u.as_slice());
+        for i in 0..V::LEN {
+            q[i] += a * of_q[i];
+            u[i] += a * of_u[i];
+        }
+    }
+    out
+}
+
+/// The rows of a tableau as data, with the nodes of the method and the index of the stage that the first of them makes.
+pub(crate) type Rows<'a> = (&'a [&'a [(usize, f64)]], &'a [f64], usize);
+
+/// Stages of an explicit method from y at t, each from those before it, by rows that are data; where the last of them stands. To the bits of
+/// [`advance`] and [`System::derivative`] written out stage by stage, slower by the part of a step that is not evaluations, and one copy for all methods.
+#[inline(never)]
+pub(crate) fn stages<V: Vector, S: System<V>>(
+    system: &mut S,
+    (t, y, h): (f64, &Phase<V>, f64),
+    (rows, nodes, first): Rows<'_>,
+    k: &mut [Phase<V>],
+) -> Result<Phase<V>, S::Error> {
+    let mut at = *y;
+    for (stage, row) in (first..).zip(rows) {
+        at = zip(y, &sum_by(row, k), |y, sum| y + h * sum);
+        k[stage] = system.derivative(t + nodes[stage] * h, &at)?;
+    }
+    Ok(at)
 }
 
 /// Element by element: combine(x, y).

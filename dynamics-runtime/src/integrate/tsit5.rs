@@ -10,7 +10,7 @@
 //! * **Cost**: 6 evaluations of q̈ per step.
 //! * **Source**: Tsitouras, Comput. Math. Appl. 62 (2011) 770; coefficients from its multi-precision values, rounded to the nearest `f64`.
 
-use super::tableau::{Row, advance, stiffness, sum, zip};
+use super::tableau::{Row, advance, stages, stiffness, sum, sum_by, zip};
 use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
 
@@ -106,6 +106,23 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
         Ok((end, error))
     }
 
+    fn attempt_again<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        let Knot { t, y, .. } = start;
+        self.h = h;
+        self.k[0] = start.derivative();
+        let k = &mut self.k;
+        self.sixth = stages(system, (*t, y, h), (&[&A2, &A3, &A4, &A5, &A6], &C, 1), k)?;
+        let end = stages(system, (*t, y, h), (&[&B], &C, 6), k)?;
+        let error = h.abs() * tolerances.norm(&sum_by(&E, k), y, &end);
+        Ok((end, error))
+    }
+
     #[inline(always)]
     fn finish<S: System<V>>(&mut self, _: &mut S, _: f64, _: &Phase<V>) -> Result<V, S::Error> {
         Ok(self.k[6].u)
@@ -119,7 +136,7 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
         h: f64,
     ) -> Result<Nested<V, 5>, S::Error> {
         let [change, bend, twist] = Nested::<V, 5>::ends(start, end, h);
-        let mut last = sum(&D, &self.k);
+        let mut last = sum_by(&D, &self.k);
         last = zip(&last, &last, |x, _| h * x);
         Ok(Nested([start.y, change, bend, twist, last]))
     }

@@ -9,7 +9,7 @@
 //! * **Cost**: 16 evaluations of q̈ per step, 20 with dense output.
 //! * **Source**: Verner, Numer. Algorithms 53 (2010) 383, and the tables of coefficients that accompany it.
 
-use super::tableau::{Row, advance, stiffness, sum, zip};
+use super::tableau::{advance, stages, stiffness, sum, sum_by, zip};
 use super::verner9_table::*;
 use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
@@ -21,6 +21,21 @@ pub struct Verner9<V> {
     /// The state of the sixteenth stage, at the end of the step.
     sixteenth: Phase<V>,
     h: f64,
+}
+
+/// What the stages 1 to 15, and 17 to 20 of dense output, are made by.
+const ROWS: [&[(usize, f64)]; 19] =
+    [&A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A12, &A13, &A14, &A15, &A17, &A18, &A19, &A20];
+
+impl<V: Vector> Verner9<V> {
+    /// The end of the step whose stages are made, and its error.
+    #[inline(always)]
+    fn judged(&self, y: &Phase<V>, tolerances: &Tolerances) -> (Phase<V>, f64) {
+        let (h, k) = (self.h, &self.k);
+        let end = advance(y, h, &B, k);
+        let error = h.abs() * tolerances.norm(&sum(&E, k), y, &end);
+        (end, error)
+    }
 }
 
 impl<V: Vector> Scheme<V> for Verner9<V> {
@@ -68,9 +83,21 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
         k[14] = evaluate(14, &advance(y, h, &A14, k))?;
         self.sixteenth = advance(y, h, &A15, k);
         k[15] = evaluate(15, &self.sixteenth)?;
-        let end = advance(y, h, &B, k);
-        let error = h.abs() * tolerances.norm(&sum(&E, k), y, &end);
-        Ok((end, error))
+        Ok(self.judged(y, tolerances))
+    }
+
+    fn attempt_again<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        let Knot { t, y, .. } = start;
+        self.h = h;
+        self.k[0] = start.derivative();
+        self.sixteenth = stages(system, (*t, y, h), (&ROWS[..15], &C, 1), &mut self.k)?;
+        Ok(self.judged(y, tolerances))
     }
 
     #[inline(always)]
@@ -88,14 +115,10 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
         let Knot { t, y, .. } = start;
         let k = &mut self.k;
         k[16] = end.derivative();
-        let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
-        k[17] = evaluate(17, &advance(y, h, &A17, k))?;
-        k[18] = evaluate(18, &advance(y, h, &A18, k))?;
-        k[19] = evaluate(19, &advance(y, h, &A19, k))?;
-        k[20] = evaluate(20, &advance(y, h, &A20, k))?;
+        stages(system, (*t, y, h), (&ROWS[15..], &C, 17), k)?;
         let [change, bend, twist] = Nested::<V, 9>::ends(start, end, h);
-        let higher = |row: &Row<14>| {
-            let s = sum(row, k);
+        let higher = |row: &[(usize, f64)]| {
+            let s = sum_by(row, k);
             zip(&s, &s, |s, _| h * s)
         };
         Ok(Nested([*y, change, bend, twist, higher(&D4), higher(&D5), higher(&D6), higher(&D7), higher(&D8)]))

@@ -19,7 +19,7 @@ use crate::constrain::with_workspace;
 use crate::constrain::{Gradients, Involved};
 use crate::error::SolveError;
 use crate::integrate::{Method, StepOptions, Tolerances};
-use crate::model::{Constraints, ModelState, Modes, Quantity, Vector};
+use crate::model::{Constraints, Known, ModelState, Modes, Quantity, Vector};
 
 /// The tolerance at which DOP853 goes over change points in whatever way they are met.
 const PASSES: f64 = 1e-9;
@@ -107,7 +107,7 @@ pub(super) fn explain<M: Constraints>(
     let collapsed =
         matches!(kind, Kind::StepSizeTooSmall { .. } | Kind::StepNotSolved { .. } | Kind::StepsVanish { .. });
     // Beside a singular position accelerations jump, too.
-    let singular = || singular::explain(model, start, state, (kind.clone(), h), way);
+    let singular = || singular::explain(model, start, state, (kind.copy(), h), way);
     if (unexplained || collapsed)
         && let Some(cause) = jumps::explain(model, state, &kind)
         && core::mem::discriminant(&singular()) == core::mem::discriminant(&kind)
@@ -202,6 +202,9 @@ const ROUNDED: f64 = 1e-11;
 
 /// The constraint that asks for a jump of positions or velocities where a motion stands, or within `reach` of it on the straight way on and back.
 fn corner<M: Constraints>(model: &M, state: &M::State, reach: f64) -> Option<Corner> {
+    if M::IS_FREE {
+        return None;
+    }
     let pace = |(q, u): (&f64, &f64)| u.abs() / (1.0 + q.abs());
     let fastest = state.q().as_slice().iter().zip(state.u().as_slice()).map(pace).fold(1.0, f64::max);
     // Farther than by a part of their size, coordinates are elsewhere; and where time resolves no less than that, nothing is known.

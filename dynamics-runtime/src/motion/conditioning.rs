@@ -149,7 +149,7 @@ fn norm(matrix: &DMatrix<f64>) -> f64 {
 }
 
 /// The place of the greatest value between two, by golden section, and the value.
-pub(super) fn golden(mut a: f64, mut b: f64, value: &mut impl FnMut(f64) -> f64) -> (f64, f64) {
+pub(super) fn golden(mut a: f64, mut b: f64, value: &mut dyn FnMut(f64) -> f64) -> (f64, f64) {
     const PART: f64 = 0.381_966_011_250_105_1;
     let (mut left, mut right) = (a + PART * (b - a), b - PART * (b - a));
     let (mut at_left, mut at_right) = (value(left), value(right));

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use super::query::Motion;
 use super::simulate::Simulate;
 use crate::constrain::held::active_rows;
-use crate::model::{ModelState, Vector};
+use crate::model::{Known, ModelState, Vector};
 
 /// What became of one row of the constraints over the accepted states at which it held, in the row's own units.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +27,9 @@ impl<M: Simulate> Motion<'_, M> {
     /// The largest |Φ| and |Φ̇| of every row over the accepted states at which its constraint held.
     #[must_use]
     pub fn constraint_drift(&self) -> Vec<ConstraintDrift> {
+        if M::IS_FREE {
+            return Vec::new();
+        }
         let start = self.start_time();
         let new = |row: &crate::model::Quantity| ConstraintDrift {
             row: row.name,

@@ -467,6 +467,14 @@ pub enum OptionError {
     },
 }
 
+impl SimulationErrorKind {
+    /// A copy, by code that is compiled once: what is derived is inlined.
+    #[inline(never)]
+    pub(super) fn copy(&self) -> Self {
+        self.clone()
+    }
+}
+
 impl From<OptionError> for SimulationErrorKind {
     fn from(error: OptionError) -> Self {
         Self::Option(error)
@@ -632,13 +640,19 @@ impl<M: Dynamics> fmt::Display for SimulationError<M> {
 
 impl<M: Dynamics> fmt::Debug for SimulationError<M> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("SimulationError")
-            .field("kind", &self.kind)
-            .field("time", &self.time)
-            .field("step", &self.step)
-            .field("state", &self.state)
-            .finish_non_exhaustive()
+        show(f, &self.kind, (self.time, self.step), &self.state)
     }
+}
+
+/// Fields for debugging. What is derived is inlined, and compiled with every model that asks for it: not here.
+fn show(
+    f: &mut fmt::Formatter<'_>,
+    kind: &SimulationErrorKind,
+    (time, step): (f64, f64),
+    state: &dyn fmt::Debug,
+) -> fmt::Result {
+    let mut out = f.debug_struct("SimulationError");
+    out.field("kind", kind).field("time", &time).field("step", &step).field("state", state).finish_non_exhaustive()
 }
 
 impl<M: Dynamics> core::error::Error for SimulationError<M> {}

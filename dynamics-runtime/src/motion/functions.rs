@@ -95,6 +95,10 @@ impl<'m, M: Simulate> Functions<'m, M> {
         event: impl FnMut(usize) -> Result<f64, SolveError>,
         known: &mut Option<OutcomeOf<M>>,
     ) -> Result<f64, SolveError> {
+        if M::IS_UNSWITCHED {
+            // It has no guards.
+            return Ok(f64::NAN);
+        }
         let value = guard.value(self.model, state, event, || match known {
             Some(reactions) => Ok(*reactions),
             None => Ok(*known.insert(self.reactions(state)?)),
@@ -116,6 +120,9 @@ impl<'m, M: Simulate> Functions<'m, M> {
 
     /// What sticks is about to break away at the start of a step: its reaction, which may be zero there, is that of a state a little later.
     pub(super) fn look_ahead(&mut self, index: usize, state: &M::State) -> Result<(), Fault> {
+        if M::IS_UNSWITCHED {
+            return Ok(());
+        }
         let guard = index - self.first_guard();
         if self.holds(index, state) && !self.guards[guard].is_contact() {
             let reaction = self.reactions(state)?.multipliers[self.guards[guard].constraint.first];
@@ -150,6 +157,9 @@ impl<'m, M: Simulate> Functions<'m, M> {
 
     /// A contact that is open has to be so where it is free, but for rounding.
     pub(super) fn check_open(&self, index: usize, state: &M::State) -> Result<(), Fault> {
+        if M::IS_UNSWITCHED {
+            return Ok(());
+        }
         let guard = &self.guards[index - self.first_guard()];
         if !guard.is_contact() {
             return Ok(());
@@ -162,12 +172,18 @@ impl<'m, M: Simulate> Functions<'m, M> {
 
     /// Whether the constraint of a contact is missed by more than rounding.
     pub(super) fn is_apart(&self, index: usize, state: &M::State) -> bool {
+        if M::IS_UNSWITCHED {
+            return false;
+        }
         let guard = &self.guards[index - self.first_guard()];
         apart(self.model, state, (guard.constraint, CONSISTENT), &mut self.workspace.borrow_mut()).is_some()
     }
 
     /// The size against which the gap of a contact is judged.
     pub(super) fn size(&self, index: usize, state: &M::State) -> f64 {
+        if M::IS_UNSWITCHED {
+            return 0.0;
+        }
         let (guard, mut workspace) = (&self.guards[index - self.first_guard()], self.workspace.borrow_mut());
         let gradients = Gradients::alone(self.model, state, &mut workspace);
         size_along(self.model, state.q().as_slice(), gradients.row(guard.constraint.first))
@@ -175,6 +191,9 @@ impl<'m, M: Simulate> Functions<'m, M> {
 
     /// The speed with which a contact is hit: 0 of what is none.
     pub(super) fn approach(&self, index: usize, state: &M::State) -> f64 {
+        if M::IS_UNSWITCHED {
+            return 0.0;
+        }
         let guard =
             index.checked_sub(self.first_guard()).map(|guard| &self.guards[guard]).filter(|guard| guard.is_contact());
         guard.map_or(0.0, |guard| self.model.velocity_residual(state)[guard.constraint.first].abs())

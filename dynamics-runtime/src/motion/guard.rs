@@ -18,7 +18,7 @@ use super::simulate::Simulate;
 use super::upkeep::{Closing, Upkeep};
 use crate::constrain::OutcomeOf;
 use crate::error::SolveError;
-use crate::model::{Constraint, ConstraintKind, ModelState, Modes};
+use crate::model::{Constraint, ConstraintKind, Known, ModelState, Modes};
 
 /// The law of a unilateral contact: free where Φ > 0, pushed by λ > 0 where it is closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,6 +161,9 @@ impl Guard {
 
     /// What slipped before a change and slips after it slips to the side of its velocity, to which the change may have turned it.
     pub(crate) fn turn<M: Simulate>(&self, before: Modes, model: &M, state: &mut M::State, upkeep: &mut Upkeep<M>) {
+        if M::IS_UNSWITCHED {
+            return;
+        }
         let is_released = |modes: Modes| !modes.holds(self.switch);
         if self.is_contact() || !is_released(before) || !is_released(state.modes()) {
             return;
@@ -207,6 +210,9 @@ impl Guard {
     /// Does what is due where the function has fallen to zero, unless an action at the same instant has dealt with it: contacts that close together
     /// are hit together, and whether one that was to lift off still does when velocities have jumped is for its new reaction to say.
     pub(crate) fn act<M: Simulate>(&mut self, change: &mut Change<'_, M>) {
+        if M::IS_UNSWITCHED {
+            return;
+        }
         let (name, later) = (self.constraint.name, self.later.take());
         let holds = self.holds(change.state());
         if holds != self.holds(change.instant()) {

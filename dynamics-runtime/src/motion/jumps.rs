@@ -25,7 +25,7 @@ const JUMPS: f64 = 1e-3;
 /// What a step that collapses has met, where friction says it.
 pub(super) fn explain<M: Constraints>(model: &M, state: &M::State, kind: &Kind) -> Option<Kind> {
     let constants = model.constants().ok()?;
-    let cause = || Box::new(kind.clone());
+    let cause = || Box::new(kind.copy());
     let accelerations = |state: &M::State| solve_once(model, &constants, state).map(|solved| solved.accelerations);
     let here = accelerations(state).ok()?;
     let size = 1.0 + state.t().abs();

@@ -14,7 +14,7 @@ use crate::constrain::Gradients;
 use crate::constrain::held::active_rows;
 use crate::constrain::memory::{dot, max_abs};
 use crate::math;
-use crate::model::{ModelState, Vector};
+use crate::model::{Known, ModelState, Vector};
 
 /// Displacements for differences, in parts of 1 + |x|.
 const BESIDE: f64 = 1e-6;
@@ -29,6 +29,9 @@ impl<M: Simulate> Functions<'_, M> {
     /// Whether a function is zero at a state, and stays so, because constraints hold.
     pub(super) fn is_kept(&self, index: usize, state: &M::State, scratch: &mut [f64]) -> Result<bool, Fault> {
         let value = self.value(index, state, scratch)?;
+        if M::IS_FREE {
+            return Ok(false);
+        }
         let (mut of_positions, mut of_velocities) = (vec![0.0; M::Vector::LEN], vec![0.0; M::Vector::LEN]);
         for j in 0..M::Vector::LEN {
             of_positions[j] = self.slope(index, state, |state| &mut state.q_mut()[j], scratch)?;

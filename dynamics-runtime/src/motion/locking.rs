@@ -49,6 +49,9 @@ pub struct Locking {
 impl<M: Simulate> Motion<'_, M> {
     /// The nearest approach of any set of angles to gimbal lock, where the mass matrix suffers from it.
     pub(super) fn locking(&self) -> Option<Locking> {
+        if const { M::ANGLE_SETS.is_empty() } {
+            return None;
+        }
         let nearest = M::ANGLE_SETS.iter().filter_map(|set| self.locking_of(*set));
         nearest.reduce(|a, b| if b.distance < a.distance { b } else { a })
     }
@@ -172,6 +175,9 @@ fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Option
 
 /// A failure where angles lock, with their names.
 pub(super) fn explain<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> Kind {
+    if const { M::ANGLE_SETS.is_empty() } {
+        return kind;
+    }
     let locked = M::ANGLE_SETS.iter().filter_map(|set| locking(model, state, *set)).filter(|at| at.distance < LOCKED);
     match locked.reduce(|a, b| if b.distance < a.distance { b } else { a }) {
         Some(locking) => Kind::GimbalLock { at: Box::new(locking), cause: Box::new(kind) },

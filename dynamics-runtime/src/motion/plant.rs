@@ -123,6 +123,9 @@ impl<M: Constraints> Plant<'_, '_, M> {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> f64 {
+        if M::IS_FREE {
+            return 0.0;
+        }
         PROBES.iter().fold(0.0, |most: f64, &theta| {
             let y = dense.at(theta);
             let state = self.on_branches(&self.state(step.start.t + theta * step.h, &y.q, &y.u));
@@ -202,8 +205,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         {
             return Err(EvaluationError::Input(index));
         }
-        let held = self.on_branches(state);
-        let solved = self.solved(&held);
+        let solved = if M::HAS_KINKS { self.solved(&self.on_branches(state)) } else { self.solved(state) };
         if M::HAS_KINKS && self.branches != Branches::FREE && !solved.as_ref().is_ok_and(is_finite) {
             // A branch may not exist beyond the place where it ends, as a root of what has become negative: what the model has there instead is
             // finite, and no more than a stage or two stand there.
@@ -302,6 +304,58 @@ impl<M: Constraints> Plant<'_, '_, M> {
     }
 }
 
+/// What is asked of models with constraints at every stage or step: one copy of it for every method, a call among hundreds of nanoseconds.
+impl<M: Constraints> Plant<'_, '_, M> {
+    /// (q̇, q̈) at a stage.
+    #[inline(never)]
+    fn held_derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
+        // Copies of a state are calls where it is long.
+        let mut state = self.state(t, &y.q, &y.u);
+        if self.upkeep.restores() {
+            state = self.restored(state)?;
+        }
+        self.show(&state);
+        Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
+    }
+
+    /// See [`System::attempting`], of motions that are tied to their constraints.
+    #[inline(never)]
+    fn push_back(&mut self, start: &mut Knot<M::Vector>, h: f64) -> Result<(), EvaluationError> {
+        let state = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
+        self.upkeep.push_back(self.model, &state, h).map_err(EvaluationError::Solve)?;
+        // What the step before took back is none of this one's.
+        start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
+        Ok(())
+    }
+
+    /// See [`System::settle`].
+    #[inline(never)]
+    fn settled(
+        &mut self,
+        t: f64,
+        y: &mut Phase<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Result<Settled, EvaluationError> {
+        let before = self.state(t, &y.q, &y.u);
+        let mut state = before;
+        let settle = |upkeep: &mut Upkeep<M>, model: &M, state: &mut M::State| upkeep.settle(model, state);
+        let noise = self.held(&mut state, settle).map_err(EvaluationError::Solve)?;
+        let settled = Phase { q: *state.q(), u: *state.u() };
+        let moved = zip(&settled, y, |to, from| to - from);
+        let by = tolerances.norm(&moved, y, &settled);
+        self.upkeep.moved = Some(by);
+        let mut violation = by;
+        if by > FAR {
+            // Near a singular position a small violation takes a large move, along the direction that the constraints lose.
+            let before = self.on_branches(&before);
+            violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
+        }
+        *y = settled;
+        let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u.as_slice());
+        Ok(Settled { by, violation, noise: noise / permitted })
+    }
+}
+
 impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     type Error = EvaluationError;
     const IS_FREE: bool = M::IS_FREE;
@@ -309,9 +363,13 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
-        let state = self.stage(t, &Phase { q: *q, u: *u })?;
-        self.show(&state);
-        self.accelerations_of(&state)
+        if M::IS_FREE {
+            let state = self.state(t, q, u);
+            self.show(&state);
+            self.accelerations_of(&state)
+        } else {
+            Ok(self.held_derivative(t, &Phase { q: *q, u: *u })?.u)
+        }
     }
 
     fn jacobian(&mut self, at: &Knot<M::Vector>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), EvaluationError> {
@@ -325,9 +383,13 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     /// must not move the coordinates.
     #[inline(always)]
     fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
-        let state = self.stage(t, y)?;
-        self.show(&state);
-        Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
+        if M::IS_FREE {
+            let state = self.state(t, &y.q, &y.u);
+            self.show(&state);
+            Ok(Phase { q: y.u, u: self.accelerations_of(&state)? })
+        } else {
+            self.held_derivative(t, y)
+        }
     }
 
     #[inline(always)]
@@ -349,11 +411,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         if M::IS_FREE || !self.upkeep.is_tied() {
             return Ok(());
         }
-        let state = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
-        self.upkeep.push_back(self.model, &state, h).map_err(EvaluationError::Solve)?;
-        // What the step before took back is none of this one's.
-        start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
-        Ok(())
+        self.push_back(start, h)
     }
 
     #[inline(always)]
@@ -401,23 +459,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         if M::IS_FREE || !self.upkeep.settles() {
             return Ok(None);
         }
-        let before = self.state(t, &y.q, &y.u);
-        let mut state = before;
-        let settle = |upkeep: &mut Upkeep<M>, model: &M, state: &mut M::State| upkeep.settle(model, state);
-        let noise = self.held(&mut state, settle).map_err(EvaluationError::Solve)?;
-        let settled = Phase { q: *state.q(), u: *state.u() };
-        let moved = zip(&settled, y, |to, from| to - from);
-        let by = tolerances.norm(&moved, y, &settled);
-        self.upkeep.moved = Some(by);
-        let mut violation = by;
-        if by > FAR {
-            // Near a singular position a small violation takes a large move, along the direction that the constraints lose.
-            let before = self.on_branches(&before);
-            violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
-        }
-        *y = settled;
-        let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u.as_slice());
-        Ok(Some(Settled { by, violation, noise: noise / permitted }))
+        self.settled(t, y, tolerances).map(Some)
     }
 
     #[inline(always)]

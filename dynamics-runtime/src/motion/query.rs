@@ -452,7 +452,9 @@ impl<'a, 'm, M: Simulate> Sampler<'a, 'm, M> {
             self.cached = Some(self.motion.interpolant(index, self.memory.as_mut().unwrap_or(&mut None)));
         }
         let (mut between, settled) = self.between(index, t);
-        if !settled && let Some(y) = self.bridged(index, (t - state.t()) / h) {
+        if M::IS_FREE {
+            // The interpolant is where it belongs.
+        } else if !settled && let Some(y) = self.bridged(index, (t - state.t()) / h) {
             (*between.q_mut(), *between.u_mut()) = (y.q, y.u);
         }
         self.motion.complete(between)

@@ -153,6 +153,9 @@ pub(crate) fn run<M: Simulate>(
 
 /// At a singular start the accelerations are those of the branch on which the velocities are.
 fn begin_singular<'m, M: Simulate>(plan: &mut Plan<'_, 'm, M>, stepper: &mut dyn Steps<M>) -> Result<(), Kind> {
+    if M::IS_FREE {
+        return Ok(());
+    }
     let plant = &mut plan.plant;
     if plant.upkeep.upkept.dependent == 0 {
         return Ok(());
@@ -257,7 +260,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// Ends the motion where branches of a constraint touch and it went over to another one, or may have: see [`super::touching`].
     #[inline]
     pub(super) fn check_branch(&mut self, sink: &mut dyn Sink<M>, last: bool) -> Result<(), Halt> {
-        if self.touching.is_idle() {
+        if M::IS_FREE || self.touching.is_idle() {
             return Ok(());
         }
         let found = self.touching.reached(&mut self.plan.plant, self.stepper.now(), last);
@@ -314,9 +317,10 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let coordinates = Involved::ranked(M::COORDINATES, accelerations.as_slice().iter().copied().enumerate());
         let Plan { plant, .. } = &mut *self.plan;
         let Plant { model, constants, upkeep, .. } = plant;
-        let reactions = upkeep.reactions(model, constants, &state).ok();
         let mut pulls = Vec::new();
-        if let Some(reactions) = reactions {
+        if M::IS_FREE {
+            // Nothing holds it.
+        } else if let Ok(reactions) = upkeep.reactions(model, constants, &state) {
             let gradients = upkeep.gradients(model, &state);
             pulls.extend((0..M::Rows::LEN).map(|row| {
                 let length = gradients.row(row).iter().map(|x| x * x).sum::<f64>();
@@ -331,6 +335,9 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     #[cold]
     fn drifted_off(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>, kind: Kind) -> Result<Flow, Halt> {
         let Step { start, end, h, .. } = step;
+        if M::IS_FREE {
+            return Err(Halt { kind, h: *h });
+        }
         let Plan { plant, .. } = &mut *self.plan;
         let between = Hermite::between(start, end, *h);
         let corner = causes::corner_within(plant.model, |theta| {
@@ -405,6 +412,9 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// Ends the motion where a released constraint begins to slip against the side by which it rubs: see [`sides`].
     #[inline]
     fn check_sides(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<(), Halt> {
+        if M::IS_UNSWITCHED {
+            return Ok(());
+        }
         let Plan { plant, watch, .. } = &mut *self.plan;
         if plant.modes.all_hold() {
             return Ok(());

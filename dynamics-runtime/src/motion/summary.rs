@@ -19,7 +19,7 @@ use super::query::Motion;
 use super::simulate::{DEFAULT_TOLERANCE, Simulate};
 use super::upkeep::Upkept;
 use crate::integrate::Method;
-use crate::model::{Constraint, ConstraintKind, ModelState, Route};
+use crate::model::{Constraint, ConstraintKind, Known, ModelState, Route};
 
 /// How much a quantity that should stay constant has changed.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,6 +169,9 @@ impl<M: Simulate> Motion<'_, M> {
     }
 
     fn stuck_in_impact(&self) -> Option<(&'static str, f64)> {
+        if M::IS_UNSWITCHED {
+            return None;
+        }
         let sticks = |name: &str| {
             let held = |c: &&Constraint| c.kind == ConstraintKind::Nonholonomic && c.switched.is_some();
             M::CONSTRAINTS.iter().filter(held).any(|c| c.name == name)
@@ -184,6 +187,9 @@ impl<M: Simulate> Motion<'_, M> {
 
     /// Names of the switched constraints that some recorded state leaves released.
     fn released(&self) -> Vec<&'static str> {
+        if M::IS_UNSWITCHED {
+            return Vec::new();
+        }
         let off = |index: &usize| self.trajectory.records.iter().any(|record| !record.state.modes().holds(*index));
         M::CONSTRAINTS.iter().filter(|c| c.switched.as_ref().is_some_and(off)).map(|c| c.name).collect()
     }

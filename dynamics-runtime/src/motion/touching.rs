@@ -25,7 +25,7 @@ use crate::constrain::Involved;
 use crate::constrain::memory::norm;
 use crate::integrate::{Dense, Hermite, Knot};
 use crate::math;
-use crate::model::{Constraints, ModelState, Vector};
+use crate::model::{Constraints, Known, ModelState, Vector};
 
 /// Part of the largest gradient met below which its row may be about to vanish on the way between steps.
 const VANISHES: f64 = 1e-3;
@@ -107,7 +107,9 @@ impl<M: Constraints> Touching<M> {
     /// Of a run that starts at a state.
     pub(super) fn from(plant: &mut Plant<'_, '_, M>, start: &M::State) -> Self {
         let mut strands = Strands::none();
-        if plant.upkeep.settles() {
+        if M::IS_FREE {
+            // Nothing to follow, and nothing of it compiled.
+        } else if plant.upkeep.settles() {
             strands.workspace = plant.upkeep.lend();
             strands.follow(plant.model, start);
             plant.upkeep.take_back(core::mem::take(&mut strands.workspace));

@@ -233,7 +233,7 @@ impl<'m, M: Simulate> Watch<'m, M> {
                 fault = earlier.or(Some((scan.reached(), error)));
             }
         }
-        self.found.sort_by(|a, b| a.theta.total_cmp(&b.theta));
+        sort(&mut self.found);
         match fault {
             Some((theta, fault)) if theta <= horizon => Err(fault),
             _ => Ok(()),
@@ -326,10 +326,10 @@ impl<'m, M: Simulate> Watch<'m, M> {
         let Self { functions, values, .. } = self;
         let is_position = functions.is_position(index, &state(0.0));
         let noise = early_noise(knot, is_position);
-        let left = leave(value, noise, |theta| functions.value(index, &state(theta), values))?;
+        let left = left(value, noise, &mut |theta| functions.value(index, &state(theta), values))?;
         if is_position && matches!(self.standing[index], Standing::JustFired(_)) && !left.is_seen_to_rise() {
             let drift = (2.0 * value.abs()).max(LIFT * functions.size(index, &state(0.0)));
-            let until = match lifts(drift, |theta| functions.value(index, &state(theta), values))? {
+            let until = match lifts(drift, &mut |theta| functions.value(index, &state(theta), values))? {
                 Lift::Opens(start) => return Ok((Some(start), 1.0)),
                 Lift::Falls(theta) => theta,
                 Lift::Stays => 1.0,
@@ -569,7 +569,7 @@ enum Lift {
 
 /// Where a contact that has just opened is seen to be open, if its gap falls no further than by what has drifted before: lift-off
 /// is gentle, Φ grows with t³, and Φ̇ at rounding or drift level decides nothing.
-fn lifts(drift: f64, mut gap: impl FnMut(f64) -> Result<f64, Fault>) -> Result<Lift, Fault> {
+fn lifts(drift: f64, gap: &mut dyn FnMut(f64) -> Result<f64, Fault>) -> Result<Lift, Fault> {
     let mut theta = SIMULTANEOUS;
     while theta <= 1.0 {
         let value = gap(theta)?;
@@ -588,6 +588,15 @@ fn lifts(drift: f64, mut gap: impl FnMut(f64) -> Result<f64, Fault>) -> Result<L
 fn early_noise<V: Vector>(Knot { t, y, a }: &Knot<V>, is_position: bool) -> f64 {
     let [q, u, a] = [&y.q, &y.u, a].map(|values| max_abs(values.as_slice()));
     NOISE * if is_position { q + t.abs() * u } else { q + u + t.abs() * u.max(a) }
+}
+
+fn sort(crossings: &mut [Crossing]) {
+    crossings.sort_by(|a, b| a.theta.total_cmp(&b.theta));
+}
+
+/// [`leave`], compiled once and not with every model.
+fn left(start: f64, noise: f64, gap: &mut dyn FnMut(f64) -> Result<f64, Fault>) -> Result<Leave, Fault> {
+    leave(start, noise, gap)
 }
 
 /// Whether a crossing calls for an action.

@@ -130,7 +130,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         (start, h): (&Knot<V>, f64),
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), Y::Error> {
-        scheme.attempt(system, start, h, tolerances)
+        scheme.attempt_again(system, start, h, tolerances)
     }
 
     /// Whether a step that was made once more ends where it did.

@@ -223,6 +223,21 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         }
     }
 
+    /// See [`Passing::goes_on`].
+    #[inline(always)]
+    pub(super) fn goes_on<Y: System<V>>(&mut self, system: &Y, detours: &mut u32, trial: &Trial<V>) -> bool {
+        if Y::IS_FREE {
+            return false;
+        }
+        !self.is_fixed() && self.passing.goes_on(detours, trial, system.settles())
+    }
+
+    /// See [`Passing::better`].
+    #[inline(always)]
+    pub(super) fn better<Y: System<V>>(&mut self, trial: &Trial<V>, detours: u32) -> Option<f64> {
+        if Y::IS_FREE { None } else { self.passing.better(trial, detours) }
+    }
+
     /// The best that can be made of a step near a position where what holds it nearly loses a direction: refused where its stages disagree by a part of its way.
     #[cold]
     pub(super) fn left_where_it_is<E>(
@@ -275,21 +290,30 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     /// The coordinate that settling moved most, if that was by more than [`MOST_PART`] of a step from here.
     #[cold]
     pub(super) fn displaced(&self, from: &Phase<V>, to: &Phase<V>, h: f64) -> Option<usize> {
-        let size = |v: &V| v.as_slice().iter().fold(0.0f64, |most, x| math::max(most, x.abs()));
-        let moved = zip(to, from, |to, from| to - from);
-        let speed = 0.5 * (size(&self.now.y.u) + size(&to.u));
         // Parts of a step, however short, have a part in its errors only.
         let h = h.abs().max(self.options.fixed.unwrap_or(0.0).abs());
-        let far = |moved: &V, way: f64| size(moved) > MOST_PART * way;
-        let by = if far(&moved.q, speed * h) { moved.q } else { moved.u };
-        let most = || (0..V::LEN).max_by(|&i, &j| by[i].abs().total_cmp(&by[j].abs())).unwrap_or(0);
-        (far(&moved.q, speed * h) || far(&moved.u, speed)).then(most)
+        let parts = [&from.q, &to.q, &from.u, &to.u, &self.now.y.u];
+        displaced(parts.map(|part| part.as_slice()), h)
     }
 
     /// Whether its stages are states near the solution, each made of those before.
     pub(super) const fn is_explicit() -> bool {
         matches!(S::METHOD, Method::Rk4 | Method::DormandPrince5 | Method::Tsit5 | Method::Dop853 | Method::Verner9)
     }
+}
+
+/// See [`Stepper::displaced`]: from and to of positions and of velocities, and the velocities where the step starts.
+fn displaced([q, to_q, u, to_u, at_start]: [&[f64]; 5], h: f64) -> Option<usize> {
+    let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |most, x| math::max(most, x.abs()));
+    let far = |from: &[f64], to: &[f64], way: f64| {
+        most(&mut to.iter().zip(from).map(|(to, from)| to - from)) > MOST_PART * way
+    };
+    let speed = 0.5 * (most(&mut at_start.iter().copied()) + most(&mut to_u.iter().copied()));
+    let of_q = far(q, to_q, speed * h);
+    let (from, to) = if of_q { (q, to_q) } else { (u, to_u) };
+    let by = |i: usize| (to[i] - from[i]).abs();
+    let most = || (0..from.len()).max_by(|&i, &j| by(i).total_cmp(&by(j))).unwrap_or(0);
+    (of_q || far(u, to_u, speed)).then(most)
 }
 
 #[cfg(test)]

@@ -62,9 +62,14 @@ impl fmt::Display for MotionError {
 impl core::error::Error for MotionError {}
 
 /// The known name nearest to the given one, if it is near enough to be meant.
-pub(crate) fn suggest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+pub(crate) fn suggest<'a>(name: &str, mut known: impl Iterator<Item = &'a str>) -> Option<String> {
+    nearest(name, &mut || known.next())
+}
+
+/// As [`suggest`]; compiled once, and not with every model.
+fn nearest<'a>(name: &str, known: &mut dyn FnMut() -> Option<&'a str>) -> Option<String> {
     let near = |candidate: &str| distance(name, candidate);
-    known
+    core::iter::from_fn(known)
         .map(|candidate| (near(candidate), candidate))
         .filter(|&(d, candidate)| d <= 1 + candidate.chars().count().max(name.chars().count()) / 3)
         .min_by_key(|&(d, _)| d)

@@ -80,12 +80,16 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         for (_, guard) in watch.guards() {
             guard.turn(from.modes(), plant.model, after, &mut plant.upkeep);
         }
-        if from != after {
+        if M::IS_UNSWITCHED {
+            // Nothing slips.
+        } else if from != after {
             for slipping in sides::unfollowed::<M>(after.modes(), watch.guards().map(|(_, guard)| guard)) {
                 sides::turn(plant.model, &mut plant.upkeep, slipping, from.modes(), after);
             }
         }
-        if from != after && M::IS_HELD {
+        if M::IS_FREE {
+            // Nothing to put it onto.
+        } else if from != after {
             let placed = plant.upkeep.place(plant.model, from, after);
             placed.map_err(|error| Kind::Change { event: event.into(), error: Box::new(error.into()) })?;
         }
@@ -98,6 +102,9 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         after: &mut M::State,
         events: &mut Vec<EventRecord<M::State>>,
     ) -> Result<(), Kind> {
+        if M::IS_UNSWITCHED {
+            return Ok(());
+        }
         let most = 2 * self.plan.watch.guards().count();
         for _ in 0..=most {
             let Some(index) = self.plan.watch.untenable(after)? else {

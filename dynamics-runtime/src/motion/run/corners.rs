@@ -71,6 +71,10 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// The next step. One of fixed size that meets a corner ends there.
     #[inline]
     pub(super) fn advance(&mut self) -> Result<Step<M::Vector>, Halt> {
+        // Only guards have rules for corners.
+        if M::IS_UNSWITCHED {
+            return self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>);
+        }
         match self.plan.options.fixed {
             Some(h) if M::HAS_KINKS && self.follows_corners() => self.advance_by(h),
             _ => self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>),
@@ -129,7 +133,12 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// Ends a step that has come just behind a corner just before it, as a rule knows how to go on there: the branches behind it.
     #[inline]
     pub(super) fn end_before_corner(&mut self, step: &mut Step<M::Vector>) -> Result<Option<Branches>, Halt> {
-        if !M::HAS_KINKS || !step.kept.branches || step.end.t == self.plan.end || !self.follows_corners() {
+        if M::IS_UNSWITCHED
+            || M::IS_SMOOTH
+            || !step.kept.branches
+            || step.end.t == self.plan.end
+            || !self.follows_corners()
+        {
             return Ok(None);
         }
         let plant = &self.plan.plant;
@@ -171,6 +180,9 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// Goes on behind a corner just before which the motion stands.
     #[cold]
     pub(super) fn turn_corner(&mut self, sink: &mut dyn Sink<M>, after: Branches, h: f64) -> Result<Flow, Halt> {
+        if M::IS_UNSWITCHED {
+            return Ok(Flow::Continue);
+        }
         let at = |kind| Halt { kind, h };
         let now = self.now();
         let Some((behind, _)) = self.plan.plant.shifted_onto(&now, after, 1.0) else { return Ok(Flow::Continue) };

@@ -113,6 +113,6 @@ impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
     }
 
     fn twin(&self) -> Option<Box<dyn Steps<M> + '_>> {
-        S::STABILITY_BORDER.is_infinite().then(|| Box::new(self.clone()) as Box<dyn Steps<M> + '_>)
+        if const { S::STABILITY_BORDER.is_infinite() } { Some(Box::new(self.clone())) } else { None }
     }
 }

@@ -300,9 +300,16 @@ impl Search {
     }
 }
 
-/// Sorts the events of a step of this length.
+/// Sorts the events of a step of this length. They are few and in order but for corrections; a sort of slices would be compiled with every model.
 fn in_order<S: ModelState>(events: &mut [EventRecord<S>], h: f64) {
-    events.sort_by(|one, other| (one.time() * h.signum()).total_cmp(&(other.time() * h.signum())));
+    let time = |event: &EventRecord<S>| event.time() * h.signum();
+    for end in 1..events.len() {
+        let mut i = end;
+        while i > 0 && time(&events[i]).total_cmp(&time(&events[i - 1])).is_lt() {
+            events.swap(i, i - 1);
+            i -= 1;
+        }
+    }
 }
 
 /// Whether a crossing is at the same place as another one, as far as the interpolant tells.

@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 use super::super::driver::AnyDriver;
 use super::super::error::{OptionError, suggest};
 use super::super::formulation::Formulation;
-use super::super::guard::{Guard, Guards};
+use super::super::guard::{Contact, Guard, Guards};
 use super::super::watch::{Action, Rule};
 use super::{Output, Simulate, Simulation};
 use crate::integrate::{Direction, StepOptions, Tolerances};
@@ -201,7 +201,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                     return Err(OptionError::OutputTime { time, start, end });
                 }
                 let mut times = times.clone();
-                times.sort_by(|a, b| (a * direction).total_cmp(&(b * direction)));
+                sort_along(&mut times, direction);
                 Ok(Some(times))
             }
             Output::Every(interval) => {
@@ -216,30 +216,24 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Index of an event of the model or of the simulation.
     fn event_index(&self, name: &str) -> Result<usize, OptionError> {
-        let names = || M::EVENTS.iter().map(|e| e.name).chain(self.ad_hoc.iter().map(|e| e.name.as_str()));
-        names().position(|known| known == name).ok_or_else(|| {
-            let suggestion = suggest(name, names());
-            OptionError::UnknownEvent { name: name.into(), suggestion }
-        })
+        place_of(name, &self.event_names())
+    }
+
+    /// Names of the events of the model and of the simulation.
+    fn event_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::with_capacity(M::EVENTS.len() + self.ad_hoc.len());
+        for event in M::EVENTS {
+            names.push(event.name);
+        }
+        for event in &self.ad_hoc {
+            names.push(&event.name);
+        }
+        names
     }
 
     fn check_guards(&self, end: f64) -> Result<Guards, OptionError> {
-        let contacts = self.contacts.iter().map(|(name, _)| ("contact", name));
-        let sticking = self.sticking.iter().map(|(name, _)| ("stick_slip", name));
-        if let Some((option, name)) = contacts.chain(sticking).next()
-            && end < self.start.t()
-        {
-            return Err(OptionError::Backwards { option, constraint: name.clone() });
-        }
+        check_guarded(&self.contacts, &self.sticking, end < self.start.t())?;
         let mut guards = Vec::with_capacity(self.contacts.len() + self.sticking.len());
-        let contacts: Vec<&str> = self.contacts.iter().map(|(name, _)| name.as_str()).collect();
-        let sticking: Vec<&str> = self.sticking.iter().map(|(name, _)| name.as_str()).collect();
-        for (option, names) in [("contact", contacts), ("stick_slip", sticking)] {
-            let mut again = names.iter().enumerate().filter(|(i, name)| names[..*i].contains(name));
-            if let Some((_, name)) = again.next() {
-                return Err(OptionError::GuardTwice { option, constraint: (*name).into() });
-            }
-        }
         for (name, contact) in &self.contacts {
             guards.push(Guard::contact::<M>(name, *contact)?);
         }
@@ -251,26 +245,59 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// The rules: what guards do comes before what was asked for at their events.
     fn check_events(&mut self, guards: &Guards) -> Result<Vec<Rule<'m, M>>, OptionError> {
-        let own = M::EVENTS.iter().map(|e| e.name);
-        let given = self.ad_hoc.iter().map(|e| e.name.as_str());
-        let names: Vec<&str> = own.chain(given).chain(guards.iter().map(|guard| guard.name.as_str())).collect();
-        for (i, name) in names.iter().enumerate().skip(M::EVENTS.len()) {
-            if names[..i].contains(name) {
-                return Err(OptionError::DuplicateEvent { name: name.to_string() });
-            }
-        }
+        let actions = core::mem::take(&mut self.actions);
+        let mut names = self.event_names();
+        names.extend(guards.iter().map(|guard| guard.name.as_str()));
+        check_names(&names, M::EVENTS.len())?;
         let first = M::EVENTS.len() + self.ad_hoc.len();
         let guard = |i| Rule { index: first + i, direction: Direction::Falling, action: Action::Guard(i) };
         let mut rules: Vec<Rule<'m, M>> = (0..guards.len()).map(guard).collect();
-        for (name, direction, action) in self.actions.drain(..) {
-            let Some(index) = names.iter().position(|known| *known == name) else {
-                let suggestion = suggest(&name, names.iter().copied());
-                return Err(OptionError::UnknownEvent { name, suggestion });
-            };
-            rules.push(Rule { index, direction, action });
+        for (name, direction, action) in actions {
+            rules.push(Rule { index: place_of(&name, &names)?, direction, action });
         }
         Ok(rules)
     }
+}
+
+/// No guard runs backwards, and none is asked for twice.
+fn check_guarded(
+    contacts: &[(String, Contact)],
+    sticking: &[(String, String)],
+    backwards: bool,
+) -> Result<(), OptionError> {
+    let contacts: Vec<&str> = contacts.iter().map(|(name, _)| name.as_str()).collect();
+    let sticking: Vec<&str> = sticking.iter().map(|(name, _)| name.as_str()).collect();
+    let all = [("contact", contacts), ("stick_slip", sticking)];
+    for (option, names) in &all {
+        if let Some(name) = names.first().filter(|_| backwards) {
+            return Err(OptionError::Backwards { option, constraint: (*name).into() });
+        }
+    }
+    for (option, names) in &all {
+        let mut again = names.iter().enumerate().filter(|(i, name)| names[..*i].contains(name));
+        if let Some((_, name)) = again.next() {
+            return Err(OptionError::GuardTwice { option, constraint: (*name).into() });
+        }
+    }
+    Ok(())
+}
+
+/// The index of an event by its name.
+fn place_of(name: &str, names: &[&str]) -> Result<usize, OptionError> {
+    names.iter().position(|known| *known == name).ok_or_else(|| {
+        let suggestion = suggest(name, names.iter().copied());
+        OptionError::UnknownEvent { name: name.into(), suggestion }
+    })
+}
+
+/// Names given at a simulation, which come after `first` of the model, are none that there are.
+fn check_names(names: &[&str], first: usize) -> Result<(), OptionError> {
+    for (i, name) in names.iter().enumerate().skip(first) {
+        if names[..i].contains(name) {
+            return Err(OptionError::DuplicateEvent { name: name.to_string() });
+        }
+    }
+    Ok(())
 }
 
 /// A relative tolerance of 1 asks for no digit, and one below 1e-15 for more than there are.
@@ -297,6 +324,11 @@ fn check_tolerances(absolute: f64, relative: f64, one: bool) -> Result<(), Optio
 /// Number of intervals in a span, with a millionth of one as slack: 10 / 0.1 must give the last of its 101 times.
 fn intervals(span: f64, interval: f64) -> u64 {
     (span / interval + 1e-6) as u64
+}
+
+/// Sorts times in a direction.
+fn sort_along(times: &mut [f64], direction: f64) {
+    times.sort_by(|a, b| (a * direction).total_cmp(&(b * direction)));
 }
 
 /// Times at equal intervals from the start, the end included where an interval ends there.
