@@ -27,7 +27,7 @@ fn chaos_uses_up_digits_of_the_tolerance_one_by_one() {
         panel = panel.line(format!("tolerance {tolerance:e}"), charts::envelope(&until, 40));
         // A run without estimate warns, too.
         let plain = CHAOTIC.simulate(chaotic_start()).until(40.0).tolerance(tolerance).run().unwrap().summary();
-        assert!(plain.to_string().contains("errors of steps add up and grow"), "{plain}");
+        assert!(plain.to_string().contains("errors of steps add up: half steps go"), "{plain}");
     }
     println!("lost at {lost:.1?}");
     // Six digits, at ln 10/0.9 each or so.
