@@ -1,12 +1,13 @@
 //! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself shows it.
 //!
-//! A step control keeps the error of each step. Four things it does not see are looked for here, at the recorded steps: tolerances that are finer than the
-//! rounding of the values they are kept for; energy that drifts by more than so many permitted errors can; forces that its stages miss (`unseen.rs`); and what errors of steps add up to, with what the motion makes of them
+//! A step control keeps the error of each step. Five things it does not see are looked for here, at the recorded steps: tolerances that are finer than the
+//! rounding of the values they are kept for; energy that drifts by more than so many permitted errors can; forces that its stages miss (`unseen.rs`); instability that long steps pass over (`outgrown.rs`); and what errors of steps add up to, with what the motion makes of them
 //! (`halves.rs`). The last is an estimate of the error, as a rule within a factor of two: [`Simulation::estimate_error`](super::Simulation::estimate_error), by a second run that chooses its own steps, depends on less.
 
 use core::fmt;
 
 use super::halves::Apart;
+use super::outgrown::Outgrown;
 use super::query::Motion;
 use super::simulate::Simulate;
 use super::summary::{Grouped, Rounded};
@@ -62,6 +63,8 @@ pub struct Doubts {
     pub low_stages: bool,
     /// A force that is over between the stages of a step; `None` with a fixed step.
     pub unseen: Option<Unseen>,
+    /// An instability that long steps pass over.
+    pub outgrown: Option<Outgrown>,
 }
 
 impl<M: Simulate> Motion<'_, M> {
@@ -70,12 +73,14 @@ impl<M: Simulate> Motion<'_, M> {
         // What has grown beyond all numbers has no scale.
         let energy_part =
             (scale > 0.0 || scale.is_nan()).then_some(if scale.is_finite() { drift / scale } else { f64::INFINITY });
-        let fixed = self.trajectory.fixed;
+        let (fixed, repeatable) = (self.trajectory.fixed, self.is_repeatable());
+        let outgrown = repeatable.then(|| self.outgrown()).flatten();
         if fixed || self.trajectory.driver.is_none() {
-            return Doubts { energy_part: energy_part.filter(|_| fixed), fixed, ..Doubts::default() };
+            let outgrown = outgrown.filter(|_| fixed);
+            return Doubts { energy_part: energy_part.filter(|_| fixed), fixed, outgrown, ..Doubts::default() };
         }
         let permitted = self.permitted_energy();
-        let (repeatable, stiff) = (self.is_repeatable(), self.is_stiff());
+        let stiff = self.is_stiff();
         let apart = repeatable.then(|| self.apart_from_halves());
         Doubts {
             below_rounding: self.below_rounding(),
@@ -87,6 +92,7 @@ impl<M: Simulate> Motion<'_, M> {
             halved_at_most: apart.map(|Apart { largest, .. }| largest),
             stiff,
             low_stages: self.method() == Method::Esdirk4,
+            outgrown,
             unseen: repeatable.then(|| self.unseen(stiff)).flatten(),
         }
     }
@@ -156,6 +162,10 @@ impl Doubts {
         if let Some(unseen) = &self.unseen {
             f.write_str(WARNING)?;
             unseen.write(f)?;
+        }
+        if let Some(outgrown) = &self.outgrown {
+            f.write_str(WARNING)?;
+            outgrown.write(f, self.fixed)?;
         }
         if let Some(times) = self.energy.filter(|times| *times > MUCH) {
             write!(
