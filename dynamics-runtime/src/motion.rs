@@ -10,6 +10,7 @@ mod atlas;
 mod causes;
 mod change;
 mod conditioning;
+mod crawl;
 mod creep;
 mod doubts;
 mod drift;

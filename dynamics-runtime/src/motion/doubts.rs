@@ -63,6 +63,8 @@ pub struct Doubts {
     pub low_stages: bool,
     /// A force that is over between the stages of a step; `None` with a fixed step.
     pub unseen: Option<Unseen>,
+    /// When the motion was first found stiff for a method whose steps do not show it; `None` where they do.
+    pub crawls: Option<f64>,
     /// An instability that long steps pass over.
     pub outgrown: Option<Outgrown>,
 }
@@ -92,6 +94,7 @@ impl<M: Simulate> Motion<'_, M> {
             halved_at_most: apart.map(|Apart { largest, .. }| largest),
             stiff,
             low_stages: self.method() == Method::Esdirk4,
+            crawls: (repeatable && !stiff).then(|| self.crawls()).flatten(),
             outgrown,
             unseen: repeatable.then(|| self.unseen(stiff)).flatten(),
         }
@@ -162,6 +165,13 @@ impl Doubts {
         if let Some(unseen) = &self.unseen {
             f.write_str(WARNING)?;
             unseen.write(f)?;
+        }
+        if let Some(t) = self.crawls {
+            write!(
+                f,
+                "{WARNING}stiff at t = {}: steps that are more than twenty times as long keep the tolerance with methods::Radau5",
+                Rounded(t)
+            )?;
         }
         if let Some(outgrown) = &self.outgrown {
             f.write_str(WARNING)?;
