@@ -135,7 +135,7 @@ impl<M: Simulate> Motion<'_, M> {
                 solve(&matrix, &exchanges, &mut w);
                 (0..n).for_each(|i| v[i] += tau * w[i]);
                 let grown = tolerances.norm(&Phase { q: v, u: w }, &at.y, &at.y) / first;
-                if !(grown < ENOUGH) {
+                if grown.is_nan() || grown >= ENOUGH {
                     return Some(ENOUGH);
                 }
                 let quarter = &mut quarters[4 * part / parts];
