@@ -120,6 +120,12 @@ impl<M: Simulate> Motion<'_, M> {
         plant.jacobian(at, &mut by_q, &mut by_u).ok()?;
         let tolerances = &self.trajectory.tolerances;
         let first = tolerances.norm(apart, &at.y, &at.y);
+        // λ² v = K v + λ B v, so that |λ| ≤ ‖B‖ + √‖K‖ by sums of rows.
+        let norm = |matrix: &[f64]| matrix.chunks(n).map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max);
+        let most = h.abs() * (norm(&by_u) + math::sqrt(norm(&by_q)));
+        if most < math::ln(GROWS) {
+            return Some(1.0);
+        }
         let mut by = 0.0f64;
         for parts in PARTS.into_iter().filter(|parts| *parts == PARTS[0] || parts * n * n <= EFFORT) {
             let tau = h / parts as f64;
@@ -142,7 +148,7 @@ impl<M: Simulate> Motion<'_, M> {
                 *quarter = quarter.max(grown);
             }
             by = by.max(math::powi(quarters[3] / quarters[1], 2));
-            if by > GROWS {
+            if by > GROWS || most < parts as f64 {
                 break;
             }
         }
