@@ -7,17 +7,17 @@ use dynamics_runtime::methods::{self, Any};
 use dynamics_runtime::model::{ModelState as _, Vector as _};
 use dynamics_runtime::motion::{Motion, Simulate};
 
-/// The rough measure beside the estimate by a second run: both in permitted errors.
-fn rough_and_measured<M: Simulate>(motion: &Motion<'_, M>) -> [f64; 2] {
+/// What half steps show at most beside the estimate by a second run: both in permitted errors.
+fn shown_and_measured<M: Simulate>(motion: &Motion<'_, M>) -> [f64; 2] {
     let measured = motion.global_error().unwrap().ratio.unwrap();
     let summary = motion.summary();
-    assert!(!summary.to_string().contains("add up and grow"), "what is measured is not guessed: {summary}");
-    [summary.doubts.amplified.unwrap(), measured]
+    assert!(!summary.to_string().contains("half steps"), "what is measured is not shown otherwise: {summary}");
+    [summary.doubts.halved_at_most.unwrap(), measured]
 }
 
-/// Steps make smaller errors than are permitted, by what depends on method and problem.
+/// Half steps leave a small part of the error, where order 5 is that of the method a thirtieth.
 #[test]
-fn errors_beyond_the_tolerance_are_foreseen() {
+fn errors_beyond_the_tolerance_are_shown() {
     let pendulum_start = at_rest_or_not([2.0 * std::f64::consts::PI / 3.0, -std::f64::consts::PI / 18.0], [0.0, 0.0]);
     let orbit = at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()]);
     let mut rows = Vec::new();
@@ -27,22 +27,22 @@ fn errors_beyond_the_tolerance_are_foreseen() {
         for method in &chaotic {
             let simulation = DoublePendulum::UNIT.simulate(pendulum_start).until(10.0).method(method);
             let motion = simulation.tolerance(tolerance).estimate_error().run().unwrap();
-            rows.push((format!("double pendulum {method} {tolerance:e}"), rough_and_measured(&motion)));
+            rows.push((format!("double pendulum {method} {tolerance:e}"), shown_and_measured(&motion)));
         }
         let regular: [Any<Kepler>; 3] =
             [methods::DormandPrince5.into(), methods::Dop853.into(), methods::Verner9.into()];
         for method in &regular {
             let simulation = Kepler.simulate(orbit).until(50.0).method(method);
             let motion = simulation.tolerance(tolerance).estimate_error().run().unwrap();
-            rows.push((format!("Kepler {method} {tolerance:e}"), rough_and_measured(&motion)));
+            rows.push((format!("Kepler {method} {tolerance:e}"), shown_and_measured(&motion)));
         }
     }
-    for (name, [rough, measured]) in &rows {
-        println!("{name}: {rough:.1e} foreseen, {measured:.1e} measured");
+    for (name, [shown, measured]) in &rows {
+        println!("{name}: {shown:.1e} shown, {measured:.1e} measured");
     }
-    for (name, [rough, measured]) in rows {
-        assert!(rough > measured, "{name}: {rough:e} foreseen, {measured:e} measured");
-        assert!(rough < 3000.0 * measured, "{name}: {rough:e} foreseen, {measured:e} measured");
+    for (name, [shown, measured]) in rows {
+        assert!(shown > 0.3 * measured, "{name}: {shown:e} shown, {measured:e} measured");
+        assert!(shown < 2.0 * measured, "{name}: {shown:e} shown, {measured:e} measured");
     }
 }
 
@@ -54,15 +54,15 @@ fn motions_that_keep_their_accuracy_raise_no_doubts() {
         let summary = motion.summary();
         assert!(!summary.to_string().contains("warning"), "{summary}");
         // Errors of an oscillator add up, and no more.
-        let amplified = summary.doubts.amplified.unwrap();
-        assert!(amplified < 3.0 * summary.steps as f64, "{amplified} {summary}");
-        assert!(amplified > 0.3 * summary.steps as f64, "{amplified} {summary}");
+        let error = (motion.end().q[0] - 60f64.cos()).abs() / (tolerance * (1.0 + 60f64.cos().abs()));
+        let shown = summary.doubts.halved_at_most.unwrap();
+        assert!(shown < summary.steps as f64 && shown > 0.3 * error, "{error} {summary}");
     }
     // What forgets its errors keeps those of a few steps.
     let damped = Closure(|_, q, u| -q - 2.0 * u);
     let motion = damped.simulate(at_rest_or_not([1.0], [0.0])).until(50.0).max_step(0.1).run().unwrap();
     let summary = motion.summary();
-    assert!(summary.steps >= 500 && summary.doubts.amplified.unwrap() < 40.0, "{summary}");
+    assert!(summary.steps >= 500 && summary.doubts.halved_at_most.unwrap() < 1.0, "{summary}");
 }
 
 /// Up the separatrix of a pendulum: e²⁰ = 5e8 within the run.
@@ -74,12 +74,11 @@ fn growth_by_the_motion_is_found() {
     let error = (motion.end().q[0] - 4.0 * (0.5f64.tan() * (-20f64).exp()).atan()).abs();
     assert!(error > 1e3 * 1e-10, "{error:e}");
     let summary = motion.summary();
-    assert!(summary.to_string().contains("errors of steps add up and grow"), "{summary}");
-    let foreseen = 1e-10 * summary.doubts.amplified.unwrap();
-    assert!(foreseen > error, "{foreseen:e} {error:e}");
+    assert!(summary.to_string().contains("errors of steps add up"), "{summary}");
+    let shown = 1e-10 * summary.doubts.halved.unwrap();
+    assert!(shown > 0.3 * error && shown < 3.0 * error, "{shown:e} {error:e}");
 }
 
-/// What grows and dies within steps says nothing: where motions are stiff nothing is foreseen, but made again in half steps.
 #[test]
 fn stiff_motions_raise_no_false_alarm() {
     let stiff = Closure(|t, q, u| -1e8 * (q - t.cos()) - 2e4 * u);
@@ -87,7 +86,7 @@ fn stiff_motions_raise_no_false_alarm() {
         let simulation = stiff.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).tolerance(1e-6);
         let simulation = if let Some(method) = &method { simulation.method(method) } else { simulation };
         let summary = simulation.run().unwrap().summary();
-        assert!(summary.doubts.amplified.is_none() && !summary.to_string().contains("add up"), "{summary}");
+        assert!(!summary.to_string().contains("add up"), "{summary}");
         assert!(summary.doubts.halved.unwrap() < 60.0, "{summary}");
     }
 }
@@ -197,5 +196,5 @@ fn fixed_steps_that_lose_the_energy_are_too_long() {
     assert!(summary.energy_drift > 0.1 && summary.to_string().contains("shorten the fixed step"), "{summary}");
     let summary = run(0.05).summary();
     assert!(summary.energy_drift < 1e-3 && !summary.to_string().contains("warning"), "{summary}");
-    assert_eq!((summary.doubts.amplified, summary.doubts.below_rounding), (None, None));
+    assert_eq!((summary.doubts.halved, summary.doubts.below_rounding), (None, None));
 }

@@ -245,6 +245,11 @@ fn options_without_sense_are_named() {
         (study(&model).methods_at([-0.1], [Rk4.into()]), "-0.1 is none of the steps"),
         (study(&model).tolerances([1e-3, -1.0]), "-1 is none of the tolerances"),
         (study(&model).tolerances([f64::NAN]), "NaN is none of the tolerances"),
+        (study(&model).steps([0.1]), "no method runs with the steps of `.steps([..])`; add one with a fixed step"),
+        (
+            study(&model).methods([Rk4.into()]).steps([0.1]).tolerances([1e-6]),
+            "no method runs with the tolerances of `.tolerances([..])`; add one with step control",
+        ),
         (study(&model).methods([Rk4.into()]).steps([f64::INFINITY]), "inf is none of the steps"),
         (study(&model).methods([Dop853.into(), Dop853.into()]), "two curves are called DOP853 (order 8)"),
         (study(&model).reference(Reference::runs(Dop853, Rk4, 1e-14)), "the reference by RK4 (order 4)"),

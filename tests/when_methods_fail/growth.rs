@@ -27,7 +27,7 @@ fn chaos_uses_up_digits_of_the_tolerance_one_by_one() {
         panel = panel.line(format!("tolerance {tolerance:e}"), charts::envelope(&until, 40));
         // A run without estimate warns, too.
         let plain = CHAOTIC.simulate(chaotic_start()).until(40.0).tolerance(tolerance).run().unwrap().summary();
-        assert!(plain.to_string().contains("errors of steps add up and grow"), "{plain}");
+        assert!(plain.to_string().contains("errors of steps add up: half steps go"), "{plain}");
     }
     println!("lost at {lost:.1?}");
     // Six digits, at ln 10/0.9 each or so.
@@ -48,6 +48,60 @@ fn implicit_methods_tell_of_chaos_in_models_that_choose() {
         println!("{method} {tolerance:e}: {times:.0} permitted errors, half steps show {shown:.0}");
         assert!(times > 1e3 && shown > 0.2 * times, "{times} {summary}");
         assert!(summary.to_string().contains("errors of steps add up: half steps go"), "{summary}");
+    }
+}
+
+/// Beside an unstable rest steps grow until no method follows e^(λ h), least of all one that damps: the mass stays on its hill in runs that keep their tolerance, in half steps as in whole ones.
+#[test]
+fn rests_that_are_unstable_are_not_stepped_over() {
+    let hill = Kicked { damping: 0.0, force: 0.0, ..DUFFING };
+    let list: [Any<Kicked>; 6] = [
+        methods::Radau5.into(),
+        methods::Esdirk4.into(),
+        methods::Tsit5.into(),
+        methods::Dop853.into(),
+        methods::Verner9.into(),
+        methods::Taylor::default().into(),
+    ];
+    let (mut stayed, mut told) = (0, 0);
+    for from in [1e-6, 1e-14] {
+        let run = || hill.simulate(hill.state().x(from).build().unwrap()).until(40.0);
+        let exact = run().tolerance(1e-14).method(methods::Verner9).max_step(0.5).run().unwrap();
+        assert!(exact.steps().any(|state| state.x() > 1.4), "it leaves");
+        for (method, k) in list.iter().flat_map(|method| (3..=5).map(move |k| (method, k))) {
+            let tolerance = 10f64.powi(-k);
+            let motion = run().tolerance(tolerance).method(method).run().unwrap();
+            let mut sampler = exact.sampler();
+            let off = motion.steps().map(|state| (state.x() - sampler.at(state.t).x()).abs()).fold(0.0, f64::max);
+            let summary = motion.summary();
+            assert!(
+                off < 1e3 * tolerance || summary.to_string().contains("warning"),
+                "{method} {tolerance:e}: {off:e}\n{summary}"
+            );
+            stayed += u32::from(motion.steps().all(|state| state.x().abs() < 0.1));
+            told += u32::from(summary.to_string().contains("an unstable motion is stepped over"));
+            let watched = run().tolerance(tolerance).method(method).max_step(1.0).run().unwrap().summary();
+            assert!(watched.doubts.outgrown.is_none(), "{method} {tolerance:e}\n{watched}");
+        }
+        // Steps of a size of their own are no better.
+        let fixed = run().fixed_step(10.0).method(methods::Radau5).run().unwrap();
+        assert!(
+            fixed.end().x().abs() < 0.1 && fixed.summary().to_string().contains("shorten the fixed step"),
+            "{}",
+            fixed.summary()
+        );
+    }
+    println!("{stayed} runs stayed, {told} were told of");
+    assert!(stayed > 10 && told > stayed / 2, "{stayed} {told}");
+    // What grows within steps that follow it is no doubt, nor is what dies.
+    for model in
+        [Kicked { stiffness: 1e8, damping: 2e4, cubic: 0.0, ..hill }, Kicked { stiffness: 1e6, cubic: 0.0, ..hill }]
+    {
+        for method in &list[..2] {
+            let start = model.state().x(1e-3).build().unwrap();
+            let summary = model.simulate(start).until(0.5).tolerance(1e-4).method(method).run().unwrap().summary();
+            assert!(summary.doubts.outgrown.is_none(), "{summary}");
+        }
     }
 }
 

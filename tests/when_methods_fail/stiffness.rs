@@ -4,7 +4,7 @@ use dynamics::methods::{self, Any};
 use dynamics::prelude::*;
 
 use crate::charts;
-use crate::models::{CHAOTIC, Guided, Sprung, chaotic_start};
+use crate::models::{CHAOTIC, Guided, KEPLER, Sprung, chaotic_start};
 
 /// An explicit method follows what has long died away: its steps are as long as stability permits, whatever the accuracy.
 #[test]
@@ -136,4 +136,26 @@ fn generalized_alpha_damps_by_the_factor_it_is_given() {
     let short = run(0.8, 0.01);
     assert!((left(&short) - 1.0).abs() < 1e-4, "{}", short.summary());
     assert!(!short.summary().to_string().contains("warning"), "{}", short.summary());
+}
+
+/// At small tolerances error estimates hold steps inside the border of stability, where Hairer's test does not look. Steps that were asked to be short are not stiff, nor are those of what oscillates.
+#[test]
+fn stiffness_is_told_at_small_tolerances() {
+    let guided = Guided::stiff(1e4);
+    let list: [Any<Guided>; 4] =
+        [methods::Tsit5.into(), methods::DormandPrince5.into(), methods::Dop853.into(), methods::Verner9.into()];
+    for (method, k) in list.iter().flat_map(|method| [8, 10, 12].map(|k| (method, k))) {
+        let run = || guided.simulate(guided.on_guide()).until(1.0).tolerance(10f64.powi(-k));
+        let summary = run().method(method).run().unwrap().summary();
+        assert!(summary.steps > 1000 && summary.to_string().contains("stiff"), "1e-{k}: {summary}");
+        assert_eq!(summary.doubts.crawls.is_some(), summary.stiff_at.is_none(), "1e-{k}: {summary}");
+    }
+    let start = KEPLER.state().x(1.0).y_rate(1.0).build().unwrap();
+    for k in [4, 8, 12] {
+        let run = || KEPLER.simulate(start).until(20.0).tolerance(10f64.powi(-k));
+        for motion in [run().max_step(0.01).run(), run().method(methods::Tsit5).run(), run().run()] {
+            let summary = motion.unwrap().summary();
+            assert!(summary.doubts.crawls.is_none(), "1e-{k}: {summary}");
+        }
+    }
 }

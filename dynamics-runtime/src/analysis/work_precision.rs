@@ -219,6 +219,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
                 return Err(WorkPrecisionError::SameName { name: candidate.name.clone() });
             }
         }
+        let unused = self.unused();
         let tolerances =
             self.tolerances.get_or_insert_with(|| DECADES.map(|k| libm::pow(10.0, f64::from(-k))).collect());
         for (settings, what) in [(&*tolerances, "tolerances"), (&self.steps, "steps")] {
@@ -236,7 +237,19 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
                 return Err(WorkPrecisionError::Setting { what, value });
             }
         }
-        Ok(end)
+        match unused {
+            Some(what) => Err(WorkPrecisionError::NoMethod { what }),
+            None => Ok(end),
+        }
+    }
+
+    /// Settings that were given and that no method runs with.
+    fn unused(&self) -> Option<&'static str> {
+        let given = [("tolerances", self.tolerances.is_some(), true), ("steps", !self.steps.is_empty(), false)];
+        let takes = |c: &Candidate<'m, M>, adaptive| c.settings.is_none() && c.method.is_adaptive() == adaptive;
+        let unused =
+            |(_, given, adaptive): &(_, bool, bool)| *given && !self.candidates.iter().any(|c| takes(c, *adaptive));
+        given.into_iter().find(unused).map(|(what, ..)| what)
     }
 
     /// Tolerances or steps of a candidate, from coarse to fine.

@@ -1,36 +1,28 @@
 //! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself shows it.
 //!
 //! A step control keeps the error of each step. Five things it does not see are looked for here, at the recorded steps: tolerances that are finer than the
-//! rounding of the values they are kept for; energy that drifts by more than so many permitted errors can; forces that its stages miss (`unseen.rs`); what the motion makes of the errors; and, of stiff motions, what they add up to (`halves.rs`). For
-//! the fourth a neighbour of the motion is followed, step by step from as near as a permitted error, and with g its growth in a step, in permitted errors,
-//! Eₙ₊₁ = g Eₙ + 1 adds up what every step leaves. That takes as many steps as the motion. It is a rough measure, from four to
-//! a thousand times the error, as steps make smaller errors than are permitted: [`Simulation::estimate_error`](super::Simulation::estimate_error) is the better one.
+//! rounding of the values they are kept for; energy that drifts by more than so many permitted errors can; forces that its stages miss (`unseen.rs`); instability that long steps pass over (`outgrown.rs`); and what errors of steps add up to, with what the motion makes of them
+//! (`halves.rs`). The last is an estimate of the error, as a rule within a factor of two: [`Simulation::estimate_error`](super::Simulation::estimate_error), by a second run that chooses its own steps, depends on less.
 
 use core::fmt;
 
+use super::halves::Apart;
+use super::outgrown::Outgrown;
 use super::query::Motion;
 use super::simulate::Simulate;
 use super::summary::{Grouped, Rounded};
 use super::unseen::Unseen;
-use crate::integrate::{Knot, Method, Phase, System as _, Tolerances};
+use crate::integrate::{Method, Tolerances};
 use crate::model::{ModelState, Vector};
 
 /// More permitted errors than this are warned of.
 const MUCH: f64 = 1e3;
-/// Foreseen ones, that is: the error of a step is a third of what is permitted at most, and often a hundredth.
-const MUCH_FORESEEN: f64 = 3e3;
-/// What half steps show is measured, and not foreseen, and what they show lasts.
-const MUCH_SHOWN: f64 = 60.0;
-/// More than so many mean that the neighbour got lost, as beside a singularity of the coordinates, and are no measure.
-const FORESEEN: f64 = 1e8;
+/// What half steps show lasts, and is known within a factor: so many permitted errors, and fewer of stiff motions, where errors mostly die.
+const MUCH_SHOWN: (f64, f64) = (300.0, 60.0);
 /// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
 const UNITS: f64 = 10.0;
-/// Errors that grow by this factor more than by adding up grow by the motion.
-const GROWING: f64 = 10.0;
 /// Part of the energy that may drift before that is warned of.
 const DRIFT: f64 = 0.01;
-/// Nearest neighbour, in parts of 1 + |value|: half the digits, so that neither rounding nor curvature counts.
-const NEAREST: f64 = 1e-8;
 /// Places at which the energy's change by permitted errors is looked at.
 const PLACES: usize = 16;
 
@@ -60,18 +52,21 @@ pub struct Doubts {
     pub energy_part: Option<f64>,
     /// The steps were as long as was asked for.
     pub fixed: bool,
-    /// Roughly how large the error of the motion is at most, in permitted errors, were every step's as large as permitted; `None` with a fixed step, and where
-    /// the motion is stiff or the method is for stiff ones.
-    pub amplified: Option<f64>,
-    /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as a rule most of its error. Of stiff motions and methods for those;
+    /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as a rule most of its error.
     /// `None` with a fixed step.
     pub halved: Option<f64>,
+    /// The same at its largest, which may last for a moment only, as where something jumps a little late. `None` with a fixed step.
+    pub halved_at_most: Option<f64>,
+    /// The motion is stiff, or its method is for stiff ones.
+    pub stiff: bool,
     /// The method has stages of too low an order to follow a stiff direction that turns.
     pub low_stages: bool,
     /// A force that is over between the stages of a step; `None` with a fixed step.
     pub unseen: Option<Unseen>,
-    /// That is as much as a whole unit of a coordinate or the whole value, and more than adding up the errors of so many steps explains.
-    pub overwhelmed: bool,
+    /// When the motion was first found stiff for a method whose steps do not show it; `None` where they do.
+    pub crawls: Option<f64>,
+    /// An instability that long steps pass over.
+    pub outgrown: Option<Outgrown>,
 }
 
 impl<M: Simulate> Motion<'_, M> {
@@ -80,26 +75,28 @@ impl<M: Simulate> Motion<'_, M> {
         // What has grown beyond all numbers has no scale.
         let energy_part =
             (scale > 0.0 || scale.is_nan()).then_some(if scale.is_finite() { drift / scale } else { f64::INFINITY });
-        let fixed = self.trajectory.fixed;
+        let (fixed, repeatable) = (self.trajectory.fixed, self.is_repeatable());
+        let outgrown = repeatable.then(|| self.outgrown()).flatten();
         if fixed || self.trajectory.driver.is_none() {
-            return Doubts { energy_part: energy_part.filter(|_| fixed), fixed, ..Doubts::default() };
+            let outgrown = outgrown.filter(|_| fixed);
+            return Doubts { energy_part: energy_part.filter(|_| fixed), fixed, outgrown, ..Doubts::default() };
         }
         let permitted = self.permitted_energy();
-        let (repeatable, stiff) = (self.is_repeatable(), self.is_stiff());
-        let amplified = (repeatable && !stiff).then(|| self.amplified());
-        let Tolerances { absolute, relative } = self.trajectory.tolerances;
-        let adding_up = GROWING * self.counts().steps as f64;
+        let stiff = self.is_stiff();
+        let apart = repeatable.then(|| self.apart_from_halves());
         Doubts {
             below_rounding: self.below_rounding(),
             // What rounds the energy is no drift.
             energy: (permitted > 0.0).then(|| (drift - 1e3 * f64::EPSILON * scale).max(0.0) / permitted),
             energy_part,
             fixed,
-            amplified,
-            halved: (repeatable && stiff).then(|| self.apart_from_halves()).flatten(),
+            halved: apart.map(|Apart { lasting, .. }| lasting),
+            halved_at_most: apart.map(|Apart { largest, .. }| largest),
+            stiff,
             low_stages: self.method() == Method::Esdirk4,
+            crawls: (repeatable && !stiff).then(|| self.crawls()).flatten(),
+            outgrown,
             unseen: repeatable.then(|| self.unseen(stiff)).flatten(),
-            overwhelmed: amplified.is_some_and(|times| times * absolute.max(relative) > 1.0 && times > adding_up),
         }
     }
 
@@ -147,73 +144,10 @@ impl<M: Simulate> Motion<'_, M> {
         most
     }
 
-    /// Stiff motions let differences grow and die within steps, which says nothing about what lasts.
+    /// Whether differences die within steps.
     fn is_stiff(&self) -> bool {
         self.counts().stiff_at.is_some() || self.switched().is_some() || self.method().is_for_stiff()
     }
-
-    /// The largest E of this file's header.
-    fn amplified(&self) -> f64 {
-        let tolerances = self.trajectory.tolerances;
-        let (mut sum, mut most) = (0.0f64, 0.0f64);
-        let mut apart: Option<Phase<M::Vector>> = None;
-        for (index, record) in self.trajectory.records.iter().enumerate() {
-            if record.h == 0.0 {
-                continue;
-            }
-            let step = self.step(index);
-            let (from, to) = (&step.start.y, &step.end.y);
-            let before = nearby(from, apart.as_ref(), &tolerances);
-            let after = self.neighbour(index, &step.start, &before).map(|end| minus(&end, to));
-            // Each against the tolerances where it is: over a step there and back nothing may be gained.
-            let size = |apart: &Phase<M::Vector>, at| tolerances.norm(apart, at, at);
-            let growth = after.map_or(1.0, |after| size(&after, to) / size(&before, from));
-            apart = after.filter(|_| growth > 0.0);
-            sum = if growth.is_finite() { growth * sum + 1.0 } else { sum + 1.0 };
-            most = most.max(sum);
-        }
-        most
-    }
-
-    /// Where the step that leaves a record ends if it starts nearby.
-    fn neighbour(&self, index: usize, start: &Knot<M::Vector>, apart: &Phase<M::Vector>) -> Option<Phase<M::Vector>> {
-        let driver = self.trajectory.driver_of(index)?;
-        let mut plant = self.plant(index);
-        let y = plus(&start.y, apart);
-        let a = plant.accelerations(start.t, &y.q, &y.u).ok()?;
-        let step = crate::integrate::Step { start: Knot { t: start.t, y, a }, ..self.step(index) };
-        let (end, _) = driver.maker().end_of(&mut plant, &step, &self.trajectory.tolerances)?;
-        end.is_finite().then_some(end)
-    }
-}
-
-/// A difference in the direction of the last one, as large as permitted or as can be seen; all elements where there was none.
-fn nearby<V: Vector>(from: &Phase<V>, last: Option<&Phase<V>>, tolerances: &Tolerances) -> Phase<V> {
-    let mut apart = last.copied().unwrap_or_else(|| {
-        let mut all = Phase::<V>::zeros();
-        for (part, values) in [(&mut all.q, &from.q), (&mut all.u, &from.u)] {
-            for (i, (x, value)) in part.as_mut_slice().iter_mut().zip(values.as_slice()).enumerate() {
-                // No sum or difference of two elements vanishes.
-                *x = tolerances.scale(*value, *value) * (1.0 + 0.1 * i as f64);
-            }
-        }
-        all
-    });
-    let norm = tolerances.norm(&apart, from, from);
-    let resolved = NEAREST / tolerances.absolute.max(tolerances.relative).max(f64::MIN_POSITIVE);
-    let factor = resolved.max(1.0) / norm;
-    for part in [&mut apart.q, &mut apart.u] {
-        part.as_mut_slice().iter_mut().for_each(|x| *x *= factor);
-    }
-    apart
-}
-
-fn plus<V: Vector>(a: &Phase<V>, b: &Phase<V>) -> Phase<V> {
-    crate::integrate::zip(a, b, |a, b| a + b)
-}
-
-fn minus<V: Vector>(a: &Phase<V>, b: &Phase<V>) -> Phase<V> {
-    crate::integrate::zip(a, b, |a, b| a - b)
 }
 
 impl Doubts {
@@ -232,6 +166,17 @@ impl Doubts {
             f.write_str(WARNING)?;
             unseen.write(f)?;
         }
+        if let Some(t) = self.crawls {
+            write!(
+                f,
+                "{WARNING}stiff at t = {}: steps that are more than twenty times as long keep the tolerance with methods::Radau5",
+                Rounded(t)
+            )?;
+        }
+        if let Some(outgrown) = &self.outgrown {
+            f.write_str(WARNING)?;
+            outgrown.write(f, self.fixed)?;
+        }
         if let Some(times) = self.energy.filter(|times| *times > MUCH) {
             write!(
                 f,
@@ -243,25 +188,33 @@ impl Doubts {
             let remedy = if self.fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
             write!(f, "{WARNING}energy drifts by {:.1} % of its scale; {remedy}", 100.0 * part)?;
         }
-        if let Some(times) = self.halved.filter(|times| *times > MUCH_SHOWN && !estimated) {
-            let instead = if self.low_stages { "use methods::Radau5" } else { "give a smaller tolerance" };
-            let measure = "`.estimate_error()` measures it";
-            let so_far = "errors of steps add up: half steps go";
-            write!(f, "{WARNING}{so_far} {} times the tolerance beside; {measure}, or {instead}", Times(times))?;
-        }
-        let too_much = |times: &f64| *times > MUCH_FORESEEN || self.overwhelmed;
-        if let Some(times) = self.amplified.filter(|times| too_much(times) && !estimated) {
-            let measure = "`.estimate_error()` measures it";
-            match times {
-                ..FORESEEN => write!(
-                    f,
-                    "{WARNING}errors of steps add up and grow, up to {} times the tolerance; {measure}",
-                    Times(times)
-                )?,
-                _ => write!(f, "{WARNING}errors of steps add up and grow, further than can be foreseen; {measure}")?,
-            }
+        if !estimated {
+            self.write_halved(f)?;
         }
         Ok(())
+    }
+
+    /// What half steps show: a warning where it lasts, and else a line.
+    fn write_halved(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Some(times), Some(most)) = (self.halved, self.halved_at_most) else { return Ok(()) };
+        let much = if self.stiff { MUCH_SHOWN.1 } else { MUCH_SHOWN.0 };
+        if times > much {
+            let instead = if self.low_stages { "use methods::Radau5" } else { "give a smaller tolerance" };
+            let measure = "`.estimate_error()` measures it";
+            write!(
+                f,
+                "\n  warning      errors of steps add up: half steps go {} times the tolerance beside; {measure}, or {instead}",
+                Times(times)
+            )
+        } else if most > MUCH {
+            let most = Times(most);
+            write!(
+                f,
+                "\n  moments      half steps go {most} times the tolerance beside, for less than a hundredth of the time"
+            )
+        } else {
+            Ok(())
+        }
     }
 }
 

@@ -1,9 +1,12 @@
-//! How far stiff motions are from the true ones: their steps made again in halves.
+//! How far motions are from the true ones: their steps made again in halves.
 //!
-//! Where a motion is stiff, neighbours come together within a step whatever its errors do to it, and what is left of each may still have the same
-//! direction step by step: a thousand errors, each within its tolerance, that all take energy away. A step in two halves has a fraction of its error, in the
-//! same direction. A second motion in halves is followed from the start, and carries on what it differs by: as a rule most of the error, and about as much where rounding
-//! decides. Where forces choose between expressions it keeps the branches that the motion had, at the times at which this had them. It costs two to three times what the run did.
+//! A step in two halves has a fraction of its error, in the same direction: 2⁻ᵖ at order p. A second motion in halves is followed from the start, and carries on what it differs by. So that difference is the error, but for that fraction, with all
+//! that the motion makes of it: errors of one sign that add up, chaos, shifts along a limit cycle that only add up, expanding phases that contracting ones take back (Richardson's extrapolation, global: Hairer, Nørsett & Wanner, Solving ODE I, §II.4).
+//! About as much is found where rounding decides. Where forces choose between expressions the second motion keeps the branches of the first, at the times at which this had them. It
+//! costs two to three times what the run did.
+//!
+//! Over 759 motions (double pendulums, orbits, tops, oscillators of van der Pol and Duffing, dampers of one side, stiff springs, four-bars; ten methods, tolerances from 1e-4 to 1e-13) what is told is 0.87 to 1.3 times the error for
+//! nine of ten, and beyond a factor of 30 of it once, beside an unstable rest at 1e-13.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -22,20 +25,41 @@ const LASTING: f64 = 1e-2;
 /// Halves that cannot be made, or not with a permitted error, are halved again, where the second motion is still in what the first has gone through; so many steps of it at most for each of the first.
 const MOST_STEPS: usize = 8;
 
+/// A motion beside one in half steps, in permitted errors.
+#[derive(Clone, Copy)]
+pub(super) struct Apart {
+    /// The largest difference that lasts, or that at the end.
+    pub(super) lasting: f64,
+    /// The largest of all.
+    pub(super) largest: f64,
+}
+
 impl<M: Simulate> Motion<'_, M> {
-    /// The largest difference from a motion in half steps that lasts, or that at its end, in permitted errors; `None` where half steps cannot be made.
-    pub(super) fn apart_from_halves(&self) -> Option<f64> {
+    /// How far it is from a motion in half steps.
+    pub(super) fn apart_from_halves(&self) -> Apart {
         let records = &self.trajectory.records;
         let (mut y, mut apart) = (records[0].knot().y, Vec::with_capacity(records.len()));
+        self.unsettle(&mut y);
         let direction = self.trajectory.direction();
         let relayed = |(from, _): &(f64, _)| records.partition_point(|r| (r.state.t() - from) * direction < 0.0);
         let change = self.trajectory.relay.as_ref().map_or(records.len(), relayed);
         for part in [0..change, change..records.len()] {
             if let Some(driver) = (!part.is_empty()).then(|| self.trajectory.driver_of(part.start)).flatten() {
-                self.halve(driver.maker(), part, &mut y, &mut apart)?;
+                self.halve(driver.maker(), part, &mut y, &mut apart);
             }
         }
-        Some(lasting(&mut apart))
+        let largest = apart.iter().fold(0.0f64, |most, (_, apart)| most.max(*apart));
+        Apart { lasting: lasting(&mut apart), largest }
+    }
+
+    /// Changes velocities by a rounding error of their own: what rests where nothing can rest, or stays in a plane that rounding alone would have it leave, has the same halves otherwise.
+    fn unsettle(&self, y: &mut Phase<M::Vector>) {
+        let tolerances = &self.trajectory.tolerances;
+        let unit = f64::EPSILON / tolerances.absolute.max(tolerances.relative);
+        for (i, u) in y.u.as_mut_slice().iter_mut().enumerate() {
+            // No sum or difference of two vanishes.
+            *u += unit * tolerances.scale(*u, *u) * (1.0 + 0.1 * i as f64);
+        }
     }
 
     /// Follows the steps that leave some records in halves, beginning and ending at `y`, and notes the length of each and the difference at its end, in permitted errors.
@@ -45,7 +69,7 @@ impl<M: Simulate> Motion<'_, M> {
         part: Range<usize>,
         y: &mut Phase<M::Vector>,
         apart: &mut Vec<(f64, f64)>,
-    ) -> Option<()> {
+    ) {
         let records = &self.trajectory.records;
         let (mut a, mut second) = (None, Second { maker, room: Vec::new(), left: MOST_STEPS * part.len() + 1000 });
         for index in part.filter(|index| index + 1 < records.len()) {
@@ -54,19 +78,23 @@ impl<M: Simulate> Motion<'_, M> {
                 // Those of the step before are not its own.
                 a = None;
             }
-            if records[index].h == 0.0 {
-                // A reset changes both alike.
-                *y = zip(y, &zip(&there.y, &here.y, |after, before| after - before), |y, change| y + change);
-                a = None;
-                second.maker.forget();
-                continue;
+            let end = match records[index].h {
+                0.0 => None,
+                _ => self.follow(&mut second, index, (here.t, *y, a), there.t),
+            };
+            a = end.map(|end| end.a);
+            *y = end.map_or_else(
+                || {
+                    // A reset changes both alike, and so does what cannot be made in halves.
+                    second.maker.forget();
+                    zip(y, &zip(&there.y, &here.y, |after, before| after - before), |y, change| y + change)
+                },
+                |end| end.y,
+            );
+            if records[index].h != 0.0 {
+                apart.push((records[index].h.abs(), self.most_permitted_errors(y, &there.y)));
             }
-            let end = self.follow(&mut second, index, (here.t, *y, a), there.t)?;
-            *y = end.y;
-            a = Some(end.a);
-            apart.push((records[index].h.abs(), self.most_permitted_errors(&end.y, &there.y)));
         }
-        Some(())
     }
 
     /// Where two halves of the way to `end_t` end, by what moves the motion after a record; what cannot be made as one step is made as several.

@@ -108,8 +108,8 @@ pub struct Summary {
 }
 
 impl<M: Simulate> Motion<'_, M> {
-    /// Method, costs, drift, conditioning and events. Computes energies, works, condition numbers and a neighbour of the motion, so it costs about twice
-    /// as much as the run, and three to four times as much where that is stiff.
+    /// Method, costs, drift, conditioning and events. Computes energies, works, condition numbers and the motion in half steps, so it costs three
+    /// to five times as much as the run.
     #[must_use]
     pub fn summary(&self) -> Summary {
         let (mut conditions, asks) = (Vec::new(), self.asks_for_nearest());

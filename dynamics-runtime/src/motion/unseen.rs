@@ -105,6 +105,10 @@ impl<M: Simulate> Motion<'_, M> {
             let times = |i: usize| missed[i].abs() / tolerances.scale(start.y.u[i], end.y.u[i]);
             (0..M::Vector::LEN).map(|i| (i, times(i))).max_by(|(_, a), (_, b)| a.total_cmp(b))
         };
+        let off = |carried: &M::Vector| {
+            let times = |i: usize| carried[i].abs() / tolerances.scale(start.y.q[i], end.y.q[i]);
+            (0..M::Vector::LEN).map(|i| (i, times(i))).max_by(|(_, a), (_, b)| a.total_cmp(b))
+        };
         let (mut i, mut times) = largest(&missed)?;
         let (mut much, mut of_velocity) = (MUCH, true);
         if stiff && times > MUCH {
@@ -112,12 +116,14 @@ impl<M: Simulate> Motion<'_, M> {
             (i, times) = largest(&missed)?;
             much = MUCH_LEFT;
         }
-        // What holds and damps a stiff motion holds its place, too.
-        let whole = !stiff && times <= MUCH;
-        for k in (0..M::Vector::LEN).filter(|_| whole) {
-            let off = carried[k].abs() / tolerances.scale(start.y.q[k], end.y.q[k]);
-            if off > times {
-                (i, times, of_velocity) = (k, off, false);
+        if times <= much {
+            if stiff && off(&carried)?.1 > MUCH {
+                // What holds and damps a stiff motion holds its place, too.
+                lasting(&mut plant, (&start, h), &mut carried)?;
+            }
+            let (k, off) = off(&carried)?;
+            if off > MUCH {
+                (i, times, much, of_velocity) = (k, off, MUCH, false);
             }
         }
         (times.is_finite() && times > much).then_some(Unseen {

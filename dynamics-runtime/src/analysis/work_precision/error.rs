@@ -21,6 +21,11 @@ pub enum WorkPrecisionError {
         /// The method.
         method: String,
     },
+    /// A list was given that no method uses: tolerances where all choose no step, steps where none is fixed, either where all have settings of their own.
+    NoMethod {
+        /// `tolerances` or `steps`.
+        what: &'static str,
+    },
     /// A tolerance or a step is not a positive number.
     Setting {
         /// `tolerances` or `steps`.
@@ -97,6 +102,13 @@ impl fmt::Display for WorkPrecisionError {
             }
             Self::NoSettings { what, method } => {
                 write!(f, "{method} has no {what} to run with; say `.{what}([..])`, or name some in `.methods_at(..)`")
+            }
+            Self::NoMethod { what } => {
+                let methods = if *what == "steps" { "a fixed step" } else { "step control" };
+                write!(
+                    f,
+                    "no method runs with the {what} of `.{what}([..])`; add one with {methods}, or leave them out"
+                )
             }
             Self::Setting { what, value } => {
                 write!(f, "{value} is none of the {what} that there are; give numbers above 0")
