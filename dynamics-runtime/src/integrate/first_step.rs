@@ -2,12 +2,19 @@
 //!
 //! An explicit Euler step of a hundredth of the scale of the solution estimates the second derivative; the step is then the one
 //! whose local error of order p would be one hundredth of the tolerance.
+//!
+//! That takes the tolerance of a velocity that is zero for what its changes are measured by: from rest it is hundreds of times too short. A mechanism has times of its own, though,
+//! in which it moves as far as it is large and its accelerations change by as much as they are, |q|/|q̇|, √(|q|/|q̈|) and |q̈|/|q⃛|, and what a method of order p leaves of
+//! |q| in a part x of the least of them is of the order x^(p+1): the step that leaves a hundredth of the tolerance is taken where it is longer, up to [`MOST`] times.
 //! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4, "starting step size".
 
 use super::tableau::zip;
 use super::{Knot, Phase, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
+
+/// See this file's header: both estimates have to do with the same motion.
+const MOST: f64 = 100.0;
 
 /// |h| for a method of the given order; costs one to four evaluations. `direction` is ±1, `most` an upper bound.
 pub(crate) fn first_step<V: Vector, S: System<V>>(
@@ -41,7 +48,23 @@ pub(crate) fn first_step<V: Vector, S: System<V>>(
         } else {
             math::powf(0.01 / curvature, 1.0 / f64::from(order))
         };
-        return fine.min(100.0 * h).min(most);
+        let of_order = fine.min(100.0 * h);
+        let own = own_step(start, &a, h, order, tolerances);
+        return of_order.max(own.min(MOST * of_order)).min(most);
     }
     h
+}
+
+/// The step by the times in which a mechanism moves, from its accelerations after an Euler step of length `h`; 0 where it has none.
+fn own_step<V: Vector>(start: &Knot<V>, later: &V, h: f64, order: u32, tolerances: &Tolerances) -> f64 {
+    let Phase { q, u } = start.y;
+    // All of them in tolerances of q: only their ratios count.
+    let size = |x: V| tolerances.norm(&Phase { q: x, u: V::zeros() }, &start.y, &start.y);
+    let mut change = *later;
+    (0..V::LEN).for_each(|i| change[i] -= start.a[i]);
+    let (q, u, a, change) = (size(q), size(u), size(start.a), size(change));
+    // What does not move takes for ever.
+    let time = (q / u).min(math::sqrt(q / a)).min(a * h / change);
+    let step = time * math::powf(0.01 / q, 1.0 / f64::from(order + 1));
+    if step.is_finite() { step } else { 0.0 }
 }

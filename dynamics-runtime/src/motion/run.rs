@@ -22,7 +22,7 @@ use super::sides::{self, Slipping, Turned};
 use super::singular;
 use super::slide::Slide;
 use super::touching::{Touch, Touching};
-use super::upkeep::Drifted;
+use super::upkeep::{Drift, Drifted};
 use super::watch::{Flow, Watch};
 use crate::constrain::Involved;
 use crate::constrain::assemble::at_time;
@@ -373,14 +373,13 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             return Ok(());
         }
         let state = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
-        if plant.upkeep.is_far(plant.model, &state, step.h) {
-            return Ok(());
-        }
-        if let Some(drifted) = plant.upkeep.drifted(plant.model, &state) {
-            let Drifted { what, row, residual, distance, limit } = drifted;
-            return Err(Kind::Drift { what, row, residual, distance, limit });
-        }
-        let Some((part, shortened)) = plant.upkeep.drift_decides(plant.model, &state, step.h)? else { return Ok(()) };
+        let (part, shortened) = match plant.upkeep.look(plant.model, &state, step.h)? {
+            Drift::Harmless => return Ok(()),
+            Drift::TooFar(Drifted { what, row, residual, distance, limit }) => {
+                return Err(Kind::Drift { what, row, residual, distance, limit });
+            }
+            Drift::Decides { part, shortened } => (part, shortened),
+        };
         let Weakness { condition, rows, coordinates } = weakness(plant.model, &state);
         // Plain drift of constraints that are far from losing rank has a limit of its own.
         if condition < WEAK && (part < TURNED || shortened < WEAK) {

@@ -14,8 +14,7 @@ use super::conditioning::golden;
 use super::error::{Met, SimulationErrorKind as Kind};
 use crate::constrain;
 use crate::constrain::Gradients;
-use crate::constrain::assemble::{NEARBY, at_time, beside, weigh};
-use crate::constrain::gradients::mass;
+use crate::constrain::assemble::{NEARBY, at_time, beside};
 use crate::constrain::held::active_rows;
 use crate::constrain::memory::{max_abs, norm};
 use crate::constrain::weakness::{Weakness, condition as condition_of, weakness, weakness_against};
@@ -31,25 +30,14 @@ const PROBE: f64 = 1e-4;
 /// Up to here the size of a coordinate counts: angles count revolutions.
 const TURNS: f64 = 10.0;
 
-/// What drift decides at a state.
-pub(super) struct Decided<R> {
-    /// The part of the motion: from [`DECIDED`] on it is nearer to a singular position than its drift permits.
-    pub(super) part: f64,
-    /// Lengths of the rows' gradients there; of those that nearly vanish, what they are beside it.
-    pub(super) usual: R,
-}
-
-/// The part of the motion that drift decides at a state.
-pub(super) fn part_of_drift<M: Constraints>(
-    model: &M,
-    constants: &M::Constants,
-    state: &M::State,
-    workspace: &mut [f64],
-) -> Result<Decided<M::Rows>, SolveError> {
-    let mut probe = Probe::new(model, constants, state, workspace);
-    let usual = probe.usual();
-    let part = probe.part(&usual)?;
-    Ok(Decided { part, usual })
+/// What is known of a state of which it is asked what drift decides there.
+pub(super) struct Here<M: Constraints> {
+    /// Φ.
+    pub(super) residual: M::Residual,
+    /// Lengths of the rows' gradients.
+    pub(super) lengths: M::Rows,
+    /// √Mᵢᵢ, see [`weigh`](crate::constrain::assemble::weigh).
+    pub(super) weights: M::Vector,
 }
 
 /// Conditioning from which on constraints are taken for singular, whatever it was elsewhere.
@@ -211,26 +199,28 @@ fn combined<V: Vector>(x: &V, a: f64, y: &V, b: f64) -> V {
     out
 }
 
-struct Probe<'p, M: Constraints> {
+/// What drift decides at a state.
+pub(super) struct Probe<'p, M: Constraints> {
     model: &'p M,
     constants: &'p M::Constants,
     state: &'p M::State,
+    here: &'p Here<M>,
     workspace: &'p mut [f64],
-    /// √Mᵢᵢ.
-    weights: M::Vector,
 }
 
 impl<'p, M: Constraints> Probe<'p, M> {
-    fn new(model: &'p M, constants: &'p M::Constants, state: &'p M::State, workspace: &'p mut [f64]) -> Self {
-        let mass = mass(model, state, workspace);
-        let mut weights = M::Vector::zeros();
-        (0..M::Vector::LEN).for_each(|i| weights[i] = mass[i * (M::Vector::LEN + 1)]);
-        weigh(weights.as_mut_slice());
-        Self { model, constants, state, workspace, weights }
+    pub(super) fn new(
+        model: &'p M,
+        constants: &'p M::Constants,
+        state: &'p M::State,
+        here: &'p Here<M>,
+        workspace: &'p mut [f64],
+    ) -> Self {
+        Self { model, constants, state, here, workspace }
     }
 
-    /// See [`part_of_drift`].
-    fn part(&mut self, usual: &M::Rows) -> Result<f64, SolveError> {
+    /// The part of the motion that drift decides: from [`DECIDED`] on it is nearer to a singular position than its drift permits. `usual`: see [`Self::usual`].
+    pub(super) fn part(&mut self, usual: &M::Rows) -> Result<f64, SolveError> {
         let (state, residual) = (self.state, self.drift(usual));
         let delta = self.back(&residual, -1.0)?;
         let (length, speed) = (self.length(&delta), self.length(state.u()));
@@ -240,7 +230,7 @@ impl<'p, M: Constraints> Probe<'p, M> {
         // Φ_qq δ² by a displacement along δ; Φ_qq δ q̇ by two along the sum and the difference of both at the same length.
         let scale = PROBE * self.size() / length;
         let straight = scaled(&delta, scale);
-        let curved = combined(&self.second(&straight), 1.0, &self.model.residual(state), -2.0);
+        let curved = combined(&self.second(&straight), 1.0, &self.here.residual, -2.0);
         let newton = self.back(&curved, 0.5 / (scale * scale))?;
         let contracts = self.length(&newton) / length;
         if contracts > DECIDED || speed == 0.0 {
@@ -254,10 +244,8 @@ impl<'p, M: Constraints> Probe<'p, M> {
     }
 
     /// Lengths of the rows' gradients; of those that nearly vanish, by how much they grow beside the state.
-    fn usual(&mut self) -> M::Rows {
-        let mut usual = M::Rows::zeros();
-        let gradients = Gradients::alone(self.model, self.state, self.workspace);
-        (0..M::Rows::LEN).for_each(|row| usual[row] = norm(gradients.row(row)));
+    pub(super) fn usual(&mut self) -> M::Rows {
+        let mut usual = self.here.lengths;
         let nearby = beside::<M>(self.state);
         let gradients = Gradients::alone(self.model, &nearby, self.workspace);
         for row in 0..M::Rows::LEN {
@@ -269,7 +257,7 @@ impl<'p, M: Constraints> Probe<'p, M> {
     /// Φ, with what rounding leaves open of it: no drift is known to be less. Of rows whose gradient nearly vanishes, too.
     fn drift(&self, usual: &M::Rows) -> M::Residual {
         let rounding = f64::EPSILON * (1.0 + max_abs(self.state.q().as_slice()).min(TURNS));
-        let mut drift = self.model.residual(self.state);
+        let mut drift = self.here.residual;
         for row in 0..M::Residual::LEN {
             drift[row] += (rounding * usual[row]).copysign(drift[row]);
         }
@@ -286,12 +274,12 @@ impl<'p, M: Constraints> Probe<'p, M> {
     }
 
     fn length(&self, x: &M::Vector) -> f64 {
-        math::sqrt(x.as_slice().iter().zip(self.weights.as_slice()).map(|(x, w)| (x * w) * (x * w)).sum())
+        math::sqrt(x.as_slice().iter().zip(self.here.weights.as_slice()).map(|(x, w)| (x * w) * (x * w)).sum())
     }
 
     /// ‖w (1 + |q|)‖, see [`TURNS`].
     fn size(&self) -> f64 {
-        let terms = self.state.q().as_slice().iter().zip(self.weights.as_slice());
+        let terms = self.state.q().as_slice().iter().zip(self.here.weights.as_slice());
         math::sqrt(terms.map(|(q, w)| math::powi(w * (1.0 + q.abs().min(TURNS)), 2)).sum())
     }
 

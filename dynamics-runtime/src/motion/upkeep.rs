@@ -6,7 +6,7 @@ mod contacts;
 mod drifting;
 
 pub(crate) use contacts::Closing;
-pub(crate) use drifting::Drifted;
+pub(crate) use drifting::{Drift, Drifted};
 
 use super::conditioning::Conditioning;
 use super::error::SimulationErrorKind;
@@ -96,6 +96,8 @@ pub(crate) struct Upkeep<M: Constraints> {
     push: M::Vector,
     pace: Pace,
     drift_limit: f64,
+    /// No row is smaller, once that was asked.
+    least_size: Option<f64>,
     /// The last close look at what has drifted.
     look: Option<drifting::Look<M::Rows>>,
     /// The contacts of the run, which take part in every impact where they touch.
@@ -149,6 +151,7 @@ impl<M: Constraints> Upkeep<M> {
             push: M::Vector::zeros(),
             pace: Pace::default(),
             drift_limit,
+            least_size: None,
             look: None,
             contacts: Vec::new(),
             usual: None,

@@ -6,18 +6,20 @@
 //! both is in proportion to what a close look finds, and foretells it from the last one.
 
 use super::super::pace::Turned;
-use super::super::singular::{self, Decided};
+use super::super::singular::{self, Here, Probe};
 use super::{Distances, Upkeep};
 use crate::constrain::Gradients;
-use crate::constrain::assemble::{least_size, size_along};
+use crate::constrain::assemble::{least_size, size_along, weigh};
 use crate::constrain::held::active_rows;
 use crate::constrain::memory::{max_abs, norm};
 use crate::error::SolveError;
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Vector};
 
-/// Most steps without a close look: directions change.
-const MOST: u32 = 3;
+/// Steps without a close look: directions change. Twice as many after each that found no more than [`SURE`] times what was foretold.
+const FEWEST: u32 = 3;
+const MOST: u32 = 12;
+const SURE: f64 = 3.0;
 /// What is foretold below this part of the motion is not looked at, a three-hundredth of what summaries warn of. Of 324,000 steps of linkages through their change
 /// points 97 % were passed over, with three times as much and twice as many between looks: four of them were beyond what is warned of, 6.8e-4 at most, a thirtieth of what ends a
 /// motion.
@@ -32,17 +34,48 @@ pub(crate) struct Drifted {
     pub(crate) limit: f64,
 }
 
+/// What a close look says of a step.
+pub(crate) enum Drift {
+    Harmless,
+    TooFar(Drifted),
+    /// Where the motion goes on: what part of it, and by how much a gradient is shorter there than beside it.
+    Decides {
+        part: f64,
+        shortened: f64,
+    },
+}
+
 /// What a close look found, by which the steps after it are judged.
 #[derive(Clone, Copy)]
 pub(super) struct Look<R> {
     modes: Modes,
-    /// Lengths of the gradients.
+    /// Lengths of the gradients, and those of [`Probe::usual`].
+    lengths: R,
     usual: R,
     /// Part of the motion that drift decides, for |δ|²/|r| of this.
     part: f64,
     reach: f64,
-    /// Steps for which that may do.
+    /// Steps for which that may do, and those of them that are left.
+    steps: u32,
     left: u32,
+}
+
+impl<R: Vector> Look<R> {
+    /// The part of the motion that drift decides where |δ|²/|r| is this.
+    fn foretells(&self, reach: f64) -> f64 {
+        self.part / self.reach * reach
+    }
+
+    /// For how many steps a close look may do that found no more than was foretold, or more.
+    fn trust(&self, foretold: bool) -> u32 {
+        if foretold { (2 * self.steps).min(MOST) } else { FEWEST }
+    }
+
+    /// Whether gradients are about as long as they were: then their usual lengths are those of then.
+    fn is_alike(&self, lengths: &R) -> bool {
+        let alike = |row: usize| 0.5 * self.lengths[row] <= lengths[row] && lengths[row] <= 2.0 * self.usual[row];
+        (0..R::LEN).all(alike)
+    }
 }
 
 /// |δ| and |δ|²/|r| of this file's header, r in parts of the lengths of gradients.
@@ -53,23 +86,38 @@ struct Reach {
 }
 
 impl<M: Constraints> Upkeep<M> {
-    /// Whether nothing of what has drifted up to the end of a step of length `h` can matter, as far as that is told without a close look.
+    /// What the constraints have drifted up to the end of a step of length `h`: how far, and whether that decides where the motion goes on, see [`super::singular`].
     #[inline]
-    pub(crate) fn is_far(&mut self, model: &M, state: &M::State, h: f64) -> bool {
-        let Some(look) = self.look.filter(|look| look.left > 0 && look.modes == state.modes()) else { return false };
-        let Some(Reach { delta, reach }) = self.reach(model, state, h, &look.usual) else { return false };
-        // No row is judged by less.
-        let least = self.drift_limit * least_size(model);
-        let little = reach > 0.0 && look.part * reach <= FAR * look.reach;
-        let far = little && delta <= least && delta <= h.abs() * least;
-        self.look = Some(Look { left: look.left - 1, ..look });
-        far
+    pub(crate) fn look(&mut self, model: &M, state: &M::State, h: f64) -> Result<Drift, SolveError> {
+        let missed = (model.residual(state), model.velocity_residual(state));
+        let last = self.look.filter(|look| look.modes == state.modes());
+        let last = last.and_then(|look| Some((look, self.reach(model, state, h, &missed, &look.usual)?)));
+        if let Some((look, Reach { delta, reach })) = last {
+            let least = self.drift_limit * self.least_size(model);
+            let little = reach > 0.0 && look.foretells(reach) <= FAR;
+            if look.left > 0 && little && delta <= least && delta <= h.abs() * least {
+                self.look = Some(Look { left: look.left - 1, ..look });
+                return Ok(Drift::Harmless);
+            }
+        }
+        self.look_closely(model, state, h, &missed, last)
     }
 
-    /// `None` where there is no generated code.
+    /// By less no row is judged.
+    fn least_size(&mut self, model: &M) -> f64 {
+        *self.least_size.get_or_insert_with(|| least_size(model))
+    }
+
+    /// From what is missed of positions and velocities; `None` where there is no generated code.
     #[inline]
-    fn reach(&self, model: &M, state: &M::State, h: f64, usual: &M::Rows) -> Option<Reach> {
-        let (position, velocity) = (model.residual(state), model.velocity_residual(state));
+    fn reach(
+        &self,
+        model: &M,
+        state: &M::State,
+        h: f64,
+        (position, velocity): &(M::Residual, M::Rows),
+        usual: &M::Rows,
+    ) -> Option<Reach> {
         let rounding = f64::EPSILON * (1.0 + max_abs(state.q().as_slice()));
         let (mut right, mut most) = (M::Rows::zeros(), 0.0);
         for row in active_rows::<M>(state.modes(), false) {
@@ -83,52 +131,43 @@ impl<M: Constraints> Upkeep<M> {
         Some(Reach { delta, reach: delta * delta / most })
     }
 
-    /// The row that has drifted further than permitted, in its positions or its velocities.
-    pub(crate) fn drifted(&mut self, model: &M, state: &M::State) -> Option<Drifted> {
-        if M::Rows::LEN == 0 || !self.drift_limit.is_finite() {
-            return None;
-        }
-        let (position, velocity) = (model.residual(state), model.velocity_residual(state));
-        let distances = Distances::of(model, state, &mut self.workspace);
-        let drifted = |what, row: usize, residual, values: &M::Vector| {
-            let distance = distances.along(row, residual);
-            let limit = self.drift_limit * size_along(model, values.as_slice(), distances.gradients.row(row));
-            let row = M::ROWS[row].name;
-            // What is not a number, on either side, has drifted.
-            let kept = distance <= limit;
-            (!kept).then_some(Drifted { what, row, residual, distance, limit })
-        };
-        active_rows::<M>(state.modes(), false).find_map(|row| {
-            let position = (row < M::Residual::LEN).then(|| position[row]);
-            position
-                .and_then(|position| drifted("positions", row, position, state.q()))
-                .or_else(|| drifted("velocities", row, velocity[row], state.u()))
-        })
-    }
-
-    /// Whether what the constraints have drifted up to the end of a step of length `h` decides where the motion goes on, see [`super::singular`]: the part of it, and by how
-    /// much a gradient is shorter there than beside it.
-    pub(crate) fn drift_decides(
+    /// The same closely. `last`: what the last close look found, and what that foretells.
+    fn look_closely(
         &mut self,
         model: &M,
         state: &M::State,
         h: f64,
-    ) -> Result<Option<(f64, f64)>, SolveError> {
-        let found = singular::part_of_drift(model, &self.constants, state, &mut self.workspace)?;
-        let Decided { part, usual } = found;
+        missed: &(M::Residual, M::Rows),
+        last: Option<(Look<M::Rows>, Reach)>,
+    ) -> Result<Drift, SolveError> {
+        let limits = (self.drift_limit, self.least_size(model));
+        let distances = Distances::of(model, state, &mut self.workspace);
+        if let Some(drifted) = drifted(model, state, limits, missed, &distances) {
+            return Ok(Drift::TooFar(drifted));
+        }
+        let mut here: Here<M> = Here { residual: missed.0, lengths: M::Rows::zeros(), weights: M::Vector::zeros() };
+        (0..M::Rows::LEN).for_each(|row| here.lengths[row] = norm(distances.gradients.row(row)));
+        // M has been found along with the gradients.
+        let n = M::Vector::LEN;
+        (0..n).for_each(|i| here.weights[i] = self.workspace[i * (n + 1)]);
+        weigh(here.weights.as_mut_slice());
+        let mut probe = Probe::new(model, &self.constants, state, &here, &mut self.workspace);
+        let kept = last.filter(|(look, _)| look.is_alike(&here.lengths));
+        let usual = kept.map_or_else(|| probe.usual(), |(look, _)| look.usual);
+        let part = probe.part(&usual)?;
         if self.upkept.turned.is_none_or(|turned| part > turned.part) {
             self.upkept.turned = Some(Turned { part, time: state.t() });
         }
+        let steps = last.map_or(FEWEST, |(look, Reach { reach, .. })| look.trust(part <= SURE * look.foretells(reach)));
+        let reach = kept.map(|(_, reach)| reach).or_else(|| self.reach(model, state, h, missed, &usual));
         // At rest only a part of what drift decides is seen.
-        let moves = max_abs(state.u().as_slice()) > 0.0;
-        self.look = self.reach(model, state, h, &usual).filter(|_| moves).map(|Reach { reach, .. }| Look {
-            modes: state.modes(),
-            usual,
-            part,
-            reach,
-            left: MOST,
-        });
-        Ok((part > singular::DECIDED).then(|| (part, self.shortened(model, state, &usual))))
+        let reach = reach.filter(|_| max_abs(state.u().as_slice()) > 0.0);
+        let (modes, lengths) = (state.modes(), here.lengths);
+        self.look = reach.map(|Reach { reach, .. }| Look { modes, lengths, usual, part, reach, steps, left: steps });
+        Ok(match part > singular::DECIDED {
+            true => Drift::Decides { part, shortened: self.shortened(model, state, &usual) },
+            false => Drift::Harmless,
+        })
     }
 
     /// Usual over actual length of the gradient that is shortened most.
@@ -138,4 +177,33 @@ impl<M: Constraints> Upkeep<M> {
         let rows = active_rows::<M>(state.modes(), false);
         rows.map(|row| usual[row] / norm(gradients.row(row))).fold(1.0, math::max)
     }
+}
+
+/// The row that has drifted further than permitted, in its positions or its velocities: further than a part `limit` of its [size](size_along), which is never less than `least`.
+fn drifted<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    (limit, least): (f64, f64),
+    (position, velocity): &(M::Residual, M::Rows),
+    distances: &Distances<'_>,
+) -> Option<Drifted> {
+    if !limit.is_finite() {
+        return None;
+    }
+    let drifted = |what, row: usize, residual, values: &M::Vector| {
+        let distance = distances.along(row, residual);
+        if distance <= limit * least {
+            return None;
+        }
+        let limit = limit * size_along(model, values.as_slice(), distances.gradients.row(row));
+        // What is not a number, on either side, has drifted.
+        let kept = distance <= limit;
+        (!kept).then_some(Drifted { what, row: M::ROWS[row].name, residual, distance, limit })
+    };
+    active_rows::<M>(state.modes(), false).find_map(|row| {
+        let position = (row < M::Residual::LEN).then(|| position[row]);
+        position
+            .and_then(|position| drifted("positions", row, position, state.q()))
+            .or_else(|| drifted("velocities", row, velocity[row], state.u()))
+    })
 }
