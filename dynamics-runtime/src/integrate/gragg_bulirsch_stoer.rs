@@ -141,40 +141,50 @@ impl<V: Vector> GraggBulirschStoer<V> {
         mut last: impl FnMut(&mut Stages<V>, &[Stages<V>; 2]),
         mut see: impl FnMut(usize, &Stages<V>, &Stages<V>),
     ) -> Result<[Stages<V>; 2], S::Error> {
-        let mut sums = [Stages::zeros(); 2];
         let part = |of: [f64; COUNT]| start.h * Lanes::new(of);
-        // The first substep ends where the first evaluation is.
-        let (mut before, mut first) = (Stages::<V>::zeros(), Stages::<V>::zeros());
-        let (mut now, mut slope) = (scaled(part(plan[0].time), &start.slope), Stages::<V>::zeros());
-        let mut stage = sum(&start.y, &now);
+        // The first substep ends where the first evaluation is. What is at every other substep stands in one place: the next one replaces the last but one.
+        let [mut even, mut odd] = [Stages::<V>::zeros(), scaled(part(plan[0].time), &start.slope)];
+        let (mut first, mut sums, mut slope) = (Stages::<V>::zeros(), [Stages::zeros(); 2], Stages::zeros());
+        let mut stage = sum(&start.y, &odd);
         for (i, call) in plan.iter().enumerate() {
             if i + 1 == CALLS {
                 last(&mut stage, &sums);
             }
             system.derivatives(start.t + part(call.time), &stage, &mut slope)?;
             see(i, &stage, &slope);
-            let twice = part(call.twice);
-            let leap = |before: &mut V::Wide, now: &mut V::Wide, slope: &V::Wide, stage: &mut V::Wide, y: &V::Wide| {
-                for i in 0..V::LEN {
-                    let next = before.as_slice()[i] + twice * slope.as_slice()[i];
-                    before.as_mut_slice()[i] = now.as_slice()[i];
-                    now.as_mut_slice()[i] = next;
-                    stage.as_mut_slice()[i] = y.as_slice()[i] + next;
-                }
-            };
-            leap(&mut before.q, &mut now.q, &slope.q, &mut stage.q, &start.y.q);
-            leap(&mut before.u, &mut now.u, &slope.u, &mut stage.u, &start.y.u);
+            let (now, next) = if i % 2 == 0 { (&mut odd, &mut even) } else { (&mut even, &mut odd) };
+            let (twice, substep, weights) = (part(call.twice), part(call.substep), call.weights.map(Lanes::new));
             if !call.any {
+                let leap = |next: &mut V::Wide, stage: &mut V::Wide, slope: &V::Wide, y: &V::Wide| {
+                    for i in 0..V::LEN {
+                        let next = &mut next.as_mut_slice()[i];
+                        *next = *next + twice * slope.as_slice()[i];
+                        stage.as_mut_slice()[i] = y.as_slice()[i] + *next;
+                    }
+                };
+                leap(&mut next.q, &mut stage.q, &slope.q, &start.y.q);
+                leap(&mut next.u, &mut stage.u, &slope.u, &start.y.u);
                 continue;
             }
-            for (sum, weights) in sums.iter_mut().zip(call.weights) {
-                add(sum, Lanes::new(weights), &now);
-            }
-            replace(&mut first, call.first, &now);
-            replace(&mut before, call.ended, &Stages::zeros());
-            replace(&mut now, call.ended, &scaled(part(call.substep), &start.slope));
-            replace(&mut now, call.last, &first);
-            stage = sum(&start.y, &now);
+            let end = |[now, next, stage, first, end, error]: [&mut V::Wide; 6], [slope, y, begin]: [&V::Wide; 3]| {
+                for i in 0..V::LEN {
+                    let found = next.as_slice()[i] + twice * slope.as_slice()[i];
+                    let of_end = end.as_slice()[i] + weights[0] * found;
+                    let of_error = error.as_slice()[i] + weights[1] * found;
+                    let of_first = found.or(call.first, first.as_slice()[i]);
+                    let before = Lanes::ZERO.or(call.ended, now.as_slice()[i]);
+                    let after = of_first.or(call.last, (substep * begin.as_slice()[i]).or(call.ended, found));
+                    (end.as_mut_slice()[i], error.as_mut_slice()[i]) = (of_end, of_error);
+                    (first.as_mut_slice()[i], now.as_mut_slice()[i]) = (of_first, before);
+                    (next.as_mut_slice()[i], stage.as_mut_slice()[i]) = (after, y.as_slice()[i] + after);
+                }
+            };
+            let [changes, errors] = &mut sums;
+            let (stage, y, begin) = (&mut stage, &start.y, &start.slope);
+            let of_q = [&mut now.q, &mut next.q, &mut stage.q, &mut first.q, &mut changes.q, &mut errors.q];
+            end(of_q, [&slope.q, &y.q, &begin.q]);
+            let of_u = [&mut now.u, &mut next.u, &mut stage.u, &mut first.u, &mut changes.u, &mut errors.u];
+            end(of_u, [&slope.u, &y.u, &begin.u]);
         }
         Ok(sums)
     }
@@ -206,18 +216,6 @@ fn sum<V: Vector>(x: &Stages<V>, y: &Stages<V>) -> Stages<V> {
         out.u.as_mut_slice()[i] = x.u.as_slice()[i] + y.u.as_slice()[i];
     }
     out
-}
-
-/// Adds factor·y.
-#[inline(always)]
-fn add<V: Vector>(to: &mut Stages<V>, factor: Lanes, y: &Stages<V>) {
-    let each = |to: &mut V::Wide, y: &V::Wide| {
-        for i in 0..V::LEN {
-            to.as_mut_slice()[i] = to.as_slice()[i] + factor * y.as_slice()[i];
-        }
-    };
-    each(&mut to.q, &y.q);
-    each(&mut to.u, &y.u);
 }
 
 /// factor·y.
