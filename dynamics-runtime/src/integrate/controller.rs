@@ -6,7 +6,8 @@
 //! hₙ₊₁ = hₙ · clamp(safety · εₙ^(−α) · εₙ₋₁^β),    α = 1/(p + 1) − 0.75 β
 //! ```
 //!
-//! with p the order of the error estimate. β > 0 keeps the step from oscillating where stability, not accuracy, bounds it.
+//! with p the order of the error estimate. β > 0 keeps the step from oscillating where stability, not accuracy, bounds it; β < 0 expects that what became harder in the last step
+//! becomes harder still in the next, which suits steps that are long against what changes.
 //! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4; Gustafsson, ACM TOMS 17 (1991) 533.
 
 use crate::math;
@@ -16,7 +17,7 @@ use crate::math;
 pub struct ControllerSettings {
     /// Factor below 1 against steps that fail narrowly.
     pub safety: f64,
-    /// Weight of the error before; 0 is plain integral control.
+    /// Weight of the error before; 0 is plain integral control, below 0 it looks ahead.
     pub beta: f64,
     /// Smallest factor from one step to the next.
     pub shrink: f64,

@@ -283,16 +283,14 @@ impl<'p, M: Constraints> Probe<'p, M> {
         math::sqrt(terms.map(|(q, w)| math::powi(w * (1.0 + q.abs().min(TURNS)), 2)).sum())
     }
 
-    /// Φ at a displaced position.
-    fn displaced(&self, by: &M::Vector) -> M::Residual {
-        let mut state = *self.state;
-        (0..M::Vector::LEN).for_each(|i| state.q_mut()[i] += by[i]);
-        self.model.residual(&state)
-    }
-
     /// Φ(q + x) + Φ(q − x) = 2Φ(q) + Φ_qq x², but for terms of the fourth order; Φ(q) drops out of differences.
     fn second(&self, x: &M::Vector) -> M::Residual {
-        combined(&self.displaced(x), 1.0, &self.displaced(&scaled(x, -1.0)), 1.0)
+        let mut displaced = *self.state;
+        let mut at = |sign: f64| {
+            (0..M::Vector::LEN).for_each(|i| displaced.q_mut()[i] = self.state.q()[i] + sign * x[i]);
+            self.model.residual(&displaced)
+        };
+        combined(&at(1.0), 1.0, &at(-1.0), 1.0)
     }
 }
 

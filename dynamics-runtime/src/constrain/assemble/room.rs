@@ -177,11 +177,15 @@ impl<'w> Room<'w> {
 
 /// Replaces inertias Mᵢᵢ by the weights of the coordinates, √Mᵢᵢ; those of coordinates without inertia are the smallest of the others.
 pub(crate) fn weigh(inertias: &mut [f64]) {
-    let weight = |m: f64| Some(m).filter(|m| *m > 0.0 && m.is_finite()).map(math::sqrt);
-    let largest = inertias.iter().copied().filter_map(weight).fold(0.0, f64::max);
-    let least = inertias.iter().copied().filter_map(weight).fold(largest, f64::min).max(LEAST_WEIGHT * largest);
-    let least = if least > 0.0 { least } else { 1.0 };
-    inertias.iter_mut().for_each(|m| *m = weight(*m).unwrap_or(least).max(least));
+    let (mut least, mut largest) = (f64::INFINITY, 0.0);
+    for m in inertias.iter_mut() {
+        *m = if *m > 0.0 && m.is_finite() { math::sqrt(*m) } else { 0.0 };
+        if *m > 0.0 {
+            (least, largest) = (f64::min(least, *m), f64::max(largest, *m));
+        }
+    }
+    let least = if largest > 0.0 { least.max(LEAST_WEIGHT * largest) } else { 1.0 };
+    inertias.iter_mut().for_each(|weight| *weight = weight.max(least));
 }
 
 /// Indices of the columns that are free.

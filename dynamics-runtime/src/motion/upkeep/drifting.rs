@@ -140,13 +140,16 @@ impl<M: Constraints> Upkeep<M> {
         missed: &(M::Residual, M::Rows),
         last: Option<(Look<M::Rows>, Reach)>,
     ) -> Result<Drift, SolveError> {
-        let limits = (self.drift_limit, self.least_size(model));
+        let mut here: Here<M> = Here { residual: missed.0, lengths: M::Rows::zeros(), weights: M::Vector::zeros() };
+        let (limit, least) = (self.drift_limit, self.least_size(model));
         let distances = Distances::of(model, state, &mut self.workspace);
-        if let Some(drifted) = drifted(model, state, limits, missed, &distances) {
+        (0..M::Rows::LEN).for_each(|row| here.lengths[row] = norm(distances.gradients.row(row)));
+        let little = |row: usize, residual: f64| residual.abs() <= limit * least * here.lengths[row];
+        let mut rows = active_rows::<M>(state.modes(), false);
+        let all = rows.all(|row| (row >= M::Residual::LEN || little(row, missed.0[row])) && little(row, missed.1[row]));
+        if !all && let Some(drifted) = drifted(model, state, limit, missed, &distances) {
             return Ok(Drift::TooFar(drifted));
         }
-        let mut here: Here<M> = Here { residual: missed.0, lengths: M::Rows::zeros(), weights: M::Vector::zeros() };
-        (0..M::Rows::LEN).for_each(|row| here.lengths[row] = norm(distances.gradients.row(row)));
         // M has been found along with the gradients.
         let n = M::Vector::LEN;
         (0..n).for_each(|i| here.weights[i] = self.workspace[i * (n + 1)]);
@@ -179,11 +182,12 @@ impl<M: Constraints> Upkeep<M> {
     }
 }
 
-/// The row that has drifted further than permitted, in its positions or its velocities: further than a part `limit` of its [size](size_along), which is never less than `least`.
+/// The row that has drifted further than permitted, in its positions or its velocities: further than a part `limit` of its [size](size_along).
+#[cold]
 fn drifted<M: Constraints>(
     model: &M,
     state: &M::State,
-    (limit, least): (f64, f64),
+    limit: f64,
     (position, velocity): &(M::Residual, M::Rows),
     distances: &Distances<'_>,
 ) -> Option<Drifted> {
@@ -192,9 +196,6 @@ fn drifted<M: Constraints>(
     }
     let drifted = |what, row: usize, residual, values: &M::Vector| {
         let distance = distances.along(row, residual);
-        if distance <= limit * least {
-            return None;
-        }
         let limit = limit * size_along(model, values.as_slice(), distances.gradients.row(row));
         // What is not a number, on either side, has drifted.
         let kept = distance <= limit;
