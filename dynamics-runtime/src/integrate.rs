@@ -424,6 +424,8 @@ pub trait Scheme<V: Vector>: Clone {
     const STABILITY_BORDER: f64;
     /// Number of parts in which a step is scanned for events.
     const SCAN: usize;
+    /// Whether it makes few and long steps: the first one from rest is then as long as the times of the mechanism permit, where others begin with short ones and soon have longer ones.
+    const LONG_STEPS: bool = false;
     /// The interpolant.
     type Dense: Dense<V> + Send + Sync + 'static;
 

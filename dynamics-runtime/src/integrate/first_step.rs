@@ -3,9 +3,10 @@
 //! An explicit Euler step of a hundredth of the scale of the solution estimates the second derivative; the step is then the one
 //! whose local error of order p would be one hundredth of the tolerance.
 //!
-//! That takes the tolerance of a velocity that is zero for what its changes are measured by: from rest it is hundreds of times too short. A mechanism has times of its own, though,
-//! in which it moves as far as it is large and its accelerations change by as much as they are, |q|/|q̇|, √(|q|/|q̈|) and |q̈|/|q⃛|, and what a method of order p leaves of
-//! |q| in a part x of the least of them is of the order x^(p+1): the step that leaves a hundredth of the tolerance is taken where it is longer, up to [`MOST`] times.
+//! That takes the tolerance of a velocity that is zero for what its changes are measured by: from rest it is hundreds of times too short, and longer at once for methods that need only some
+//! dozens of steps ([`Scheme::LONG_STEPS`](super::Scheme::LONG_STEPS)). A mechanism has times of its own, in which it moves as far as it is large and its accelerations change by as much
+//! as they are, |q|/|q̇|, √(|q|/|q̈|) and |q̈|/|q⃛|, and what a method of order p leaves of |q| in a part x of the least of them is of the order x^(p+1): they take the
+//! step that leaves a hundredth of the tolerance where it is longer, up to [`MOST`] times.
 //! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4, "starting step size".
 
 use super::tableau::zip;
@@ -16,11 +17,11 @@ use crate::model::Vector;
 /// See this file's header: both estimates have to do with the same motion.
 const MOST: f64 = 100.0;
 
-/// |h| for a method of the given order; costs one to four evaluations. `direction` is ±1, `most` an upper bound.
+/// |h| for a method of the given order, which makes `long` steps or not; costs one to four evaluations. `direction` is ±1, `most` an upper bound.
 pub(crate) fn first_step<V: Vector, S: System<V>>(
     system: &mut S,
     start: &Knot<V>,
-    order: u32,
+    (order, long): (u32, bool),
     direction: f64,
     most: f64,
     tolerances: &Tolerances,
@@ -49,7 +50,7 @@ pub(crate) fn first_step<V: Vector, S: System<V>>(
             math::powf(0.01 / curvature, 1.0 / f64::from(order))
         };
         let of_order = fine.min(100.0 * h);
-        let own = own_step(start, &a, h, order, tolerances);
+        let own = if long { own_step(start, &a, h, order, tolerances) } else { 0.0 };
         return of_order.max(own.min(MOST * of_order)).min(most);
     }
     h

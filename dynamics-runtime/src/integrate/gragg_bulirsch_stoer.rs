@@ -273,6 +273,7 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
     // Steps that stability bounds settle at 5.3 of the 6.6.
     const STABILITY_BORDER: f64 = 5.0;
     const SCAN: usize = 16;
+    const LONG_STEPS: bool = true;
     type Dense = Knots<V>;
 
     fn new() -> Self {

@@ -329,7 +329,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     fn first_step<Y: System<V>>(&self, system: &mut Y, limit: f64) -> f64 {
         let t = self.now.t;
         let (most, direction) = (self.options.most.min((limit - t).abs()), if limit < t { -1.0 } else { 1.0 });
-        first_step(system, &self.now, S::ORDER, direction, most, &self.options.tolerances)
+        first_step(system, &self.now, (S::ORDER, S::LONG_STEPS), direction, most, &self.options.tolerances)
     }
 
     /// Lets the method say how long the next step is.

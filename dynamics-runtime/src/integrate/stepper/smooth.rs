@@ -43,7 +43,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if h != 0.0 && self.hold_branches(system, h)? == Hold::Changed && !S::PROPOSES && !self.is_fixed() {
             // What lies behind tells nothing of how fast it goes on from here.
             let (most, tolerances) = (self.h.min(self.options.most), self.options.tolerances);
-            self.h = first_step(system, &self.now, S::ORDER, direction, most, &tolerances);
+            self.h = first_step(system, &self.now, (S::ORDER, S::LONG_STEPS), direction, most, &tolerances);
             self.control.iter_mut().for_each(Controller::restart);
         }
         self.propose(system, limit);
