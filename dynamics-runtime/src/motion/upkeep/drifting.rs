@@ -20,9 +20,9 @@ use crate::model::{Constraints, ModelState, Modes, Vector};
 const FEWEST: u32 = 3;
 const MOST: u32 = 12;
 const SURE: f64 = 3.0;
-/// What is foretold below this part of the motion is not looked at, a three-hundredth of what summaries warn of. Of 324,000 steps of linkages through their change
-/// points 97 % were passed over, with three times as much and twice as many between looks: four of them were beyond what is warned of, 6.8e-4 at most, a thirtieth of what ends a
-/// motion.
+/// What is foretold below this part of the motion is not looked at, a three-hundredth of what summaries warn of; from [`FEWEST`] steps on the less the older it is. Of 675,000 steps of
+/// four-bars, slider-cranks and chains of rods through and past their change points that were passed over, by four methods at tolerances from 1e-3 to 1e-9 and two in fixed steps, none was beyond what is
+/// warned of, 2.7e-4 at most, an eightieth of what ends a motion; nor was one with [`FEWEST`] steps at most, with the same 2.7e-4. Were the age of it nothing, one would have been.
 const FAR: f64 = 1e-6;
 
 /// A constraint that has drifted too far.
@@ -66,6 +66,11 @@ impl<R: Vector> Look<R> {
         self.part / self.reach * reach
     }
 
+    /// For how many times as many steps as the fewest this has done, at least 1.
+    fn age(&self) -> f64 {
+        math::max(1.0, f64::from(self.steps - self.left + 1) / f64::from(FEWEST))
+    }
+
     /// For how many steps a close look may do that found no more than was foretold, or more.
     fn trust(&self, foretold: bool) -> u32 {
         if foretold { (2 * self.steps).min(MOST) } else { FEWEST }
@@ -94,7 +99,7 @@ impl<M: Constraints> Upkeep<M> {
         let last = last.and_then(|look| Some((look, self.reach(model, state, h, &missed, &look.usual)?)));
         if let Some((look, Reach { delta, reach })) = last {
             let least = self.drift_limit * self.least_size(model);
-            let little = reach > 0.0 && look.foretells(reach) <= FAR;
+            let little = reach > 0.0 && look.age() * look.foretells(reach) <= FAR;
             if look.left > 0 && little && delta <= least && delta <= h.abs() * least {
                 self.look = Some(Look { left: look.left - 1, ..look });
                 return Ok(Drift::Harmless);
