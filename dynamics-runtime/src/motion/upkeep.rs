@@ -48,7 +48,7 @@ pub struct Upkept {
     /// Worst conditioning of the constraints that was met by the general solver.
     pub conditioning: Option<Conditioning>,
     /// Where drift turned the motion most: where constraints drift, at the ends of those steps that may be near a singular position, and of every
-    /// fourth of the others.
+    /// fourth to thirteenth of the others.
     pub turned: Option<Turned>,
 }
 

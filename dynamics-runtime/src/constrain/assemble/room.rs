@@ -207,3 +207,19 @@ pub(super) fn moved<S: ModelState>(state: &S, given: &[bool], weights: &[f64], f
     shift(out.q_mut().as_mut_slice(), given, weights, factor, step);
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::weigh;
+
+    #[test]
+    fn what_has_no_inertia_weighs_as_little_as_the_least_of_the_others() {
+        let weights = |mut inertias: [f64; 4]| {
+            weigh(&mut inertias);
+            inertias
+        };
+        assert_eq!(weights([4.0, 0.0, 1.0, f64::NAN]), [2.0, 1.0, 1.0, 1.0]);
+        assert_eq!(weights([1e20, 1.0, -1.0, 1e18]), [1e10, 1e6, 1e6, 1e9]);
+        assert_eq!(weights([0.0, f64::INFINITY, -1.0, f64::NAN]), [1.0; 4]);
+    }
+}

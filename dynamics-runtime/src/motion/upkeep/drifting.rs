@@ -213,3 +213,32 @@ fn drifted<M: Constraints>(
             .or_else(|| drifted("velocities", row, velocity[row], state.u()))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SVector;
+
+    type R = SVector<f64, 2>;
+
+    /// 3, 6, 12, 12, …, and 3 again after more was found than foretold; what is older than three steps is believed less.
+    #[test]
+    fn what_is_foretold_is_trusted_as_it_proves_true() {
+        let of = |steps, left| Look {
+            modes: Modes::ALL_HOLD,
+            lengths: R::new(1.0, 1.0),
+            usual: R::new(1.0, 5.0),
+            part: 2e-9,
+            reach: 1e-6,
+            steps,
+            left,
+        };
+        assert_eq!([3, 6, 12].map(|steps| of(steps, steps).trust(true)), [6, 12, 12]);
+        assert_eq!(of(12, 4).trust(false), FEWEST);
+        assert_eq!([12, 10, 7, 1].map(|left| of(12, left).age()), [1.0, 1.0, 2.0, 4.0]);
+        assert!((of(3, 3).foretells(3e-6) - 6e-9).abs() < 1e-24);
+        let alike = |[a, b]: [f64; 2]| of(3, 3).is_alike(&R::new(a, b));
+        assert!(alike([0.6, 1.0]) && alike([1.9, 9.0]) && !alike([0.4, 1.0]) && !alike([1.0, 11.0]));
+        assert!(!alike([f64::NAN, 1.0]));
+    }
+}
