@@ -38,7 +38,7 @@ fn errors_are_those_of_the_closed_form_and_the_reference_knows_its_own() {
     let known = ran(study(&model).reference(Reference::known(exact, 1e-15)));
     let uncertainty = by_runs.uncertainty();
     assert!(uncertainty.positions < 1e-12 && uncertainty.velocities < 1e-12, "{uncertainty:?}");
-    assert_eq!(by_runs.curves().len(), 2);
+    assert_eq!(by_runs.curves().len(), 4);
     for (runs, closed) in by_runs.curves().iter().zip(known.curves()) {
         assert_eq!((runs.name.as_str(), runs.points.len()), (closed.name.as_str(), 11));
         for (run, closed) in runs.points.iter().zip(&closed.points) {
@@ -192,6 +192,18 @@ fn what_cannot_be_trusted_is_refused() {
         matches!(&wrong, Contradicted { what: "positions", distance, apart, .. } if *distance > 1e-7 && *apart < 1e-12),
         "{wrong}"
     );
+    // Coarse runs, of several methods or of one, err by less than such an end does: runs near rounding tell.
+    let off = |by: f64| PlainState { q: end.q.add_scalar(by), ..end };
+    let coarse = |end| loose(end, 1e-10).tolerances([1e-4, 1e-6]);
+    for study in [coarse(off(1e-3)), coarse(off(1e-3)).methods([Dop853.into()])] {
+        let wrong = refused(study);
+        assert!(
+            matches!(&wrong, OtherEnd { what: "positions", distance, .. } if (distance - 1e-3).abs() < 1e-9),
+            "{wrong}"
+        );
+    }
+    // What is wrong by no more than was said is an end, and so is one that a single coarse run cannot tell from its own error.
+    assert!(coarse(off(1e-10)).run().is_ok() && coarse(end).methods([Dop853.into()]).run().is_ok());
     let turned = PlainState { u: -end.u, ..end };
     assert!(matches!(refused(loose(turned, 1e-15)), Contradicted { what: "velocities", .. }));
     // Steps of two sizes by one method err alike, and may.
@@ -237,23 +249,25 @@ fn options_without_sense_are_named() {
         (open(), "the study has no end"),
         (open().until(f64::NAN), "a motion until NaN"),
         (open().until(0.0), "a motion until 0"),
+        (study(&model).methods([]), "a list of methods is empty"),
+        (study(&model).methods([Dop853.into()]).methods_at([0.1], []), "a list of methods is empty"),
         (study(&model).tolerances([]), "DOP853 (order 8) has no tolerances"),
         (study(&model).methods([Rk4.into()]), "RK4 (order 4) has no steps"),
         (study(&model).methods_at([], [Dop853.into()]), "DOP853 (order 8) has no tolerances"),
         (study(&model).methods_at([], [Rk4.into()]).steps([0.1]), "RK4 (order 4) has no steps"),
-        (study(&model).methods_at([1e-3, 0.0], [Dop853.into()]), "0 is none of the tolerances"),
-        (study(&model).methods_at([-0.1], [Rk4.into()]), "-0.1 is none of the steps"),
-        (study(&model).tolerances([1e-3, -1.0]), "-1 is none of the tolerances"),
-        (study(&model).tolerances([f64::NAN]), "NaN is none of the tolerances"),
+        (study(&model).methods_at([1e-3, 0.0], [Dop853.into()]), "0 is not possible among the tolerances"),
+        (study(&model).methods_at([-0.1], [Rk4.into()]), "-0.1 is not possible among the steps"),
+        (study(&model).tolerances([1e-3, -1.0]), "-1 is not possible among the tolerances"),
+        (study(&model).tolerances([f64::NAN]), "NaN is not possible among the tolerances"),
         (study(&model).steps([0.1]), "no method runs with the steps of `.steps([..])`; add one with a fixed step"),
         (
             study(&model).methods([Rk4.into()]).steps([0.1]).tolerances([1e-6]),
             "no method runs with the tolerances of `.tolerances([..])`; add one with step control",
         ),
-        (study(&model).methods([Rk4.into()]).steps([f64::INFINITY]), "inf is none of the steps"),
+        (study(&model).methods([Rk4.into()]).steps([f64::INFINITY]), "inf is not possible among the steps"),
         (study(&model).methods([Dop853.into(), Dop853.into()]), "two curves are called DOP853 (order 8)"),
         (study(&model).reference(Reference::runs(Dop853, Rk4, 1e-14)), "the reference by RK4 (order 4)"),
-        (study(&model).reference(Reference::runs(Dop853, Dop853, 0.0)), "0 is none of the tolerances"),
+        (study(&model).reference(Reference::runs(Dop853, Dop853, 0.0)), "0 is not possible among the tolerances"),
     ] {
         let said = refused(study);
         assert!(said.starts_with(message), "{said}");

@@ -35,7 +35,7 @@ pub use reference::Reference;
 pub use study::{Cost, Curve, ErrorOf, Errors, Measured, Point, Study};
 
 use crate::analysis::runs;
-use crate::methods::{Any, Dop853, DormandPrince5};
+use crate::methods::{Any, Dop853, Radau5, Tsit5, Verner9};
 use crate::model::ModelState;
 use crate::motion::{Simulate, Simulation};
 
@@ -74,6 +74,8 @@ pub struct WorkPrecision<'m, M: Simulate> {
     end: Option<f64>,
     problem: String,
     candidates: Vec<Candidate<'m, M>>,
+    /// A list of methods was given that has none.
+    named_none: bool,
     tolerances: Option<Vec<f64>>,
     steps: Vec<f64>,
     options: Option<Options<'m, M>>,
@@ -89,6 +91,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
             end: None,
             problem: M::NAME.to_string(),
             candidates: Vec::new(),
+            named_none: false,
             tolerances: None,
             steps: Vec::new(),
             options: None,
@@ -109,27 +112,30 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         self
     }
 
-    /// Adds methods under their own names. Without any: DOP853 and Dormand–Prince 5(4).
-    pub fn methods(mut self, methods: impl IntoIterator<Item = Any<M>>) -> Self {
-        let named = |method: Any<M>| Candidate { name: method.to_string(), method, options: None, settings: None };
-        self.candidates.extend(methods.into_iter().map(named));
-        self
+    /// Adds methods under their own names. Without this those that simulations choose by themselves: DOP853, Verner 9(8), Tsitouras 5(4) and Radau IIA.
+    pub fn methods(self, methods: impl IntoIterator<Item = Any<M>>) -> Self {
+        self.named(None, methods)
     }
 
     /// Adds methods under their own names that run at these tolerances, or with these steps if theirs are fixed, instead of the study's: a method of
     /// low order that would need millions of steps where others need hundreds.
     pub fn methods_at(
-        mut self,
+        self,
         settings: impl IntoIterator<Item = f64>,
         methods: impl IntoIterator<Item = Any<M>>,
     ) -> Self {
-        let settings: Vec<f64> = settings.into_iter().collect();
+        self.named(Some(settings.into_iter().collect()), methods)
+    }
+
+    fn named(mut self, settings: Option<Vec<f64>>, methods: impl IntoIterator<Item = Any<M>>) -> Self {
+        let before = self.candidates.len();
         self.candidates.extend(methods.into_iter().map(|method| Candidate {
             name: method.to_string(),
             method,
             options: None,
-            settings: Some(settings.clone()),
+            settings: settings.clone(),
         }));
+        self.named_none |= self.candidates.len() == before;
         self
     }
 
@@ -181,8 +187,9 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         let reference = self.reference.take().unwrap_or_default().find(&self, end)?;
         let curves = measure::curves(&self, end, &reference);
         let interval = (self.start.t(), end);
-        let study = Study { model: self.model, problem: self.problem, start: self.start, interval, reference, curves };
-        study.check(&self.candidates)?;
+        let problem = self.problem.clone();
+        let study = Study { model: self.model, problem, start: self.start, interval, reference, curves };
+        study.check(&self)?;
         Ok(study)
     }
 
@@ -205,15 +212,10 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         if !end.is_finite() || end == self.start.t() {
             return Err(WorkPrecisionError::End { end });
         }
-        if self.candidates.is_empty() {
-            let methods = [Dop853.into(), DormandPrince5.into()];
-            self.candidates.extend(methods.map(|method: Any<M>| Candidate {
-                name: method.to_string(),
-                method,
-                options: None,
-                settings: None,
-            }));
+        if self.named_none {
+            return Err(WorkPrecisionError::NoMethods);
         }
+        self.choose();
         for (i, candidate) in self.candidates.iter().enumerate() {
             if self.candidates[..i].iter().any(|other| other.name == candidate.name) {
                 return Err(WorkPrecisionError::SameName { name: candidate.name.clone() });
@@ -240,6 +242,19 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         match unused {
             Some(what) => Err(WorkPrecisionError::NoMethod { what }),
             None => Ok(end),
+        }
+    }
+
+    /// Without a wish, the methods that simulations choose by themselves.
+    fn choose(&mut self) {
+        if self.candidates.is_empty() {
+            let methods: [Any<M>; 4] = [Dop853.into(), Verner9.into(), Tsit5.into(), Radau5.into()];
+            self.candidates.extend(methods.map(|method| Candidate {
+                name: method.to_string(),
+                method,
+                options: None,
+                settings: None,
+            }));
         }
     }
 

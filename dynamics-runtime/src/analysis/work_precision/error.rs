@@ -14,6 +14,8 @@ pub enum WorkPrecisionError {
         /// What was given.
         end: f64,
     },
+    /// `.methods([..])` or `.methods_at(..)` has named none.
+    NoMethods,
     /// A list is empty that a method needs.
     NoSettings {
         /// `tolerances` or `steps`.
@@ -86,6 +88,17 @@ pub enum WorkPrecisionError {
         /// How far they are from each other.
         apart: f64,
     },
+    /// Runs near rounding end elsewhere than was said.
+    OtherEnd {
+        /// Which runs.
+        how: String,
+        /// `positions` or `velocities`.
+        what: &'static str,
+        /// How far their end is from the one that was given.
+        distance: f64,
+        /// How far it may be wrong.
+        uncertainty: f64,
+    },
     /// The errors of all runs are below the uncertainty of the reference.
     NothingToBelieve {
         /// That of positions.
@@ -100,6 +113,9 @@ impl fmt::Display for WorkPrecisionError {
             Self::End { end } => {
                 write!(f, "a motion until {end} cannot be studied; give a finite time beside the start's")
             }
+            Self::NoMethods => f.write_str(
+                "a list of methods is empty; name some in `.methods([..])`, or leave it out for those that simulations choose by themselves",
+            ),
             Self::NoSettings { what, method } => {
                 write!(f, "{method} has no {what} to run with; say `.{what}([..])`, or name some in `.methods_at(..)`")
             }
@@ -111,7 +127,7 @@ impl fmt::Display for WorkPrecisionError {
                 )
             }
             Self::Setting { what, value } => {
-                write!(f, "{value} is none of the {what} that there are; give numbers above 0")
+                write!(f, "{value} is not possible among the {what}; give numbers above 0")
             }
             Self::SameName { name } => write!(f, "two curves are called {name}; name one of them with `.variant(..)`"),
             Self::Uncertainty { value } => {
@@ -138,6 +154,11 @@ impl fmt::Display for WorkPrecisionError {
                 f,
                 "{first} and {second} end {distance:.1e} from the known end and {apart:.1e} from each other, in {what}: it is the end of another motion, or both \
                  pass over something; compare parameters, start and time with its source, or let the reference be found"
+            ),
+            Self::OtherEnd { how, what, distance, uncertainty } => write!(
+                f,
+                "the known end is {distance:.1e} from that of {how}, which is uncertain by {uncertainty:.1e}, in {what}: it is the end of another motion, or not as \
+                 certain as was said; compare parameters, start and time with its source, or let the reference be found"
             ),
             Self::NothingToBelieve { uncertainty } => write!(
                 f,

@@ -51,7 +51,7 @@ impl<M: Simulate> Reference<M> {
     }
 
     /// A state at the end that is known, and by how much its positions and velocities may be wrong. What that makes of multipliers and energy is
-    /// found by moving each of them so far.
+    /// found by moving each of them so far. Where runs of the study are nearer to each other than to it, it is compared with the reference that would be chosen without it.
     #[must_use]
     pub fn known(end: M::State, uncertainty: f64) -> Self {
         Self(Kind::Known { end, uncertainty })
@@ -157,7 +157,7 @@ impl Found {
 }
 
 /// The first of some references whose runs do not fail.
-fn chosen<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64) -> Result<Found, WorkPrecisionError> {
+pub(super) fn chosen<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64) -> Result<Found, WorkPrecisionError> {
     // Beside a change point steps may shrink to nothing.
     let most_steps = if M::ROWS.is_empty() { MOST_STEPS } else { CONSTRAINED };
     let found = by_runs(study, end, &[Dop853.into(), DormandPrince5.into()], TIGHT, most_steps);

@@ -2,21 +2,24 @@
 
 use alloc::vec::Vec;
 
-use super::Candidate;
 use super::error::WorkPrecisionError;
+use super::reference::chosen;
 use super::study::{Errors, Measured, Study};
+use super::{Candidate, WorkPrecision};
 use crate::integrate::Method;
 use crate::motion::Simulate;
 
 /// Two methods whose ends agree to this part of their distance from the end that was given have found another one: errors of methods that have nothing in
 /// common are so much alike by chance in one of some hundred thousand pairs.
 const AGREED: f64 = 1e-5;
+/// Two runs that are so much nearer to each other than to the end that was given may have found another one, or err alike: runs near rounding decide.
+const ALIKE: f64 = 0.3;
 /// Distances below so many uncertainties contradict nothing: those are estimates.
 const FAR: f64 = 10.0;
 
 impl<M: Simulate> Study<'_, M> {
     /// Refuses what cannot be trusted.
-    pub(super) fn check(&self, candidates: &[Candidate<'_, M>]) -> Result<(), WorkPrecisionError> {
+    pub(super) fn check(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
         let runs =
             || self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok());
         if runs().next().is_none() {
@@ -30,10 +33,38 @@ impl<M: Simulate> Study<'_, M> {
         if !runs().any(|run| run.errors.positions > positions || run.errors.velocities > velocities) {
             return Err(WorkPrecisionError::NothingToBelieve { uncertainty: positions });
         }
-        if self.reference.given { self.contradicted(candidates) } else { Ok(()) }
+        // Ends that were found have seen more of the motion than any run.
+        if !self.reference.given {
+            return Ok(());
+        }
+        self.contradicted(&asked.candidates)?;
+        if self.is_suspicious() { self.found_elsewhere(asked) } else { Ok(()) }
     }
 
-    /// Whether two methods agree on another end than the one that was given. Ends that were found have seen more of the motion than any run.
+    /// Whether two runs are much nearer to each other than to the end that was given.
+    fn is_suspicious(&self) -> bool {
+        let runs = self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok());
+        let runs: Vec<&Measured> = runs.collect();
+        (1..runs.len()).any(|k| runs[..k].iter().any(|other| self.agree(runs[k], other, ALIKE).is_some()))
+    }
+
+    /// Whether runs near rounding end elsewhere than where was said, by more than they may be wrong. Where they fail or do not agree themselves, nobody knows better.
+    fn found_elsewhere(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
+        let Ok(found) = chosen(asked, self.interval.1) else { return Ok(()) };
+        let distance = found.end.errors(&self.reference.end);
+        let may = found.uncertainty.zip(self.reference.uncertainty, f64::max);
+        for (what, distance, may, uncertainty) in [
+            ("positions", distance.positions, may.positions, found.uncertainty.positions),
+            ("velocities", distance.velocities, may.velocities, found.uncertainty.velocities),
+        ] {
+            if distance > FAR * may {
+                return Err(WorkPrecisionError::OtherEnd { how: found.how, what, distance, uncertainty });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether two methods agree on another end than the one that was given.
     fn contradicted(&self, candidates: &[Candidate<'_, M>]) -> Result<(), WorkPrecisionError> {
         let finest = self.curves.iter().zip(candidates).filter_map(|(curve, candidate)| {
             let run = curve.points.iter().rev().find_map(|point| point.outcome.as_ref().ok())?;
@@ -42,7 +73,7 @@ impl<M: Simulate> Study<'_, M> {
         let finest: Vec<(Method, &str, &Measured)> = finest.collect();
         for (k, (method, name, run)) in finest.iter().enumerate() {
             for (_, other, second) in finest[..k].iter().filter(|(other, ..)| other != method) {
-                if let Some((what, distance, apart)) = self.agree(run, second) {
+                if let Some((what, distance, apart)) = self.agree(run, second, AGREED) {
                     let methods = [(*other).into(), (*name).into()];
                     return Err(WorkPrecisionError::Contradicted { methods, what, distance, apart });
                 }
@@ -51,8 +82,8 @@ impl<M: Simulate> Study<'_, M> {
         Ok(())
     }
 
-    /// In what two runs contradict the reference: how far they are from it and from each other.
-    fn agree(&self, a: &Measured, b: &Measured) -> Option<(&'static str, f64, f64)> {
+    /// In what two runs are nearer to each other, by this part, than to the reference: how far they are from it and from each other.
+    fn agree(&self, a: &Measured, b: &Measured, part: f64) -> Option<(&'static str, f64, f64)> {
         let apart = a.end.as_ref()?.errors(b.end.as_ref()?);
         let uncertainty = self.reference.uncertainty;
         let parts = [
@@ -61,7 +92,7 @@ impl<M: Simulate> Study<'_, M> {
         ];
         let told = parts
             .into_iter()
-            .find(|(_, apart, distance, uncertainty)| *distance > FAR * uncertainty && *apart < AGREED * distance);
+            .find(|(_, apart, distance, uncertainty)| *distance > FAR * uncertainty && *apart < part * distance);
         told.map(|(what, apart, distance, _)| (what, distance, apart))
     }
 }
