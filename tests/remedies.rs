@@ -34,6 +34,10 @@ impl Pendulum {
     fn wall(&self, q: &Coordinates<Self>) -> Expr {
         q.x
     }
+    #[event]
+    fn peg(&self, q: &Coordinates<Self>) -> Expr {
+        q.x - 0.5 * self.l
+    }
 }
 
 const PENDULUM: Pendulum = Pendulum { m: 1.0, l: 1.0, g: 9.81 };
@@ -78,6 +82,17 @@ fn what_has_no_mass_is_named_with_the_parameter() {
         Err::<(), _>(error),
         "`x`, `y` have no inertia at this state; give what moves with them a positive mass (parameter `m` is 0)",
     );
+}
+
+/// What makes a start consistent is not at hand in an action.
+#[test]
+fn actions_change_what_a_constraint_ties_together() {
+    let struck = |action: fn(&mut State<Pendulum>)| {
+        PENDULUM.simulate(start()).until(1.0).on_event("peg", Direction::Falling, action).run()
+    };
+    says(struck(|state| state.u[0] *= -0.5), "change those that it ties together alike, as `state.u *= -0.5` does");
+    says(struck(|state| state.q[0] += 0.1), "the action moved coordinates off constraint `rod`");
+    assert!(!struck(|state| state.u *= -1.0).unwrap().events().is_empty());
 }
 
 /// Steps of a nanosecond, as drift is to be back within one.

@@ -9,6 +9,22 @@ use double_pendulum::DoublePendulum;
 use dynamics::prelude::*;
 
 /// The contract's own lines, and the reference of Levien and Tan's double pendulum at t = 10 (30 digits proven).
+/// A mass without a lever turns nothing: giving it more mass would be no remedy.
+#[test]
+fn levers_of_no_length_are_named() {
+    let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 0.0, g: 9.8 };
+    let error = model.simulate(model.state().theta1(1.0).build().unwrap()).until(1.0).run().unwrap_err().to_string();
+    assert!(
+        error.contains("`theta2` has no inertia at this state")
+            && error.contains("a lever that is not 0 (parameter `l2` is 0)"),
+        "{error}"
+    );
+    // Where a mass is 0, it is that.
+    let model = DoublePendulum { m2: 0.0, ..model };
+    let error = model.simulate(model.state().theta1(1.0).build().unwrap()).until(1.0).run().unwrap_err().to_string();
+    assert!(error.contains("a positive mass (parameter `m2` is 0)"), "{error}");
+}
+
 #[test]
 fn a_derived_double_pendulum_meets_its_reference() {
     let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.8 };

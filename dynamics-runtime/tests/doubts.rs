@@ -184,8 +184,13 @@ fn tolerances_below_rounding_are_named() {
     let found = summary.doubts.below_rounding.unwrap();
     assert_eq!((found.name, found.rate, found.permitted), ("x", false, 1e-9));
     assert!(summary.to_string().contains("tolerance below rounding: 1.0e-9 permitted of x = 1000001"), "{summary}");
+    let said = summary.warnings();
+    assert!(said.iter().any(|warning| warning.starts_with("tolerance below rounding: 1.0e-9")), "{said:?}");
+    assert_eq!(said.len(), summary.to_string().matches("\n  warning  ").count());
     let plain = run(1e-8).unwrap().summary();
     assert!(plain.doubts.below_rounding.is_none(), "{plain}");
+    let swing = Oscillator { omega: 2.0 }.simulate(at_rest_or_not([1.0], [0.0])).until(5.0).run().unwrap().summary();
+    assert!(swing.warnings().is_empty(), "{swing}");
 }
 
 #[test]

@@ -57,6 +57,11 @@ impl Involved {
         kept.into_iter().take(usize::from(count)).map(move |i| of.get(usize::from(i)).map_or("", |one| one.name))
     }
 
+    /// The unit of the most involved.
+    pub(crate) fn unit(&self) -> &'static str {
+        self.of.get(usize::from(self.kept[0])).filter(|_| self.count > 0).map_or("", |one| one.unit)
+    }
+
     /// Whether one of this name is kept.
     #[must_use]
     pub fn contains(&self, name: &str) -> bool {

@@ -137,14 +137,17 @@ pub(super) fn idle<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> K
         let empty = |row: &[f64]| if row.iter().all(|x| *x == 0.0) { 1.0 } else { 0.0 };
         mass.chunks_exact(n).map(empty).collect::<Vec<f64>>()
     });
-    // A unit that cannot be one of inertia is no reason; without units any parameter may be.
+    // A unit that can be neither one of inertia nor of a lever is no reason; without units any parameter may be. Levers are one where no inertia is 0.
     let inert = |unit: &str| unit.is_empty() || ["kg", "slug", "lb"].iter().any(|mass| unit.starts_with(mass));
-    let zero = |(i, named): (usize, &Quantity)| {
-        let none = model.parameter(i) == Some(0.0) && inert(named.unit);
-        (i, if none { 1.0 } else { 0.0 })
+    let lever = |unit: &str| matches!(unit, "m" | "ft");
+    let zeros = |may: fn(&str) -> bool| {
+        let zero = move |(i, named): (usize, &Quantity)| {
+            (i, if model.parameter(i) == Some(0.0) && may(named.unit) { 1.0 } else { 0.0 })
+        };
+        Involved::ranked(M::PARAMETERS, M::PARAMETERS.iter().enumerate().map(zero))
     };
     let coordinates = Involved::ranked(M::COORDINATES, rows.iter().copied().enumerate());
-    let parameters = Involved::ranked(M::PARAMETERS, M::PARAMETERS.iter().enumerate().map(zero));
+    let parameters = Some(zeros(inert)).filter(|some| !some.is_empty()).unwrap_or_else(|| zeros(lever));
     let says_more = coordinates.count() > 1 || !(coordinates.is_empty() || parameters.is_empty());
     if !says_more || matches!(kind, Kind::GimbalLock { .. }) {
         return kind;

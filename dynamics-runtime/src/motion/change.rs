@@ -136,6 +136,22 @@ impl From<SolveError> for ChangeError {
     }
 }
 
+/// What is wrong with the state that an action left; what makes a start does not help there.
+fn left(error: &StateError, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+    match error {
+        StateError::ConstraintViolated { row, residual, .. } => write!(
+            f,
+            "the action moved coordinates off constraint `{row}`: its residual is {residual:e}; move with them what it ties to them"
+        ),
+        StateError::VelocityViolated { row, residual, .. } => write!(
+            f,
+            "the action left velocities that violate constraint `{row}`: its residual is {residual:e}; change those that it ties together alike, as `state.u *= -0.5` \
+             does, or let what is met be a `(switched)` constraint with `.contact(..)`"
+        ),
+        other => write!(f, "{other}"),
+    }
+}
+
 impl core::fmt::Display for ChangeError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
@@ -184,7 +200,7 @@ impl core::fmt::Display for ChangeError {
                 write!(f, "a coefficient of restitution of {value} is not possible; give one from 0 to 1")
             }
             Self::Solve(error) => error.fmt(f),
-            Self::State(error) => error.fmt(f),
+            Self::State(error) => left(error, f),
         }
     }
 }

@@ -191,7 +191,7 @@ pub enum SimulationErrorKind {
     NoInertia {
         /// The coordinates.
         coordinates: Involved,
-        /// Parameters that are 0 and may be the inertia that is missing: those of a unit of mass, or of no known unit.
+        /// Parameters that are 0 and may be the inertia that is missing: those of a unit of mass, or of no known unit; where there is none, lengths, for masses without a lever turn nothing.
         parameters: Involved,
         /// What the method met.
         cause: Box<SimulationErrorKind>,

@@ -1,6 +1,6 @@
 //! What a motion cost and how far it can be trusted.
 
-use alloc::string::String;
+use alloc::string::{String, ToString};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
@@ -265,7 +265,17 @@ impl fmt::Display for Summary {
     }
 }
 
+/// What a line of the summary begins with that is a warning.
+const WARNING: &str = "  warning ";
+
 impl Summary {
+    /// What makes the motion doubtful, a sentence for each warning of the summary, for programs that go on only where there is none: errors beyond the tolerance, stiffness, what is
+    /// passed over, drift. What it is in numbers stands in [`Summary::doubts`], [`Summary::error`] and their neighbours.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        self.to_string().lines().filter_map(|line| line.strip_prefix(WARNING)).map(|line| line.trim().into()).collect()
+    }
+
     /// What should stay constant.
     fn write_drift(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.energy_drift.is_nan() {
@@ -505,7 +515,6 @@ impl fmt::Display for Grouped {
 #[cfg(test)]
 mod tests {
     use super::{Grouped, Rounded};
-    use alloc::string::ToString;
 
     #[test]
     fn times_are_short() {

@@ -1,6 +1,5 @@
 //! A motion in several charts, asked as one.
 
-use alloc::format;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
@@ -246,8 +245,8 @@ impl fmt::Display for AtlasSummary {
             write!(f, "\n  drift        energy at most {:.1e}, all parts together", self.energy_drift)?;
         }
         for leg in &self.legs {
-            for warning in format!("{leg}").lines().filter(|line| line.starts_with("  warning")) {
-                write!(f, "\n{warning} (in the part from t = {} on)", Rounded(leg.interval.0))?;
+            for warning in leg.warnings() {
+                write!(f, "\n  warning      {warning} (in the part from t = {} on)", Rounded(leg.interval.0))?;
             }
         }
         Ok(())

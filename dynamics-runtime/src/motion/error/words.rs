@@ -166,6 +166,9 @@ impl fmt::Display for SimulationErrorKind {
                     "the mass matrix is singular: {coordinates} {have} no inertia at this state; give what moves with "
                 )?;
                 f.write_str(if coordinates.count() == 1 { "it a positive mass" } else { "them a positive mass" })?;
+                if matches!(parameters.unit(), "m" | "ft") {
+                    f.write_str(", and a lever that is not 0")?;
+                }
                 match parameters.count() {
                     0 => Ok(()),
                     1 => write!(f, " (parameter {parameters} is 0)"),
