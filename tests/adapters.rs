@@ -180,6 +180,18 @@ fn what_is_no_state_is_said() {
     assert!(matches!(error, AdapterError::NotFinite { name: "theta", rate: true, failure: None, .. }), "{error}");
     assert!(error.to_string().contains("the velocity of `theta` is not finite at t = 1.5"), "{error}");
 
+    // Without a value of its input nothing moves.
+    let start = CART_POLE.state().theta(1.2).build().unwrap();
+    let system = FirstOrder::new(&CART_POLE, start).unwrap();
+    system.rate(0.0, &system.initial(), &mut rate);
+    let error = system.state(0.1, &rate).unwrap_err();
+    assert_eq!(error, AdapterError::Input { time: 0.1, input: "push" });
+    let given = FirstOrder::new(&CART_POLE, start).unwrap().inputs(|_, _| [0.0]);
+    assert!(matches!(given.state(0.1, &rate), Err(AdapterError::NotFinite { .. })));
+    let none = CartPole { length: f64::NAN, ..CART_POLE };
+    let error = FirstOrder::new(&none, start).unwrap_err().to_string();
+    assert_eq!(error, "parameter `length` is NaN; give a finite number");
+
     let singular = Vanishing { mass: 1.0, k: 1.0 };
     let start = singular.state().x(1.0).build().unwrap();
     let system = FirstOrder::new(&singular, start).unwrap();

@@ -25,7 +25,7 @@ use alloc::vec::Vec;
 use core::cell::{Cell, RefCell};
 use core::fmt;
 
-use crate::error::{SingularMassMatrix, SolveError};
+use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::integrate::{Knot, Phase, by_state};
 use crate::model::{ModelState, Vector};
 use crate::motion::Simulate;
@@ -71,8 +71,9 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
     /// The system of a model from a start; inputs and modes are held as they are there.
     ///
     /// # Errors
-    /// [`AdapterError::Singular`] where the parameters alone make the mass matrix singular.
+    /// [`AdapterError::Parameter`] where one is not finite, or a mass is none; [`AdapterError::Singular`] where the parameters alone make the mass matrix singular.
     pub fn new(model: &'m M, start: M::State) -> Result<Self, AdapterError> {
+        StateError::check_parameters(model).map_err(AdapterError::Parameter)?;
         let constants = model.constants().map_err(AdapterError::Singular)?;
         Ok(Self { model, constants, start, law: None, failure: Cell::new(None), linearised: RefCell::default() })
     }
@@ -145,12 +146,16 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
     /// The state at (t, y), inputs included.
     ///
     /// # Errors
-    /// [`AdapterError::Length`] where y has not 2N elements, [`AdapterError::NotFinite`] where one of them is not finite, with the model's reason.
+    /// [`AdapterError::Length`] where y has not 2N elements, [`AdapterError::NotFinite`] where one of them is not finite, with the model's reason; [`AdapterError::Input`] where that is an
+    /// input without a value.
     pub fn state(&self, t: f64, y: &[f64]) -> Result<M::State, AdapterError> {
         let state = self.at(t, y).ok_or(AdapterError::Length { given: y.len(), needed: self.len() })?;
         match y.iter().position(|x| !x.is_finite()) {
             None if t.is_finite() => Ok(state),
             index => {
+                if let Some(input) = self.missing() {
+                    return Err(AdapterError::Input { time: t, input });
+                }
                 let i = index.unwrap_or(0);
                 let (name, rate) = (M::COORDINATES[i % M::Vector::LEN].name, i >= M::Vector::LEN);
                 Err(AdapterError::NotFinite { time: t, name, rate, failure: self.failure() })
@@ -162,6 +167,12 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
     #[must_use]
     pub fn failure(&self) -> Option<(f64, SolveError)> {
         self.failure.get()
+    }
+
+    /// An input that has no value: neither the start nor a law gives one.
+    fn missing(&self) -> Option<&'static str> {
+        let none = self.start.inputs().as_slice().iter().position(|value| value.is_nan());
+        M::INPUTS.get(none.filter(|_| self.law.is_none())?).map(|input| input.name)
     }
 
     fn at(&self, t: f64, y: &[f64]) -> Option<M::State> {
@@ -218,8 +229,17 @@ impl<M: Simulate> fmt::Debug for FirstOrder<'_, M> {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum AdapterError {
+    /// A parameter is not finite, or a mass or an inertia is none.
+    Parameter(StateError),
     /// The parameters alone make the mass matrix singular.
     Singular(SingularMassMatrix),
+    /// The motion is not finite, for an input has no value.
+    Input {
+        /// When that was seen.
+        time: f64,
+        /// The input.
+        input: &'static str,
+    },
     /// A vector of the solver has not as many elements as the system.
     Length {
         /// How many it has.
@@ -249,7 +269,12 @@ impl From<SingularMassMatrix> for AdapterError {
 impl fmt::Display for AdapterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Parameter(error) => error.fmt(f),
             Self::Singular(error) => error.fmt(f),
+            Self::Input { time, input } => write!(
+                f,
+                "the motion is not finite at t = {time}, as input `{input}` has no value; set it in the start state or give `FirstOrder::inputs(|t, state| ..)`"
+            ),
             Self::Length { given, needed } => {
                 write!(f, "{given} elements are no state of {needed}; start the solver from `FirstOrder::initial`")
             }
