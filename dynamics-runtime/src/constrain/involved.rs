@@ -58,6 +58,7 @@ impl Involved {
     }
 
     /// The unit of the most involved.
+    #[cfg(feature = "alloc")]
     pub(crate) fn unit(&self) -> &'static str {
         self.of.get(usize::from(self.kept[0])).filter(|_| self.count > 0).map_or("", |one| one.unit)
     }
