@@ -70,3 +70,12 @@ fn powers_of_powers_are_not_written_out() {
     let held = format!("{{ #[coordinates(x, y)] struct A {{ m: f64 }} }} {{ impl A {{ {kinetic} {rod} }} }}");
     assert!(!expand::model(held.parse().expect("balanced")).to_string().is_empty());
 }
+
+/// At some of the states in which the constraint holds the inertia is not a number: nothing is known of free directions there.
+#[test]
+fn inertia_that_is_not_everywhere_a_number_is_no_panic() {
+    let kinetic = "#[kinetic] fn t(&self, q: &Coordinates<Self>) -> Expr { 0.5 * self.m * (q.x.sqrt() * q.x.dt().powi(2) + q.y.dt().powi(2)) }";
+    let line = "#[holonomic] fn line(&self, q: &Coordinates<Self>) -> Expr { q.y - q.x }";
+    let both = format!("{{ #[coordinates(x, y)] struct A {{ m: f64 }} }} {{ impl A {{ {kinetic} {line} }} }}");
+    assert!(!expand::model(both.parse().expect("balanced")).to_string().contains("compile_error"));
+}
