@@ -60,7 +60,8 @@ fn many_functions_one_after_the_other_are_not_deep() {
 
 #[test]
 fn powers_of_powers_are_not_written_out() {
-    let squares = ".powi(2)".repeat(29);
+    // Exponents beyond 2³¹, too.
+    let squares = ".powi(2)".repeat(40);
     let kinetic = "#[kinetic] fn t(&self, q: &Coordinates<Self>) -> Expr { 0.5 * self.m * q.x.dt().powi(2) }";
     let steep = format!("#[potential] fn v(&self, q: &Coordinates<Self>) -> Expr {{ self.k * q.x{squares} }}");
     let rod = format!("#[holonomic] fn rod(&self, q: &Coordinates<Self>) -> Expr {{ q.x - q.y{squares} }}");

@@ -29,8 +29,15 @@ const FIRST: u32 = 3;
 pub struct EnergyMidpoint<V> {
     k: [Phase<V>; 2],
     solved: bool,
-    /// Where the last step started and ended, with the energies that these states have, and the energy that it kept.
-    kept: Option<([(Phase<V>, f64); 2], f64)>,
+    kept: Option<Kept<V>>,
+}
+
+/// What the last step kept.
+#[derive(Clone, Copy, Debug)]
+struct Kept<V> {
+    energy: f64,
+    /// Where it started and ended, with the energies that these states have.
+    states: [(Phase<V>, f64); 2],
 }
 
 impl<V: Vector> EnergyMidpoint<V> {
@@ -71,8 +78,8 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
         let own = system.energy(start.t, y0);
         // Of the state from which the run goes on, not of this step's start: what rounding leaves of one step is not left again in the next. A state that has another energy by now is
         // one of another system, whose parameters or inputs have changed since.
-        let goes_on = |own: f64| self.kept.filter(|(states, _)| states.contains(&(*y0, own)));
-        let energy = own.map(|own| goes_on(own).map_or(own, |(_, kept)| kept));
+        let goes_on = |own: f64| self.kept.filter(|kept| kept.states.contains(&(*y0, own)));
+        let energy = own.map(|own| goes_on(own).map_or(own, |kept| kept.energy));
         // Positions follow from velocities, here as in every iteration: where velocities stand, all stands.
         let mut end = Self::end(y0, h, &start.a, &y0.u, 0.0);
         let (mut beta, mut course, mut iteration) = (0.0, FixedPoint::new(), 0);
@@ -105,7 +112,8 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
             self.solved = next != Course::Lost || !end.is_finite();
             if next != Course::Again || !end.is_finite() {
                 let there = own.zip(system.energy(start.t + h, &end));
-                self.kept = energy.zip(there).map(|(energy, (own, there))| ([(*y0, own), (end, there)], energy));
+                let states = there.map(|(own, there)| [(*y0, own), (end, there)]);
+                self.kept = energy.zip(states).map(|(energy, states)| Kept { energy, states });
                 return Ok((end, 0.0));
             }
         }
