@@ -148,7 +148,7 @@ pub fn solve<M: Constraints>(
     if M::IS_DIRECT {
         return direct(model, constants, state);
     }
-    match solve_fast(model, constants, state)? {
+    match model.solve_unrolled(constants, state) {
         Some(solved) => Ok(solved.into()),
         None => solve_general(model, state, workspace),
     }
@@ -167,7 +167,7 @@ pub fn solve_once<M: Constraints>(
     if M::IS_DIRECT {
         return direct(model, constants, state);
     }
-    match solve_fast(model, constants, state)? {
+    match model.solve_unrolled(constants, state) {
         Some(solved) => Ok(solved.into()),
         None => with_workspace::<M, _>(|workspace| solve_general(model, state, workspace)),
     }
@@ -216,19 +216,6 @@ pub type SolvedOf<M> = Solved<<M as crate::model::Model>::Vector, <M as Constrai
 fn direct<M: Constraints>(model: &M, constants: &M::Constants, state: &M::State) -> Result<OutcomeOf<M>, SolveError> {
     let accelerations = model.accelerations_with(constants, state)?;
     Ok(Outcome { accelerations, multipliers: M::Rows::zeros(), diagnosis: None })
-}
-
-#[inline]
-fn solve_fast<M: Constraints>(
-    model: &M,
-    constants: &M::Constants,
-    state: &M::State,
-) -> Result<Option<SolvedOf<M>>, SolveError> {
-    if M::ROUTE == Route::Unconstrained {
-        let accelerations = model.accelerations_with(constants, state)?;
-        return Ok(Some(Solved { accelerations, multipliers: M::Rows::zeros() }));
-    }
-    Ok(model.solve_unrolled(constants, state))
 }
 
 /// Largest memory, in numbers, that is put on the stack where there is a heap: 64 kB.

@@ -231,6 +231,32 @@ fn energy_errors_stay_where_the_mass_matrix_moves() {
     assert!(all < 1e-14, "{all:e}");
 }
 
+/// A spring whose stiffness is changed between two steps: from then on the energy that is kept is that of the new spring, also where nobody has told the stepper.
+#[test]
+fn energy_of_a_system_that_is_changed_is_its_own() {
+    struct Spring(f64);
+    impl System<V> for Spring {
+        type Error = Infallible;
+        fn accelerations(&mut self, _: f64, q: &V, _: &V) -> Result<V, Infallible> {
+            Ok(-self.0 * q)
+        }
+        fn energy(&mut self, _: f64, y: &Phase<V>) -> Option<f64> {
+            Some(0.5 * (y.u.norm_squared() + self.0 * y.q.norm_squared()))
+        }
+    }
+    let (mut spring, start) = (Spring(1.0), Phase { q: V::new(1.0, 0.5), u: V::new(0.0, 0.3) });
+    let mut stepper = Stepper::<V, EnergyMidpoint<V>>::new(&mut spring, 0.0, start, 9.0, fixed(0.05)).unwrap();
+    for k in [1.0, 4.0, 0.5] {
+        spring.0 = k;
+        let before = spring.energy(0.0, &stepper.now().y).unwrap();
+        for _ in 0..50 {
+            stepper.step(&mut spring, 9.0).unwrap();
+        }
+        let after = spring.energy(0.0, &stepper.now().y).unwrap();
+        assert!((after - before).abs() < 1e-14 * before, "k = {k}: {before} became {after}");
+    }
+}
+
 /// Quadratic invariants: angular momentum to rounding by what keeps them, not by RK4.
 #[test]
 fn angular_momentum_is_kept_to_rounding() {

@@ -6,7 +6,7 @@ use common::mechanisms::{Mechanism, andrews, cartesian_chain, folded, four_bar, 
 use common::{Builder, Values};
 use dynamics_symbolic::algebra::{Constrained, Elimination, Guard, Solver, States, Stuck, Unrolled, unroll};
 use dynamics_symbolic::calculus::{directional, gradient};
-use dynamics_symbolic::graph::{Graph, NodeId, Symbol};
+use dynamics_symbolic::graph::{Bindings, Graph, NodeId, Symbol};
 use dynamics_symbolic::mechanics::derive;
 use dynamics_symbolic::schedule::{Staging, schedule};
 use proptest::prelude::*;
@@ -476,6 +476,26 @@ fn what_is_taken_applies_where_motions_begin() {
     let elsewhere = at([1.3, 0.2, 1.1]);
     let (_, of_both) = taken(&States { anywhere: &[&elsewhere], likely: &[&crank, &rocker], passed: &[] });
     assert_eq!(of_both, [true, true, false]);
+}
+
+/// What is longer than can be emitted is none: then it is as if nothing were known of where motions begin, and not the general solver everywhere.
+#[test]
+fn what_applies_where_motions_begin_has_to_be_affordable() {
+    // The rod across the way of the slider: its angle does not follow from the slider's height.
+    let mut across = System::of(slider_crank()).values;
+    across.q = vec![0.0, core::f64::consts::FRAC_PI_2, 0.0];
+    let taken = |likely: &[&dyn Bindings], limit: usize| {
+        let system = System::of(slider_crank());
+        let found =
+            unroll(&mut system.graph.clone(), &system.constrained(), &States { likely, ..States::default() }, limit);
+        found.map(|(found, _)| found.elimination)
+    };
+    let (shortest, applying) = (taken(&[], 20_000).expect("regular"), taken(&[&across], 20_000).expect("regular"));
+    assert_ne!(shortest, applying);
+    let Err(Stuck::TooLarge(least)) = taken(&[], 0) else { panic!("nothing has no operations") };
+    assert_eq!(taken(&[&across], least - 1), Err(Stuck::TooLarge(least)));
+    assert_eq!(taken(&[&across], least), Ok(shortest));
+    assert_eq!(taken(&[&across], 2 * least), Ok(applying));
 }
 
 /// Inertia that is written with a cosine of a difference loses its digits where the links fold: the general solver has the squares.

@@ -9,7 +9,7 @@
 //!   ([`System::energy`]) get the midpoint rule.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
 //! * **Stability**: energy bounds the motion; the iterations converge to hω = 1, and from hω = 2 on the step is refused.
-//! * **Cost**: 1 evaluation of q̈ and 1 of E per iteration, 6 to 15 iterations a step, and 1 of q̈ at its end.
+//! * **Cost**: 1 evaluation of q̈ and 3 of E per iteration, 6 to 15 iterations a step, 1 of q̈ at its end and 1 of E at either.
 //! * **Source**: Gonzalez, J. Nonlinear Sci. 6 (1996) 449; Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §V.5.
 
 use super::fixed_point::{Course, FixedPoint, share};
@@ -29,8 +29,15 @@ const FIRST: u32 = 3;
 pub struct EnergyMidpoint<V> {
     k: [Phase<V>; 2],
     solved: bool,
-    /// Where the last step started and ended, and the energy that it kept.
-    kept: Option<([Phase<V>; 2], f64)>,
+    kept: Option<Kept<V>>,
+}
+
+/// What the last step kept.
+#[derive(Clone, Copy, Debug)]
+struct Kept<V> {
+    energy: f64,
+    /// Where it started and ended, with the energies that these states have.
+    states: [(Phase<V>, f64); 2],
 }
 
 impl<V: Vector> EnergyMidpoint<V> {
@@ -68,9 +75,11 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
     ) -> Result<(Phase<V>, f64), S::Error> {
         self.k[0] = start.derivative();
         let (y0, middle_t) = (&start.y, start.t + 0.5 * h);
-        // Of the state from which the run goes on, not of this step's start: what rounding leaves of one step is not left again in the next.
-        let kept = self.kept.filter(|(states, _)| states.contains(y0)).map(|(_, energy)| energy);
-        let energy = if kept.is_some() { kept } else { system.energy(start.t, y0) };
+        let own = system.energy(start.t, y0);
+        // Of the state from which the run goes on, not of this step's start: what rounding leaves of one step is not left again in the next. A state that has another energy by now is
+        // one of another system, whose parameters or inputs have changed since.
+        let goes_on = |own: f64| self.kept.filter(|kept| kept.states.contains(&(*y0, own)));
+        let energy = own.map(|own| goes_on(own).map_or(own, |kept| kept.energy));
         // Positions follow from velocities, here as in every iteration: where velocities stand, all stands.
         let mut end = Self::end(y0, h, &start.a, &y0.u, 0.0);
         let (mut beta, mut course, mut iteration) = (0.0, FixedPoint::new(), 0);
@@ -102,7 +111,9 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
             // What is not finite makes an end that is not, and that is what is said then.
             self.solved = next != Course::Lost || !end.is_finite();
             if next != Course::Again || !end.is_finite() {
-                self.kept = energy.map(|energy| ([*y0, end], energy));
+                let there = own.zip(system.energy(start.t + h, &end));
+                let states = there.map(|(own, there)| [(*y0, own), (end, there)]);
+                self.kept = energy.zip(states).map(|(energy, states)| Kept { energy, states });
                 return Ok((end, 0.0));
             }
         }

@@ -38,6 +38,13 @@ pub struct States<'a> {
     pub passed: &'a [&'a dyn Bindings],
 }
 
+impl States<'_> {
+    /// Whether they ask for more than what is short.
+    fn steer(&self) -> bool {
+        !(self.likely.is_empty() && self.passed.is_empty())
+    }
+}
+
 /// Why equations with constraints are not solved on the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stuck {
@@ -176,10 +183,21 @@ const CANCELLED: f64 = 1e-4;
 /// Why it is left to the general solver.
 pub fn unroll(g: &mut Graph, system: &Constrained, states: &States, limit: usize) -> Result<(Unrolled, Solver), Stuck> {
     let short = Short::new(g, system);
-    let solver = short.solver(g, states)?;
-    let solution = solver.solve(g, &short.force, &short.gamma);
-    let unrolled = short.finished(g, &solver, solution, system.numbers, limit)?;
-    Ok((unrolled, solver))
+    let by = |g: &mut Graph, states: &States| {
+        let solver = short.solver(g, states)?;
+        let solution = solver.solve(g, &short.force, &short.gamma);
+        let unrolled = short.finished(g, &solver, solution, system.numbers, limit)?;
+        Ok((unrolled, solver))
+    };
+    let mut trial = g.clone();
+    match by(&mut trial, states) {
+        // What applies at fewer states is better than what applies at none.
+        Err(Stuck::TooLarge(_)) if states.steer() => by(g, &States { anywhere: states.anywhere, ..States::default() }),
+        found => {
+            *g = trial;
+            found
+        }
+    }
 }
 
 /// The same, led by the first rows of `kinematics`, whose `drift` −Ẏq̇ − ẏ has as many elements as there are speeds; or none.

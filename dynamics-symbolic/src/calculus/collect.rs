@@ -11,6 +11,8 @@ use super::substitute::rebuild;
 
 /// Most terms of a polynomial: more are no short form.
 const TERMS: usize = 96;
+/// Factors of a term, each of which is written down: a square of a square, and so on, has twice as many every time.
+const FACTORS: usize = 64;
 /// Most operations of the results together, and most results that are looked at one by one: beyond, trying takes too long.
 const MOST: (usize, usize) = (2500, 160);
 
@@ -332,6 +334,10 @@ fn plus(g: &mut Graph, mut a: Polynomial, b: Polynomial, subtract: bool) -> Poly
 
 fn times(g: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
     if a.len() * b.len() > 4 * TERMS {
+        return None;
+    }
+    let degree = |p: &Polynomial| p.keys().map(Vec::len).max().unwrap_or(0);
+    if degree(a) + degree(b) > FACTORS {
         return None;
     }
     let mut product = Polynomial::new();

@@ -143,7 +143,8 @@ fn has_negative_element(model: &Model, equations: &Equations, samples: &[Sample]
 /// Inertia that is none, relative to the largest.
 const ABSENT: f64 = 1e-11;
 
-/// The least pivot of NᵀMN relative to the largest element of M, N an orthonormal basis of the free directions, and its direction.
+/// The least pivot of NᵀMN relative to the largest element of M, N an orthonormal basis of the free directions, and its direction; `None` where nothing is free, or a pivot is not a number, as
+/// where M contains the root of what is negative there.
 fn least_inertia(
     model: &Model,
     equations: &Equations,
@@ -178,6 +179,9 @@ fn least_inertia(
         let image = times(&own);
         let square = dot(&own, &image);
         let ratio = square / (largest * dot(&own, &own));
+        if ratio.is_nan() {
+            return None;
+        }
         if ratio < least.0 {
             least = (ratio, own.clone());
         }
