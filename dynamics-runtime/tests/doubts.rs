@@ -108,8 +108,13 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
             let warned = summary.to_string().contains("errors of steps add up: half steps go");
             assert_eq!(warned, shown > 60.0, "{summary}");
             match until {
-                // In its jumps, of a millionth of the time, what is off by a small time is off by any value: that does not last.
-                2.0 => assert!(shown < 50.0 && measured > 1e3, "{shown} {measured}"),
+                // In its jumps, of a millionth of the time, what is off by a small time is off by any value: that does not last, and is told as what it is.
+                2.0 => {
+                    assert!(shown < 50.0 && measured > 1e3, "{shown} {measured}");
+                    let peaks = summary.to_string().contains("warning      errors peak and pass");
+                    assert_eq!(peaks, summary.doubts.halved_at_most.unwrap() > 1e3, "{summary}");
+                    assert!(peaks || measured < 2e3, "{measured} {summary}");
+                }
                 // Where a value passes zero little is permitted of it, for a moment; of its amplitude it is what half steps show, at least.
                 _ => {
                     let error = estimated.global_error().unwrap();

@@ -7,6 +7,9 @@
 
 /// Attempts to end one step at such a place: the interpolant that finds it is more accurate the nearer the end of the step is.
 const MOST_ATTEMPTS: u32 = 5;
+/// A step that was ended before this part of what was proposed, where nothing changed after all, says that the interpolant was wrong, as it is far beyond the border of
+/// stability: the next one is no longer than so many of its length.
+const MISLED: (f64, f64) = (1e-2, 10.0);
 /// For so many steps the control by the error has to do then.
 const PAUSE: u32 = 32;
 
@@ -18,6 +21,8 @@ pub(super) struct Landing {
     /// The next step, and this one, end there although their size is fixed.
     next: bool,
     now: bool,
+    /// The length of the step before, if it was made to end there.
+    ended: Option<f64>,
 }
 
 impl Landing {
@@ -57,8 +62,14 @@ impl Landing {
         self.pause = PAUSE;
     }
 
-    /// The step is made.
-    pub(super) fn made(&mut self) {
+    /// How long the next step is, of which this was proposed, where branches are as they were before it.
+    pub(super) fn unchanged(&self, proposed: f64) -> f64 {
+        self.ended.filter(|ended| *ended < MISLED.0 * proposed).map_or(proposed, |ended| MISLED.1 * ended)
+    }
+
+    /// The step is made, of length h.
+    pub(super) fn made(&mut self, h: f64) {
+        self.ended = (self.attempts > 0).then_some(h);
         self.pause = self.pause.saturating_sub(1);
     }
 }
@@ -74,7 +85,7 @@ mod tests {
         for _ in 0..PAUSE {
             landing.begin();
             assert!(!landing.is_worth_trying());
-            landing.made();
+            landing.made(1.0);
         }
         assert!(landing.is_worth_trying());
         (0..MOST_ATTEMPTS).for_each(|_| landing.attempt());
