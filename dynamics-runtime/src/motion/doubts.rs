@@ -187,7 +187,12 @@ impl Doubts {
         }
         if let Some(part) = self.energy_part.filter(|part| *part > DRIFT) {
             let remedy = if self.fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
-            write!(f, "{WARNING}energy drifts by {:.1} % of its scale; {remedy}", 100.0 * part)?;
+            match part.is_finite() {
+                true => write!(f, "{WARNING}energy drifts by {:.1} % of its scale; {remedy}", 100.0 * part)?,
+                false => {
+                    write!(f, "{WARNING}energy grows beyond all numbers; {remedy}, or end the motion before that")?
+                }
+            }
         }
         if !estimated {
             self.write_halved(f)?;
