@@ -57,7 +57,7 @@ pub struct Doubts {
     /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as a rule most of its error.
     /// `None` with a fixed step.
     pub halved: Option<f64>,
-    /// The same at its largest, which may last for a moment only, as where something jumps a little late. `None` with a fixed step.
+    /// The same at its largest, which may last for a moment only, as where something jumps a little late; warned of by itself from a thousand on. `None` with a fixed step.
     pub halved_at_most: Option<f64>,
     /// The motion is stiff, or its method is for stiff ones.
     pub stiff: bool,
@@ -65,7 +65,7 @@ pub struct Doubts {
     pub low_stages: bool,
     /// A force that is over between the stages of a step; `None` with a fixed step.
     pub unseen: Option<Unseen>,
-    /// When the motion was first found stiff for a method whose steps do not show it; `None` where they do.
+    /// When the motion was first found stiff for a method whose steps do not show it, by implicit steps more than twenty times as long; `None` where they do, and of fewer than 120 steps.
     pub crawls: Option<f64>,
     /// An instability that long steps pass over.
     pub outgrown: Option<Outgrown>,
@@ -216,7 +216,7 @@ impl Doubts {
             let most = Times(most);
             write!(
                 f,
-                "{WARNING}errors peak and pass, as where jumps come early or late: half steps go {most} times the tolerance beside, for less than a \
+                "{WARNING}errors peak and pass, as where something fast comes early or late: half steps go {most} times the tolerance beside, for less than a \
                  hundredth of the time; {measure}, or {instead}"
             )
         } else {
