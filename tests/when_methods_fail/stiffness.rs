@@ -150,12 +150,12 @@ fn stiffness_is_told_at_small_tolerances() {
         assert!(summary.steps > 1000 && summary.to_string().contains("stiff"), "1e-{k}: {summary}");
         assert_eq!(summary.doubts.crawls.is_some(), summary.stiff_at.is_none(), "1e-{k}: {summary}");
     }
-    // Where rounding decides what error estimates say, one step is nothing like the next; short runs, of which Radau IIA makes 5 to 18 steps.
+    // Where rounding decides what error estimates say, one step is nothing like the next; and in short runs.
     let bob = Sprung { mass: 1.0, stiffness: 1e8, damping: 2e4, length: 1.0, g: 9.81 };
     let list: [(Any<Sprung>, i32, f64); 5] = [
         (methods::Tsit5.into(), 10, 0.01),
         (methods::Verner9.into(), 13, 0.01),
-        (methods::GraggBulirschStoer.into(), 10, 0.01),
+        (methods::GraggBulirschStoer.into(), 10, 0.1),
         (methods::GraggBulirschStoer.into(), 11, 0.01),
         (methods::Dop853.into(), 6, 0.1),
     ];
