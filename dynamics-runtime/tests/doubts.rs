@@ -3,6 +3,7 @@
 mod common;
 
 use common::*;
+use dynamics_runtime::integrate::Direction;
 use dynamics_runtime::methods::{self, Any};
 use dynamics_runtime::model::{ModelState as _, Vector as _};
 use dynamics_runtime::motion::{Motion, Simulate};
@@ -108,8 +109,13 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
             let warned = summary.to_string().contains("errors of steps add up: half steps go");
             assert_eq!(warned, shown > 60.0, "{summary}");
             match until {
-                // In its jumps, of a millionth of the time, what is off by a small time is off by any value: that does not last.
-                2.0 => assert!(shown < 50.0 && measured > 1e3, "{shown} {measured}"),
+                // In its jumps, of a millionth of the time, what is off by a small time is off by any value: that does not last, and is told as what it is.
+                2.0 => {
+                    assert!(shown < 50.0 && measured > 1e3, "{shown} {measured}");
+                    let peaks = summary.to_string().contains("warning      errors peak and pass");
+                    assert_eq!(peaks, summary.doubts.halved_at_most.unwrap() > 1e3, "{summary}");
+                    assert!(peaks || measured < 2e3, "{measured} {summary}");
+                }
                 // Where a value passes zero little is permitted of it, for a moment; of its amplitude it is what half steps show, at least.
                 _ => {
                     let error = estimated.global_error().unwrap();
@@ -202,4 +208,31 @@ fn fixed_steps_that_lose_the_energy_are_too_long() {
     let summary = run(0.05).summary();
     assert!(summary.energy_drift < 1e-3 && !summary.to_string().contains("warning"), "{summary}");
     assert_eq!((summary.doubts.halved, summary.doubts.below_rounding), (None, None));
+}
+
+/// What grows beyond all numbers is said to, and no part of it is infinite; runs of no length, stopped and failed ones, there and back, have a summary.
+#[test]
+fn summaries_say_no_number_that_is_none() {
+    let grows = Closure(|_, q, _| 1e4 * q);
+    let blows_up = Closure(|_, q, _| q * q * q);
+    let relaxing = Closure(|_, q, u| ((1.0 - q * q) * u - q) / 1e-2);
+    let list: [Any<Closure>; 4] =
+        [methods::Dop853.into(), methods::Radau5.into(), methods::Esdirk4.into(), methods::GraggBulirschStoer.into()];
+    let (mut failed, mut beyond) = (0, 0);
+    for (model, method) in [&grows, &blows_up, &relaxing].into_iter().flat_map(|m| list.iter().map(move |x| (m, x))) {
+        for until in [0.0, 1e-300, 3.0, -3.0, 60.0] {
+            let run = || model.simulate(at_rest_or_not([1.0], [0.5])).until(until).method(method).tolerance(1e-6);
+            let run = || run().max_steps(3000);
+            let stopped = run().event("near", |s| s.q[0] - 1.001).stop_at("near", Direction::Any);
+            for run in [run().run(), stopped.run(), run().event("end", |s| s.t - until).run()] {
+                failed += u32::from(run.is_err());
+                let motion = run.or_else(|error| error.motion(model).ok_or(error)).unwrap();
+                let said = motion.summary().to_string();
+                assert!(!said.contains("inf") && !said.contains("NaN"), "{said}");
+                beyond +=
+                    u32::from(said.contains("warning      energy grows beyond all numbers; give a smaller tolerance"));
+            }
+        }
+    }
+    assert!(failed > 10 && beyond > 4, "{failed} {beyond}");
 }

@@ -4,7 +4,7 @@ use dynamics::methods::{self, Any};
 use dynamics::prelude::*;
 
 use crate::charts;
-use crate::models::{CHAOTIC, Guided, KEPLER, Sprung, chaotic_start};
+use crate::models::{CHAOTIC, Guided, KEPLER, KICKED, Kicked, Sprung, chaotic_start};
 
 /// An explicit method follows what has long died away: its steps are as long as stability permits, whatever the accuracy.
 #[test]
@@ -150,6 +150,22 @@ fn stiffness_is_told_at_small_tolerances() {
         assert!(summary.steps > 1000 && summary.to_string().contains("stiff"), "1e-{k}: {summary}");
         assert_eq!(summary.doubts.crawls.is_some(), summary.stiff_at.is_none(), "1e-{k}: {summary}");
     }
+    // Where rounding decides what error estimates say, one step is nothing like the next; and in short runs.
+    let bob = Sprung { mass: 1.0, stiffness: 1e8, damping: 2e4, length: 1.0, g: 9.81 };
+    let list: [(Any<Sprung>, i32, f64); 5] = [
+        (methods::Tsit5.into(), 10, 0.01),
+        (methods::Verner9.into(), 13, 0.01),
+        (methods::GraggBulirschStoer.into(), 10, 0.1),
+        (methods::GraggBulirschStoer.into(), 11, 0.01),
+        (methods::Dop853.into(), 6, 0.1),
+    ];
+    for (method, k, until) in &list {
+        let run = || bob.simulate(bob.state().x(1.0).build().unwrap()).until(*until).tolerance(10f64.powi(-k));
+        let (summary, implicit) =
+            (run().method(method).run().unwrap().summary(), run().method(methods::Radau5).run().unwrap());
+        assert!(summary.steps > 20 * implicit.counts().steps, "{method} 1e-{k}: {summary}");
+        assert!(summary.to_string().contains("stiff"), "{method} 1e-{k}: {summary}");
+    }
     let start = KEPLER.state().x(1.0).y_rate(1.0).build().unwrap();
     for k in [4, 8, 12] {
         let run = || KEPLER.simulate(start).until(20.0).tolerance(10f64.powi(-k));
@@ -157,5 +173,19 @@ fn stiffness_is_told_at_small_tolerances() {
             let summary = motion.unwrap().summary();
             assert!(summary.doubts.crawls.is_none(), "1e-{k}: {summary}");
         }
+    }
+}
+
+/// Steps beyond the border of stability swing, and between their ends they seem to pass where a force sets in: there is nothing where they are made to end, and the next one seems to pass it again.
+#[test]
+fn steps_that_only_seem_to_pass_a_branch_do_not_creep() {
+    let model = Kicked { stiffness: 1e6, damping: 1e4, omega: 1e4, kick: 0.0, buffer: 0.0, ..KICKED };
+    let start = model.state().x(-1.0).build().unwrap();
+    let list: [Any<Kicked>; 3] = [methods::Dop853.into(), methods::Verner9.into(), methods::GraggBulirschStoer.into()];
+    for (method, tolerance) in list.iter().flat_map(|method| [1e-6, 1e-9].map(|tolerance| (method, tolerance))) {
+        let motion = model.simulate(start).until(0.5).tolerance(tolerance).method(method).run().unwrap();
+        println!("{method} {tolerance:e}: {:?}", motion.counts());
+        assert!(motion.counts().steps < 4000 && motion.end().x().abs() < tolerance, "{}", motion.summary());
+        assert!(motion.summary().to_string().contains("stiff from t = "), "{}", motion.summary());
     }
 }

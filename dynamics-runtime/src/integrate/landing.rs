@@ -7,6 +7,10 @@
 
 /// Attempts to end one step at such a place: the interpolant that finds it is more accurate the nearer the end of the step is.
 const MOST_ATTEMPTS: u32 = 5;
+/// Steps in a row that were ended before this part of what was proposed, where nothing changed after all, say that interpolants are wrong, as they are far beyond the border of
+/// stability: the next one is no longer than so many lengths of the last. One alone may have met the end of a piece of a spline.
+const MISLED: (f64, f64) = (1e-2, 10.0);
+const IN_A_ROW: u32 = 3;
 /// For so many steps the control by the error has to do then.
 const PAUSE: u32 = 32;
 
@@ -18,6 +22,10 @@ pub(super) struct Landing {
     /// The next step, and this one, end there although their size is fixed.
     next: bool,
     now: bool,
+    /// The length of the step before, if it was made to end there.
+    ended: Option<f64>,
+    /// How many in a row were ended far too early, as it seems.
+    misled: u32,
 }
 
 impl Landing {
@@ -57,8 +65,16 @@ impl Landing {
         self.pause = PAUSE;
     }
 
-    /// The step is made.
-    pub(super) fn made(&mut self) {
+    /// How long the next step is, of which this was proposed, where branches are as they were before it.
+    pub(super) fn unchanged(&mut self, proposed: f64) -> f64 {
+        let early = self.ended.filter(|ended| *ended < MISLED.0 * proposed);
+        self.misled = if early.is_some() { self.misled + 1 } else { 0 };
+        early.filter(|_| self.misled >= IN_A_ROW).map_or(proposed, |ended| MISLED.1 * ended)
+    }
+
+    /// The step is made, of length h.
+    pub(super) fn made(&mut self, h: f64) {
+        self.ended = (self.attempts > 0).then_some(h);
         self.pause = self.pause.saturating_sub(1);
     }
 }
@@ -74,7 +90,7 @@ mod tests {
         for _ in 0..PAUSE {
             landing.begin();
             assert!(!landing.is_worth_trying());
-            landing.made();
+            landing.made(1.0);
         }
         assert!(landing.is_worth_trying());
         (0..MOST_ATTEMPTS).for_each(|_| landing.attempt());

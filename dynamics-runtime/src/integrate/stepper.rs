@@ -302,7 +302,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 }
                 Ok(trial) => match self.judge(trial.error, h.abs()) {
                     true => {
-                        self.landing.made();
+                        self.landing.made(h.abs());
                         system.accepted();
                         return Ok(self.commit(&trial, h));
                     }

@@ -23,6 +23,8 @@ const MUCH_SHOWN: (f64, f64) = (300.0, 60.0);
 const UNITS: f64 = 10.0;
 /// Part of the energy that may drift before that is warned of.
 const DRIFT: f64 = 0.01;
+/// What a warning begins with, on a line of its own.
+const WARNING: &str = "\n  warning      ";
 /// Places at which the energy's change by permitted errors is looked at.
 const PLACES: usize = 16;
 
@@ -55,7 +57,7 @@ pub struct Doubts {
     /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as a rule most of its error.
     /// `None` with a fixed step.
     pub halved: Option<f64>,
-    /// The same at its largest, which may last for a moment only, as where something jumps a little late. `None` with a fixed step.
+    /// The same at its largest, which may last for a moment only, as where something jumps a little late; warned of by itself from a thousand on. `None` with a fixed step.
     pub halved_at_most: Option<f64>,
     /// The motion is stiff, or its method is for stiff ones.
     pub stiff: bool,
@@ -63,7 +65,7 @@ pub struct Doubts {
     pub low_stages: bool,
     /// A force that is over between the stages of a step; `None` with a fixed step.
     pub unseen: Option<Unseen>,
-    /// When the motion was first found stiff for a method whose steps do not show it; `None` where they do.
+    /// When the motion was first found stiff for a method whose steps do not show it, by implicit steps more than twenty times as long; `None` where they do, and of fewer than 120 steps.
     pub crawls: Option<f64>,
     /// An instability that long steps pass over.
     pub outgrown: Option<Outgrown>,
@@ -153,7 +155,6 @@ impl<M: Simulate> Motion<'_, M> {
 impl Doubts {
     /// The warnings, each line after an end of line. Where the error was estimated nothing is guessed of it.
     pub(super) fn write(&self, f: &mut fmt::Formatter<'_>, estimated: bool) -> fmt::Result {
-        const WARNING: &str = "\n  warning      ";
         if let Some(BelowRounding { name, rate, value, time, permitted }) = &self.below_rounding {
             let what = if *rate { "the velocity of " } else { "" };
             let (time, value) = (Rounded(*time), Rounded(*value));
@@ -186,7 +187,12 @@ impl Doubts {
         }
         if let Some(part) = self.energy_part.filter(|part| *part > DRIFT) {
             let remedy = if self.fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
-            write!(f, "{WARNING}energy drifts by {:.1} % of its scale; {remedy}", 100.0 * part)?;
+            match part.is_finite() {
+                true => write!(f, "{WARNING}energy drifts by {:.1} % of its scale; {remedy}", 100.0 * part)?,
+                false => {
+                    write!(f, "{WARNING}energy grows beyond all numbers; {remedy}, or end the motion before that")?
+                }
+            }
         }
         if !estimated {
             self.write_halved(f)?;
@@ -194,23 +200,24 @@ impl Doubts {
         Ok(())
     }
 
-    /// What half steps show: a warning where it lasts, and else a line.
+    /// What half steps show: a warning where it lasts, and another where it passes.
     fn write_halved(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Some(times), Some(most)) = (self.halved, self.halved_at_most) else { return Ok(()) };
         let much = if self.stiff { MUCH_SHOWN.1 } else { MUCH_SHOWN.0 };
+        let instead = if self.low_stages { "use methods::Radau5" } else { "give a smaller tolerance" };
+        let measure = "`.estimate_error()` measures it";
         if times > much {
-            let instead = if self.low_stages { "use methods::Radau5" } else { "give a smaller tolerance" };
-            let measure = "`.estimate_error()` measures it";
+            let times = Times(times);
             write!(
                 f,
-                "\n  warning      errors of steps add up: half steps go {} times the tolerance beside; {measure}, or {instead}",
-                Times(times)
+                "{WARNING}errors of steps add up: half steps go {times} times the tolerance beside; {measure}, or {instead}"
             )
         } else if most > MUCH {
             let most = Times(most);
             write!(
                 f,
-                "\n  moments      half steps go {most} times the tolerance beside, for less than a hundredth of the time"
+                "{WARNING}errors peak and pass, as where something fast comes early or late: half steps go {most} times the tolerance beside, for less than a \
+                 hundredth of the time; {measure}, or {instead}"
             )
         } else {
             Ok(())

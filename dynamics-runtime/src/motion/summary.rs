@@ -109,7 +109,7 @@ pub struct Summary {
 
 impl<M: Simulate> Motion<'_, M> {
     /// Method, costs, drift, conditioning and events. Computes energies, works, condition numbers and the motion in half steps, so it costs three
-    /// to five times as much as the run.
+    /// to five times as much as the run. Laws of inputs are asked again for that, at times and states that the run has not seen.
     #[must_use]
     pub fn summary(&self) -> Summary {
         let (mut conditions, asks) = (Vec::new(), self.asks_for_nearest());
@@ -278,7 +278,9 @@ impl Summary {
 
     /// What should stay constant.
     fn write_drift(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.energy_drift.is_nan() {
+        if self.energy_scale.is_infinite() {
+            write!(f, "  drift        energy grows beyond all numbers")?;
+        } else if self.energy_drift.is_nan() {
             write!(f, "  drift        energy cannot be accounted for: inputs or their rates are not known")?;
         } else {
             write!(f, "  drift        {} {:.1e} of {:.6e}", self.energy_name, self.energy_drift, self.energy_scale)?;

@@ -40,11 +40,18 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     pub(super) fn begin<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<(), Y::Error> {
         let direction = if limit < self.now.t { -1.0 } else { 1.0 };
         let h = self.next_time(limit).1;
-        if h != 0.0 && self.hold_branches(system, h)? == Hold::Changed && !S::PROPOSES && !self.is_fixed() {
-            // What lies behind tells nothing of how fast it goes on from here.
-            let (most, tolerances) = (self.h.min(self.options.most), self.options.tolerances);
-            self.h = first_step(system, &self.now, (S::ORDER, S::LONG_STEPS), direction, most, &tolerances);
-            self.control.iter_mut().for_each(Controller::restart);
+        if h != 0.0 {
+            let free = !S::PROPOSES && !self.is_fixed();
+            match self.hold_branches(system, h)? {
+                Hold::Changed if free => {
+                    // What lies behind tells nothing of how fast it goes on from here.
+                    let (most, tolerances) = (self.h.min(self.options.most), self.options.tolerances);
+                    self.h = first_step(system, &self.now, (S::ORDER, S::LONG_STEPS), direction, most, &tolerances);
+                    self.control.iter_mut().for_each(Controller::restart);
+                }
+                Hold::On if free => self.h = self.landing.unchanged(self.h),
+                _ => {}
+            }
         }
         self.propose(system, limit);
         Ok(())

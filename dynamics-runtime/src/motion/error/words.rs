@@ -54,7 +54,7 @@ impl fmt::Display for SimulationErrorKind {
             Self::TooManySteps { limit, stiff_at: Some(t), .. } => write!(
                 f,
                 "more than {limit} steps; the problem is stiff from t = {t} on: stability, not accuracy, bounds the \
-                 step of an explicit method"
+                 step of this explicit method; use methods::Radau5"
             ),
             Self::Cancelled => write!(f, "cancelled"),
             Self::EventNotANumber { event } => write!(f, "the function of event `{event}` is not a number"),
