@@ -205,7 +205,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
         {
             return Err(EvaluationError::Input(index));
         }
-        let solved = if M::HAS_KINKS { self.solved(&self.on_branches(state)) } else { self.solved(state) };
+        let held = self.on_branches(state);
+        let solved = self.solved(&held);
         if M::HAS_KINKS && self.branches != Branches::FREE && !solved.as_ref().is_ok_and(is_finite) {
             // A branch may not exist beyond the place where it ends, as a root of what has become negative: what the model has there instead is
             // finite, and no more than a stage or two stand there.
@@ -364,7 +365,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     #[inline(always)]
     fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
         if M::IS_FREE {
-            let state = self.state(t, q, u);
+            let state = self.stage(t, &Phase { q: *q, u: *u })?;
             self.show(&state);
             self.accelerations_of(&state)
         } else {
@@ -384,9 +385,9 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     #[inline(always)]
     fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
         if M::IS_FREE {
-            let state = self.state(t, &y.q, &y.u);
+            let state = self.stage(t, y)?;
             self.show(&state);
-            Ok(Phase { q: y.u, u: self.accelerations_of(&state)? })
+            Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
         } else {
             self.held_derivative(t, y)
         }
