@@ -153,38 +153,19 @@ impl<V: Vector> GraggBulirschStoer<V> {
             system.derivatives(start.t + part(call.time), &stage, &mut slope)?;
             see(i, &stage, &slope);
             let (now, next) = if i % 2 == 0 { (&mut odd, &mut even) } else { (&mut even, &mut odd) };
-            let (twice, substep, weights) = (part(call.twice), part(call.substep), call.weights.map(Lanes::new));
+            let twice = part(call.twice);
+            let (y, begin) = (&start.y, &start.slope);
             if !call.any {
-                let leap = |next: &mut V::Wide, stage: &mut V::Wide, slope: &V::Wide, y: &V::Wide| {
-                    for i in 0..V::LEN {
-                        let next = &mut next.as_mut_slice()[i];
-                        *next = *next + twice * slope.as_slice()[i];
-                        stage.as_mut_slice()[i] = y.as_slice()[i] + *next;
-                    }
-                };
-                leap(&mut next.q, &mut stage.q, &slope.q, &start.y.q);
-                leap(&mut next.u, &mut stage.u, &slope.u, &start.y.u);
+                leap::<V>(twice, [&mut next.q, &mut stage.q], [&slope.q, &y.q]);
+                leap::<V>(twice, [&mut next.u, &mut stage.u], [&slope.u, &y.u]);
                 continue;
             }
-            let end = |[now, next, stage, first, end, error]: [&mut V::Wide; 6], [slope, y, begin]: [&V::Wide; 3]| {
-                for i in 0..V::LEN {
-                    let found = next.as_slice()[i] + twice * slope.as_slice()[i];
-                    let of_end = end.as_slice()[i] + weights[0] * found;
-                    let of_error = error.as_slice()[i] + weights[1] * found;
-                    let of_first = found.or(call.first, first.as_slice()[i]);
-                    let before = Lanes::ZERO.or(call.ended, now.as_slice()[i]);
-                    let after = of_first.or(call.last, (substep * begin.as_slice()[i]).or(call.ended, found));
-                    (end.as_mut_slice()[i], error.as_mut_slice()[i]) = (of_end, of_error);
-                    (first.as_mut_slice()[i], now.as_mut_slice()[i]) = (of_first, before);
-                    (next.as_mut_slice()[i], stage.as_mut_slice()[i]) = (after, y.as_slice()[i] + after);
-                }
-            };
-            let [changes, errors] = &mut sums;
-            let (stage, y, begin) = (&mut stage, &start.y, &start.slope);
-            let of_q = [&mut now.q, &mut next.q, &mut stage.q, &mut first.q, &mut changes.q, &mut errors.q];
-            end(of_q, [&slope.q, &y.q, &begin.q]);
-            let of_u = [&mut now.u, &mut next.u, &mut stage.u, &mut first.u, &mut changes.u, &mut errors.u];
-            end(of_u, [&slope.u, &y.u, &begin.u]);
+            let substeps = (twice, part(call.substep));
+            let [end, error] = &mut sums;
+            let of_q = [&mut now.q, &mut next.q, &mut stage.q, &mut first.q, &mut end.q, &mut error.q];
+            finish::<V>(call, substeps, of_q, [&slope.q, &y.q, &begin.q]);
+            let of_u = [&mut now.u, &mut next.u, &mut stage.u, &mut first.u, &mut end.u, &mut error.u];
+            finish::<V>(call, substeps, of_u, [&slope.u, &y.u, &begin.u]);
         }
         Ok(sums)
     }
@@ -204,6 +185,48 @@ impl<V: Vector> GraggBulirschStoer<V> {
             },
         )?;
         Ok(bad)
+    }
+}
+
+/// One substep: what is next takes the place of the last but one, and is evaluated.
+#[inline(always)]
+fn leap<V: Vector>(twice: Lanes, [next, stage]: [&mut V::Wide; 2], [slope, y]: [&V::Wide; 2]) {
+    for i in 0..V::LEN {
+        let next = &mut next.as_mut_slice()[i];
+        *next = *next + twice * slope.as_slice()[i];
+        stage.as_mut_slice()[i] = y.as_slice()[i] + *next;
+    }
+}
+
+/// What stages of so few elements are made of stays in registers, where nothing of it is called. What is longer is in memory anyhow.
+const SHORT: usize = 4;
+
+/// [`finish_columns`], in place where stages are short; else as the compiler sees fit: in place it takes a tenth of a run of Andrews' mechanism.
+#[inline(always)]
+fn finish<V: Vector>(call: &Call, substeps: (Lanes, Lanes), changed: [&mut V::Wide; 6], read: [&V::Wide; 3]) {
+    let apart = |changed, read| finish_columns::<V>(call, substeps, changed, read);
+    if V::LEN <= SHORT { finish_columns::<V>(call, substeps, changed, read) } else { apart(changed, read) }
+}
+
+/// The same where columns end: they join the sums, and others begin in their lanes, if there are some.
+#[inline(always)]
+fn finish_columns<V: Vector>(
+    call: &Call,
+    (twice, substep): (Lanes, Lanes),
+    [now, next, stage, first, end, error]: [&mut V::Wide; 6],
+    [slope, y, begin]: [&V::Wide; 3],
+) {
+    let weights = call.weights.map(Lanes::new);
+    for i in 0..V::LEN {
+        let found = next.as_slice()[i] + twice * slope.as_slice()[i];
+        let of_end = end.as_slice()[i] + weights[0] * found;
+        let of_error = error.as_slice()[i] + weights[1] * found;
+        let of_first = found.or(call.first, first.as_slice()[i]);
+        let before = Lanes::ZERO.or(call.ended, now.as_slice()[i]);
+        let after = of_first.or(call.last, (substep * begin.as_slice()[i]).or(call.ended, found));
+        (end.as_mut_slice()[i], error.as_mut_slice()[i]) = (of_end, of_error);
+        (first.as_mut_slice()[i], now.as_mut_slice()[i]) = (of_first, before);
+        (next.as_mut_slice()[i], stage.as_mut_slice()[i]) = (after, y.as_slice()[i] + after);
     }
 }
 
