@@ -7,6 +7,7 @@
 
 use super::driver::Driver;
 use super::query::Motion;
+use super::run::longer;
 use super::simulate::Simulate;
 use crate::integrate::Step;
 use crate::methods::Radau5;
@@ -23,9 +24,6 @@ const BESIDE: usize = 25;
 const OWN: f64 = 0.2;
 /// Implicit steps that are longer by these factors are tried, too: rounding may hold steps far inside the border.
 const MORE: [f64; 3] = [1.0, 5.0, 25.0];
-/// Implicit steps so many times as long are worth their while, as in `run/stiffness.rs`.
-const LONGER: (f64, f64) = (20.0, 0.02);
-
 impl<M: Simulate> Motion<'_, M> {
     /// The first place at which implicit steps pass over what keeps those of its method short.
     pub(super) fn crawls(&self) -> Option<f64> {
@@ -33,8 +31,7 @@ impl<M: Simulate> Motion<'_, M> {
         if records.len() < STEPS {
             return None;
         }
-        let n = M::Vector::LEN as f64;
-        let longer = LONGER.0 + LONGER.1 * n * n;
+        let longer = longer(M::Vector::LEN);
         let places = (1..=PLACES).map(|k| k * records.len() / (PLACES + 1));
         let found = places.filter(|&index| self.passes_over(index, longer)).map(|index| records[index].state.t());
         let found: alloc::vec::Vec<f64> = found.collect();

@@ -8,6 +8,7 @@ use nalgebra::DMatrix;
 
 use super::query::Motion;
 use super::simulate::Simulate;
+use super::summary::names;
 use crate::constrain::gradients::Gradients;
 use crate::constrain::workspace_len;
 use crate::math;
@@ -27,15 +28,9 @@ pub struct Vanished {
 
 impl fmt::Display for Vanished {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let list = |f: &mut fmt::Formatter<'_>, names: &[&str]| {
-            names.iter().enumerate().try_for_each(|(i, name)| match i {
-                0 => write!(f, "`{name}`"),
-                _ => write!(f, ", `{name}`"),
-            })
-        };
-        list(f, &self.coordinates)?;
+        names(f, &self.coordinates)?;
         f.write_str(" from ")?;
-        list(f, &self.rows)
+        names(f, &self.rows)
     }
 }
 
@@ -48,8 +43,8 @@ impl<M: Simulate> Motion<'_, M> {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let mut workspace = vec![0.0; workspace_len(n, r)];
         let at = weakest(M::BLOCKS, Gradients::of(self.model(), &state, &mut workspace).rows, n)?;
-        let names = |all: &'static [Quantity], some: &[usize]| some.iter().map(|i| all[*i].name).collect();
-        Some(Vanished { rows: names(M::ROWS, at.rows), coordinates: names(M::COORDINATES, at.coordinates) })
+        let of = |all: &'static [Quantity], some: &[usize]| some.iter().map(|i| all[*i].name).collect();
+        Some(Vanished { rows: of(M::ROWS, at.rows), coordinates: of(M::COORDINATES, at.coordinates) })
     }
 }
 

@@ -34,6 +34,7 @@ use crate::model::{Dynamics, Known, Model, ModelState, Vector};
 use crate::motion::Simulate;
 pub(crate) use steps::{Made, Steps, Tally};
 use stiffness::Stiffness;
+pub(super) use stiffness::longer;
 
 /// Conditioning of constraints from which on a singular position is near.
 const WEAK: f64 = 5.0;

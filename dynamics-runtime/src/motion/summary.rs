@@ -487,6 +487,14 @@ const MANY: f64 = 0.1;
 /// Moves back onto the constraints by more permitted errors than this are told of.
 const MUCH: f64 = 10.0;
 
+/// Names, quoted, with commas between.
+pub(crate) fn names(f: &mut fmt::Formatter<'_>, names: &[&str]) -> fmt::Result {
+    for (k, name) in names.iter().enumerate() {
+        write!(f, "{}`{name}`", if k > 0 { ", " } else { "" })?;
+    }
+    Ok(())
+}
+
 /// A number with seven significant digits at most.
 pub(crate) struct Rounded(pub(crate) f64);
 

@@ -4,22 +4,25 @@ use alloc::vec::Vec;
 
 mod contacts;
 mod drifting;
+mod placing;
+mod settling;
 
 pub(crate) use contacts::Closing;
 pub(crate) use drifting::{Drift, Drifted};
+pub(crate) use placing::PlaceError;
 
 use super::conditioning::Conditioning;
 use super::error::SimulationErrorKind;
 use super::formulation::Formulation;
 use super::pace::{Pace, Turned};
-use crate::constrain::assemble::{Against, CONSISTENT, check_held, size_along};
+use crate::constrain::assemble::{CONSISTENT, size_along};
 use crate::constrain::held::{active_rows, holds};
 use crate::constrain::memory::max_abs;
 use crate::constrain::{self, Diagnosis, Gradients};
-use crate::error::{SolveError, StateError};
+use crate::error::SolveError;
 use crate::integrate::{Phase, Tolerances, zip};
 use crate::math;
-use crate::model::{Constraint, Constraints, Known, ModelState, Route, Vector};
+use crate::model::{Constraint, Constraints, Known, ModelState, Vector};
 
 /// How often a run had to leave the straight way to keep its constraints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,9 +74,6 @@ impl Upkept {
 
 /// Relative difference from accelerations of least norm from which on a limit along a branch is another value: at a distance x its rounding is ε/x³.
 const LIMIT: f64 = 1e-5;
-/// Weight of the last step in the mean sensitivity.
-const FADE: f64 = 0.1;
-
 /// What steps leave in an [`Upkeep`].
 pub(crate) struct Noted<M: Constraints> {
     upkept: Upkept,
@@ -430,150 +430,6 @@ impl<M: Constraints> Upkeep<M> {
         }
     }
 
-    /// Puts a stage onto the constraints.
-    pub(crate) fn restore(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
-        match self.held {
-            Some(tolerances) => {
-                let _ = self.settle_between(model, state, &tolerances);
-                Ok(())
-            }
-            None => self.project(model, state).map(|_| ()),
-        }
-    }
-
-    /// Puts a state onto the constraints, to rounding level. Returns by how much it may then still be wrong in its velocities: rounding errors of Φ, as
-    /// the constraints amplify them.
-    pub(crate) fn settle(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
-        let sensitivity = self.project(model, state)?;
-        Ok(self.noise(state, sensitivity))
-    }
-
-    /// Moves the positions of `end` along M⁻¹Φ_qᵀ of another state onto the holonomic constraints.
-    pub(crate) fn move_along(&mut self, model: &M, from: &M::State, end: &mut M::State) -> Result<(), SolveError> {
-        constrain::project_along(model, &self.constants, from, end, &mut self.workspace)
-    }
-
-    /// Moves the positions of a state onto the holonomic constraints that hold in it.
-    pub(crate) fn lift(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
-        constrain::project_positions(model, &self.constants, state, &mut self.workspace).map(|_| ())
-    }
-
-    /// Moves a state onto the constraints, weighted by masses. How much that amplified what was off.
-    fn project(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
-        let positions = constrain::project_positions(model, &self.constants, state, &mut self.workspace)?;
-        let velocities = constrain::project_velocities(model, &self.constants, state, &mut self.workspace)?;
-        let anew = self.embeds() && matches!(M::ROUTE, Route::Unrolled { .. });
-        self.upkept.repartitions += u64::from(anew && positions.general + velocities.general > 0);
-        Ok(positions.sensitivity.max(velocities.sensitivity))
-    }
-
-    /// Whether stages are put onto the constraints.
-    #[inline(always)]
-    pub(crate) fn restores(&self) -> bool {
-        self.held.is_some() || self.embeds()
-    }
-
-    /// Has stages put onto the constraints, as far as tolerances ask for, or no longer, unless they always are; whether that makes a difference.
-    pub(crate) fn hold_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
-        let possible = self.formulation == Some(Formulation::Projected);
-        self.held = (self.embeds() || on && possible).then_some(*tolerances);
-        possible
-    }
-
-    /// Puts a state between the ends of a step onto the constraints, unless rounding errors would make it worse than it is: near a position
-    /// where the constraints lose rank they decide where it ends. Whether they leave it right to the tolerances.
-    pub(crate) fn settle_between(&mut self, model: &M, state: &mut M::State, tolerances: &Tolerances) -> bool {
-        let mut settled = *state;
-        let Ok(sensitivity) = self.project(model, &mut settled) else { return false };
-        if sensitivity == 0.0 {
-            // It is there already.
-            return true;
-        }
-        let usual = *self.usual.get_or_insert(sensitivity);
-        let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u().as_slice());
-        let moved = settled.u().as_slice().iter().zip(state.u().as_slice()).map(|(to, from)| (to - from).abs());
-        let noise = noise_beside(&settled, sensitivity, usual);
-        if noise <= moved.fold(permitted, math::max) {
-            *state = settled;
-        }
-        noise <= permitted
-    }
-
-    /// Φ is known to ε(1 + |q|). Where corrections are A times as large as usual, the direction that is nearly lost is wrong by A of that, and,
-    /// moving on, its velocity by A²|u|.
-    fn noise(&mut self, state: &M::State, sensitivity: f64) -> f64 {
-        if sensitivity == 0.0 || !sensitivity.is_finite() {
-            return 0.0;
-        }
-        let usual = *self.usual.get_or_insert(sensitivity);
-        self.latest = Some(sensitivity);
-        noise_beside(state, sensitivity, usual)
-    }
-
-    /// A step is over: its sensitivity joins the mean.
-    #[inline]
-    pub(super) fn learn(&mut self) {
-        if let (Some(usual), Some(latest)) = (self.usual, self.latest.take()) {
-            self.usual = Some(math::powf(usual, 1.0 - FADE) * math::powf(latest, FADE));
-        }
-    }
-
-    /// Checks a start, and puts it onto the constraints where the formulation keeps it there.
-    pub(crate) fn begin(&mut self, model: &M, state: &mut M::State) -> Result<(), PlaceError> {
-        if M::IS_FREE {
-            return Ok(());
-        }
-        self.put(model, state, Against::ItsSize)?;
-        Ok(constrain::check_sides(model, state)?)
-    }
-
-    /// The same for the constraints that hold alone.
-    fn put(&mut self, model: &M, state: &mut M::State, against: Against) -> Result<(), PlaceError> {
-        check_held(model, state, against)?;
-        if self.settles() {
-            self.settle(model, state)?;
-        }
-        Ok(())
-    }
-
-    /// The same for a state that an action made of another one. Where constraints may drift they have, and it must not have made that worse.
-    pub(crate) fn place(&mut self, model: &M, before: &M::State, state: &mut M::State) -> Result<(), PlaceError> {
-        // What was seen before an action says nothing of what follows it.
-        self.look = None;
-        if self.settles() {
-            self.put(model, state, Against::Unity)
-        } else {
-            Ok(self.check_worse(model, before, state)?)
-        }
-    }
-
-    /// Refuses a state that violates a row by more than a start may, and by more than twice what it was violated by before, where it held.
-    fn check_worse(&mut self, model: &M, before: &M::State, state: &M::State) -> Result<(), StateError> {
-        let held = before.modes();
-        let distances = |upkeep: &mut Self, state: &M::State, row: usize| {
-            let (velocity, of) = (model.velocity_residual(state), Distances::of(model, state, &mut upkeep.workspace));
-            let position = if row < M::Residual::LEN { model.residual(state)[row] } else { 0.0 };
-            [(position, of.along(row, position)), (velocity[row], of.along(row, velocity[row]))]
-        };
-        let sizes = [state.q(), state.u()].map(|values| CONSISTENT * (1.0 + max_abs(values.as_slice())));
-        for row in active_rows::<M>(state.modes(), false) {
-            let held_before = active_rows::<M>(held, false).any(|known| known == row);
-            let past = if held_before { distances(self, before, row).map(|(_, distance)| distance) } else { [0.0; 2] };
-            let [position, velocity] = distances(self, state, row);
-            let kept = |(_, distance): (f64, f64), at: usize| distance <= sizes[at].max(2.0 * past[at]);
-            let (row, switched) = constrain::assemble::named::<M>(row);
-            if !kept(position, 0) {
-                let (residual, distance) = position;
-                return Err(StateError::ConstraintViolated { row, residual, distance, switched });
-            }
-            if !kept(velocity, 1) {
-                let (residual, distance) = velocity;
-                return Err(StateError::VelocityViolated { row, residual, distance, switched });
-            }
-        }
-        Ok(())
-    }
-
     /// Accelerations at a start where constraints depend on each other: see [`super::singular`].
     pub(crate) fn singular_start(
         &mut self,
@@ -634,32 +490,6 @@ impl<M: Constraints> Upkeep<M> {
         part: f64,
     ) -> Option<(&'static str, f64)> {
         apart(model, state, (constraint, part), &mut self.workspace)
-    }
-}
-
-/// See [`Upkeep::noise`].
-fn noise_beside<S: ModelState>(state: &S, sensitivity: f64, usual: f64) -> f64 {
-    let amplified = (sensitivity / usual).max(1.0);
-    let (q, u) = (max_abs(state.q().as_slice()), max_abs(state.u().as_slice()));
-    f64::EPSILON * (1.0 + q) * amplified * (1.0 + amplified * u)
-}
-
-/// Why a state has no place on the constraints.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum PlaceError {
-    State(StateError),
-    Solve(SolveError),
-}
-
-impl From<StateError> for PlaceError {
-    fn from(error: StateError) -> Self {
-        Self::State(error)
-    }
-}
-
-impl From<SolveError> for PlaceError {
-    fn from(error: SolveError) -> Self {
-        Self::Solve(error)
     }
 }
 

@@ -9,6 +9,7 @@ use super::super::error::SimulationError;
 use super::super::query::Motion;
 use super::super::record::Trajectory;
 use super::super::simulate::Simulate;
+use super::super::summary::names;
 use super::Atlas;
 use super::result::{AtlasMotion, Leg};
 use crate::attitude::NotARotation;
@@ -134,7 +135,7 @@ impl fmt::Display for ChartError {
             ),
             Self::UnknownSet { name, known, .. } => {
                 write!(f, "`{name}` is not the second angle of a set; those of this model are ")?;
-                list(f, known)
+                names(f, known)
             }
             Self::Twice { name } => write!(f, "the set of `{name}` has two references; name it once"),
             Self::TooMany { most } => {
@@ -197,13 +198,6 @@ fn disagreement(f: &mut fmt::Formatter<'_>, what: Compared, name: &str, [a, b]: 
     let remedy =
         if what == Compared::Input { "have the law ask the model that `with` gives where the body is" } else { remedy };
     write!(f, " is {a:.6e} in one chart and {b:.6e} in another at t = {time}: they do not describe the same; {remedy}")
-}
-
-fn list(f: &mut fmt::Formatter<'_>, names: &[&str]) -> fmt::Result {
-    for (k, name) in names.iter().enumerate() {
-        write!(f, "{}`{name}`", if k > 0 { ", " } else { "" })?;
-    }
-    Ok(())
 }
 
 impl core::error::Error for ChartError {}

@@ -23,6 +23,11 @@ const LONGER: (f64, f64) = (20.0, 0.02);
 /// Trials in a row that have to succeed, so that none is deceived by where its stages fall.
 const IN_A_ROW: u32 = 2;
 
+/// By how much implicit steps of a model with so many coordinates have to be longer to be worth their while.
+pub(in crate::motion) fn longer(coordinates: usize) -> f64 {
+    LONGER.0 + LONGER.1 * math::powi(coordinates as f64, 2)
+}
+
 /// When an implicit step was tried last, and how often in a row with success.
 pub(super) struct Stiffness {
     accepted: u64,
@@ -63,7 +68,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         if usual > 0.5 * self.plan.options.most || left.abs() < EVERY as f64 * usual {
             return false;
         }
-        let h = (LONGER.0 + LONGER.1 * math::powi(M::Vector::LEN as f64, 2)) * usual;
+        let h = longer(M::Vector::LEN) * usual;
         self.stiffness.passed = if self.would_pass(h.copysign(left)) { self.stiffness.passed + 1 } else { 0 };
         self.stiffness.passed >= IN_A_ROW
     }
