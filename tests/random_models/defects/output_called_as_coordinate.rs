@@ -1,0 +1,24 @@
+// An output with the name of a coordinate hides it.
+// expect: refused
+// model: Cart { m: 1.5 }
+use dynamics::prelude::*;
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+pub struct Cart {
+    pub m: f64,
+}
+#[dynamics]
+impl Cart {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.powi(2)
+    }
+    #[output]
+    fn x(&self, q: &Coordinates<Self>) -> Expr {
+        2.0 * q.x
+    }
+}

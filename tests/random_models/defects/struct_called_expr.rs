@@ -1,0 +1,20 @@
+// A struct of this name hid what generated code meant.
+// expect: runs
+// model: Expr { m: 1.5 }
+use dynamics::prelude::*;
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+pub struct Expr {
+    pub m: f64,
+}
+#[dynamics]
+impl Expr {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> ::dynamics::prelude::Expr {
+        0.5 * self.m * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> ::dynamics::prelude::Expr {
+        q.x.powi(2).cos()
+    }
+}

@@ -1,0 +1,249 @@
+//! Packages of models: written, compiled, run, and what came of each.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use crate::cases::{Case, Expectation};
+use crate::glue::glue;
+
+/// What came of many models.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    pub models: usize,
+    /// Compiled without an error.
+    pub accepted: usize,
+    /// Compiled, run and compared.
+    pub judged: usize,
+    pub comparisons: usize,
+    /// Refused models by what the error says, names left out.
+    pub refused: BTreeMap<String, usize>,
+    pub findings: Vec<String>,
+}
+
+impl Tally {
+    pub fn add(&mut self, other: Self) {
+        self.models += other.models;
+        self.accepted += other.accepted;
+        self.judged += other.judged;
+        self.comparisons += other.comparisons;
+        other.refused.into_iter().for_each(|(reason, n)| *self.refused.entry(reason).or_default() += n);
+        self.findings.extend(other.findings);
+    }
+
+    #[must_use]
+    pub fn line(&self) -> String {
+        let refused: usize = self.refused.values().sum();
+        format!(
+            "{} models, {} accepted, {} run with {} comparisons, {refused} refused, {} findings",
+            self.models,
+            self.accepted,
+            self.judged,
+            self.comparisons,
+            self.findings.len()
+        )
+    }
+
+    #[must_use]
+    pub fn closing(&self) -> String {
+        let reasons = self.refused.iter().map(|(reason, n)| format!("  {n:5} refused: {reason}\n")).collect::<String>();
+        format!("{reasons}{}", self.line())
+    }
+}
+
+/// Where packages are written and compiled.
+pub struct Batch<'a> {
+    library: &'a Path,
+    folder: PathBuf,
+    keep: bool,
+    run: bool,
+}
+
+/// What random expressions come to now and then, and the macro is right to refuse.
+const DEGENERATE: [&str; 2] =
+    ["acts on nothing that can move, or is identically zero", "never crosses zero because it is constant"];
+
+/// What the compiler says of one module.
+#[derive(Clone, Debug, Default)]
+struct Said {
+    errors: Vec<String>,
+    warnings: Vec<String>,
+}
+
+impl<'a> Batch<'a> {
+    #[must_use]
+    pub fn new(library: &'a Path, keep: bool, run: bool) -> Self {
+        // One folder for each checkout, so that the judge is compiled once for it.
+        let hash = library.to_string_lossy().bytes().fold(0_u32, |h, b| h.wrapping_mul(31).wrapping_add(b.into()));
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("target/packages/{hash:08x}"));
+        Self { library, folder, keep, run }
+    }
+
+    /// Compiles and runs these models.
+    ///
+    /// # Errors
+    /// Packages that cannot be written, and compilers that cannot be run.
+    pub fn judge(&self, cases: &[Case]) -> Result<Tally, String> {
+        let result = self.compile_and_run(cases);
+        if !self.keep {
+            ["models", "mistaken"].iter().for_each(|kind| drop(fs::remove_dir_all(self.folder.join(kind).join("src"))));
+        }
+        result
+    }
+
+    fn compile_and_run(&self, cases: &[Case]) -> Result<Tally, String> {
+        let mut tally = Tally { models: cases.len(), ..Tally::default() };
+        let (mistaken, rest): (Vec<&Case>, Vec<&Case>) =
+            cases.iter().partition(|case| case.expectation == Expectation::Refused);
+        if !mistaken.is_empty() {
+            let said = self.compile("mistaken", &mistaken, false)?.0;
+            for case in &mistaken {
+                match said.get(&case.module) {
+                    Some(said) if !said.errors.is_empty() => refuse(&mut tally, case, said),
+                    _ => tally.findings.push(format!("finding {}: it is not refused", case.title)),
+                }
+            }
+        }
+        let mut left = rest;
+        // An error in one model hides others of a later stage of the compiler.
+        while !left.is_empty() {
+            let (said, succeeded, output) = self.compile("models", &left, self.run)?;
+            let mut refused = BTreeSet::new();
+            for case in &left {
+                let Some(said) = said.get(&case.module) else { continue };
+                if said.errors.is_empty() {
+                    if succeeded {
+                        said.warnings.iter().for_each(|w| tally.findings.push(format!("finding {}: {w}", case.title)));
+                    }
+                    continue;
+                }
+                refused.insert(case.module.clone());
+                refuse(&mut tally, case, said);
+                let degenerate = DEGENERATE.iter().any(|reason| said.errors[0].contains(reason));
+                if case.expectation == Expectation::Runs && !degenerate {
+                    tally.findings.push(format!("finding {}: it is refused: {}", case.title, said.errors[0]));
+                }
+            }
+            if succeeded {
+                tally.accepted += left.len();
+                if self.run {
+                    self.judged(&left, &output, &mut tally)?;
+                }
+                break;
+            }
+            if refused.is_empty() {
+                return Err(format!("the package does not compile, and no model is why:\n{output}"));
+            }
+            left.retain(|case| !refused.contains(&case.module));
+        }
+        Ok(tally)
+    }
+
+    /// Writes a package and compiles it: what is said of each module, whether it compiled, and the executable, or all that was said.
+    fn compile(
+        &self,
+        kind: &str,
+        cases: &[&Case],
+        build: bool,
+    ) -> Result<(BTreeMap<String, Said>, bool, String), String> {
+        let folder = self.folder.join(kind);
+        let source = folder.join("src");
+        fs::create_dir_all(&source).map_err(|e| e.to_string())?;
+        let library = self.library.display();
+        let judge = self.folder.join("judge");
+        fs::create_dir_all(&judge).map_err(|e| e.to_string())?;
+        let judged = Path::new(env!("CARGO_MANIFEST_DIR")).join("judge/lib.rs");
+        let profile = "[profile.dev]\ndebug = 0\n[profile.dev.build-override]\nopt-level = 3\n";
+        let manifest = |name: &str, rest: &str| {
+            format!(
+                "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n{rest}\n[dependencies]\ndynamics = {{ path = \"{library}\" }}\n"
+            )
+        };
+        let write =
+            |path: PathBuf, text: String| fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()));
+        write(judge.join("Cargo.toml"), manifest("judge", &format!("[lib]\npath = \"{}\"", judged.display())))?;
+        let batch = manifest(kind, "") + "judge = { path = \"../judge\" }\n[workspace]\n" + profile;
+        write(folder.join("Cargo.toml"), batch)?;
+        let lock = self.library.join("Cargo.lock");
+        if lock.exists() && !folder.join("Cargo.lock").exists() {
+            fs::copy(lock, folder.join("Cargo.lock")).map_err(|e| e.to_string())?;
+        }
+        let mut main = String::from("#![allow(mixed_script_confusables)]\nfn main() {\n    judge::run(&[\n");
+        for case in cases {
+            let module = &case.module;
+            main += &format!(
+                "        (\"{module}\", &judge::Derived {{ model: {module}::glue::model(), own: {module}::glue::own }}),\n"
+            );
+            write(source.join(format!("{module}.rs")), case.text.clone() + "\n" + &glue(&case.text))?;
+        }
+        main += "    ]);\n}\n";
+        let modules: String = cases.iter().map(|case| format!("mod {};\n", case.module)).collect();
+        write(source.join("main.rs"), main.replacen("fn main", &format!("{modules}fn main"), 1))?;
+        let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        command.current_dir(&folder).args([if build { "build" } else { "check" }, "--message-format=short"]);
+        command.env("CARGO_INCREMENTAL", "0").env("CARGO_TERM_COLOR", "never").env("CARGO_PROFILE_DEV_DEBUG", "0");
+        let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| self.library.join("target").into());
+        command.env("CARGO_TARGET_DIR", &target);
+        let output = command.output().map_err(|e| format!("cargo: {e}"))?;
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        let said = read(&text);
+        let executable = Path::new(&target).join("debug").join(kind).display().to_string();
+        let succeeded = output.status.success();
+        Ok((said, succeeded, if succeeded { executable } else { text }))
+    }
+
+    fn judged(&self, cases: &[&Case], executable: &str, tally: &mut Tally) -> Result<(), String> {
+        let Output { stdout, stderr, status } =
+            Command::new(executable).output().map_err(|e| format!("{executable}: {e}"))?;
+        let text = String::from_utf8_lossy(&stdout);
+        let title =
+            |module: &str| cases.iter().find(|c| c.module == module).map_or(module.to_owned(), |c| c.title.clone());
+        for line in text.lines() {
+            if let Some((module, what)) = line.strip_prefix("finding ").and_then(|rest| rest.split_once(": ")) {
+                tally.findings.push(format!("finding {}: {what}", title(module)));
+            } else if let Some(rest) = line.strip_prefix("judged ") {
+                tally.judged += 1;
+                tally.comparisons += rest.split(' ').nth(1).and_then(|n| n.parse::<usize>().ok()).unwrap_or(0);
+            }
+        }
+        if !status.success() {
+            let last = String::from_utf8_lossy(&stderr).lines().last().unwrap_or_default().to_owned();
+            tally.findings.push(format!("finding: the models' program ends with {status}: {last}"));
+        }
+        Ok(())
+    }
+}
+
+/// Counts a refused model, whose error has to be one.
+fn refuse(tally: &mut Tally, case: &Case, said: &Said) {
+    let reason = said.errors[0].split_once("error").map_or(said.errors[0].as_str(), |(_, rest)| rest);
+    // Names are in backticks: without them reasons are few.
+    let reason: String = reason.split('`').enumerate().map(|(i, part)| if i % 2 == 0 { part } else { "`_`" }).collect();
+    *tally.refused.entry(reason.trim_start_matches(": ").to_owned()).or_default() += 1;
+    // The same mistake may be written several times.
+    let mut different: Vec<&str> =
+        said.errors.iter().map(|e| e.split_once("error").map_or(e.as_str(), |(_, m)| m)).collect();
+    different.sort_unstable();
+    different.dedup();
+    if different.len() > 1 {
+        let errors = said.errors.iter().take(4).map(String::as_str).collect::<Vec<_>>().join("\n    ");
+        tally.findings.push(format!("finding {}: {} errors for one:\n    {errors}", case.title, said.errors.len()));
+    }
+}
+
+/// Errors and warnings by module, from lines as `src/case_1.rs:3:5: error: message`.
+fn read(text: &str) -> BTreeMap<String, Said> {
+    let mut modules: BTreeMap<String, Said> = BTreeMap::new();
+    for line in text.lines() {
+        let Some((file, rest)) = line.strip_prefix("src/").and_then(|line| line.split_once(".rs:")) else { continue };
+        let message = rest.splitn(3, ':').nth(2).unwrap_or_default().trim();
+        let said = modules.entry(file.to_owned()).or_default();
+        if message.starts_with("error") {
+            said.errors.push(format!("{file}.rs:{rest}"));
+        } else if message.starts_with("warning") {
+            said.warnings.push(format!("{file}.rs:{rest}"));
+        }
+    }
+    modules
+}

@@ -1,0 +1,134 @@
+//! Random whole models, compiled and run.
+//!
+//! ```sh
+//! cargo run --manifest-path tests/random_models/Cargo.toml -- --from 0 --models 1000
+//! cargo run --manifest-path tests/random_models/Cargo.toml -- --case 17
+//! ```
+//!
+//! A case is a number; the same number is the same model on every machine. Models are written into packages of a hundred, each in a module of its own, compiled
+//! once, and run: see `judge/` for what is compared. What the macro refuses is taken out, counted by its reason, and has to be one error.
+
+mod batch;
+mod cases;
+mod expressions;
+mod generate;
+mod glue;
+mod mistakes;
+mod names;
+#[allow(dead_code, reason = "shared with the fuzzer, which draws more kinds of numbers")]
+#[path = "../../fuzz/src/random.rs"]
+mod random;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use batch::{Batch, Tally};
+use cases::{Case, defects};
+
+const USAGE: &str = "\
+Random models, compiled and run. Exit status 1 with findings.
+  --from N        the first case (default 0)
+  --models N      how many cases (default 100)
+  --size N        models in a package (default 100)
+  --case N        prints one model and judges it
+  --defects       the models of defects/ alone
+  --check         compiles without running
+  --library PATH  the checkout of dynamics to compile against (default: this one)
+  --keep          leaves the packages where they were written";
+
+struct Options {
+    from: u64,
+    models: u64,
+    size: u64,
+    case: Option<u64>,
+    only_defects: bool,
+    check: bool,
+    library: PathBuf,
+    keep: bool,
+}
+
+fn options() -> Result<Options, String> {
+    let here = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let mut options = Options {
+        from: 0,
+        models: 100,
+        size: 100,
+        case: None,
+        only_defects: false,
+        check: false,
+        library: here.join("../.."),
+        keep: false,
+    };
+    let mut arguments = std::env::args().skip(1);
+    while let Some(option) = arguments.next() {
+        let mut value = || arguments.next().ok_or(format!("{option} wants a value"));
+        let number = |text: String| text.parse::<u64>().map_err(|_| format!("`{text}` is not a number"));
+        match option.as_str() {
+            "--from" | "--seed" => options.from = number(value()?)?,
+            "--models" => options.models = number(value()?)?,
+            "--size" => options.size = number(value()?)?.max(1),
+            "--case" => options.case = Some(number(value()?)?),
+            "--library" => options.library = value()?.into(),
+            "--defects" => options.only_defects = true,
+            "--check" => options.check = true,
+            "--keep" => options.keep = true,
+            _ => return Err(format!("{option}: no such option\n{USAGE}")),
+        }
+    }
+    options.library = options.library.canonicalize().map_err(|e| format!("{}: {e}", options.library.display()))?;
+    Ok(options)
+}
+
+/// The cases that are asked for, in packages: the defects first.
+fn packages(options: &Options) -> Vec<Vec<Case>> {
+    if let Some(case) = options.case {
+        let cases = Case::random(case);
+        cases.iter().for_each(|case| println!("{}", case.text));
+        return vec![cases];
+    }
+    let mut first = defects();
+    if options.only_defects {
+        return vec![first];
+    }
+    let mut packages = Vec::new();
+    let end = options.from + options.models;
+    let mut from = options.from;
+    while from < end {
+        let next = end.min(from + options.size);
+        first.extend((from..next).flat_map(Case::random));
+        packages.push(std::mem::take(&mut first));
+        from = next;
+    }
+    packages
+}
+
+fn main() -> ExitCode {
+    let options = match options() {
+        Ok(options) => options,
+        Err(message) => {
+            eprintln!("{message}");
+            return ExitCode::from(2);
+        }
+    };
+    let start = Instant::now();
+    let mut total = Tally::default();
+    let packages = packages(&options);
+    let count = packages.len();
+    for (k, cases) in packages.into_iter().enumerate() {
+        let batch = Batch::new(&options.library, options.keep, !options.check);
+        match batch.judge(&cases) {
+            Ok(tally) => {
+                tally.findings.iter().for_each(|finding| println!("{finding}"));
+                total.add(tally);
+            }
+            Err(message) => {
+                eprintln!("{message}");
+                return ExitCode::from(2);
+            }
+        }
+        println!("-- package {} of {count}, {} s: {}", k + 1, start.elapsed().as_secs(), total.line());
+    }
+    println!("{}", total.closing());
+    ExitCode::from(u8::from(!total.findings.is_empty()))
+}
