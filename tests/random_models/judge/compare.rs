@@ -175,7 +175,7 @@ impl Judge<'_> {
                 let (a, multipliers) = (a.clone(), multipliers.clone());
                 self.solution(&emitted, &a, &multipliers);
                 self.results(at, &emitted, &a, &multipliers);
-                if with_slopes && self.shape.rows == 0 {
+                if with_slopes {
                     self.slopes(at);
                 }
             }
@@ -356,7 +356,10 @@ impl Judge<'_> {
         let (model, shape) = (self.model, self.shape);
         let n = shape.coordinates;
         let Some(slopes) = model.slopes(at) else {
-            self.report.findings.push("accelerations, but no Jacobians of them".to_owned());
+            // With constraints there may be none: at singular positions, and where equations are too long.
+            if shape.rows == 0 {
+                self.report.findings.push("accelerations, but no Jacobians of them".to_owned());
+            }
             return;
         };
         let mut columns = |what: &str, emitted: &[f64], width: usize, f: &dyn Fn(usize, f64) -> Option<Vec<f64>>| {

@@ -40,6 +40,8 @@ pub struct Scope {
     pub corners: bool,
     /// How the words of the prelude are called here, where the model hides one.
     pub hidden: Vec<String>,
+    /// Vectors and matrices of numbers.
+    pub shapes: Vec<(String, &'static str)>,
     /// What makes rates numbers, in models with units.
     pub period: Option<String>,
     /// Names that variables must not take: statics of the module.
@@ -356,6 +358,11 @@ impl Writer<'_> {
 
     /// A vector of the plane.
     pub fn vec2(&mut self, scope: &Scope, depth: usize) -> String {
+        if let Some((name, _)) = scope.shapes.iter().find(|(_, shape)| *shape == "Vec2")
+            && self.r.one_in(3)
+        {
+            return format!("({} * {name})", self.jet(scope, depth));
+        }
         if self.r.one_in(4)
             && let Some(call) = self.called(scope, Kind::Vec2, depth)
         {
@@ -366,6 +373,16 @@ impl Writer<'_> {
 
     /// A vector of space.
     pub fn vec3(&mut self, scope: &Scope, depth: usize) -> String {
+        if let Some((name, shape)) = scope.shapes.iter().find(|(_, shape)| *shape != "Vec2")
+            && self.r.one_in(3)
+        {
+            let jet = self.jet(scope, depth);
+            return if *shape == "Vec3" {
+                format!("({jet} * {name})")
+            } else {
+                format!("({jet} * {name}.row({}))", self.r.below(3))
+            };
+        }
         if self.r.one_in(4)
             && let Some(call) = self.called(scope, Kind::Vec3, depth)
         {

@@ -16,6 +16,18 @@ const TERMS: &[&str] = &[
     "true",
     "[1.0, 2.0][2]",
     "q.t.dt().no_such()",
+    "(|x: f64| x)(1.0)",
+    "q.no_such_array[0]",
+    "no_such::CONSTANT",
+    "NO_SUCH_CONSTANT",
+    "vec3(1.0, 2.0, 3.0).no_such()",
+    "{ println!(\"{}\", 1.0); 1.0 }",
+    "{ let unit = 1.0; unit.no_such() }",
+    "Vec2::no_such(1.0)",
+    "q.t.sin(1.0)",
+    "if q.t { 1.0 } else { 2.0 }",
+    "(1.0 + vec2(1.0, 2.0))",
+    "q.reaction(Self::no_such_constraint)",
 ];
 
 /// A model with one of the functions changed.
