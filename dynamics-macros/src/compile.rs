@@ -2,9 +2,12 @@
 
 use dynamics_symbolic::compile::Compiled;
 use proc_macro2::TokenStream;
+use quote::ToTokens;
 
 use crate::diagnostics::{Diagnostics, Place};
 use crate::elaborate;
+use crate::library::{self, Library};
+use crate::messages;
 use crate::syntax::{self, Declaration, Implementation};
 
 /// A model with everything that emission needs.
@@ -20,6 +23,9 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
     let mut diagnostics = Diagnostics::new();
     let declaration = syntax::parse_struct(item_struct, &mut diagnostics);
     let implementation = syntax::parse_impl(item_impl, &mut diagnostics);
+    if let (Some(declaration), Some(implementation)) = (&declaration, &implementation) {
+        check_name(declaration, implementation, &mut diagnostics);
+    }
     diagnostics.checkpoint()?;
     let (Some(declaration), Some(implementation)) = (declaration, implementation) else { return Err(Vec::new()) };
     let elaborated = elaborate::elaborate(&declaration, &implementation, &mut diagnostics);
@@ -37,5 +43,20 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
             elaborated.origins.report(findings, model, &mut diagnostics);
             Err(diagnostics.finish().err().unwrap_or_default())
         }
+    }
+}
+
+/// Types of the language of models that only some models name.
+const SOMETIMES_NAMED: &[&str] = &["Drawing", "Force", "Mat3", "Vec2", "Vec3"];
+
+/// Refuses a struct called like a type that its own functions name: they would find the struct, and the macro would not know.
+fn check_name(declaration: &Declaration, implementation: &Implementation, diagnostics: &mut Diagnostics) {
+    let name = declaration.name.to_string();
+    let of_language = SOMETIMES_NAMED.contains(&name.as_str()) || Library::has(&name);
+    let named = |stream: TokenStream| library::any_word(stream, &|word| word == name);
+    let items = implementation.item.items.iter().map(ToTokens::into_token_stream);
+    let fields = declaration.item.fields.iter().map(|field| field.ty.to_token_stream());
+    if of_language && items.chain(fields).any(named) {
+        diagnostics.error(declaration.name.span(), &messages::name_of_language(&name));
     }
 }

@@ -133,7 +133,15 @@ fn offsets(slots: &[Slot]) -> impl Iterator<Item = (usize, &Slot)> {
 }
 
 /// An identifier for a local of generated code; what programs print as text finds it by its name.
+///
+/// A pattern that is the name of a static or a constant in scope is no binding but that static or constant, whatever the hygiene of its
+/// span: names that users have for theirs must not be bound.
 fn local(name: &str) -> Ident {
+    function(&format!("__{name}"))
+}
+
+/// An identifier for a function, or whatever else patterns cannot bind.
+fn function(name: &str) -> Ident {
     Ident::new(name, Span::call_site())
 }
 

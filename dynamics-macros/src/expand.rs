@@ -37,6 +37,11 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
             // Impls for a type whose arguments are missing would be a second error.
             return quote!(#errors #bridge #mark);
         }
+        if syntax::is_always_named(&declaration.name) {
+            // As would be the functions of the block, which name the type that the struct hides.
+            let bridge = emit::dead_bridge(&declaration.name);
+            return quote!(#errors #types #bridge #mark #fallback);
+        }
         quote!(#errors #types #bridge #mark #fallback)
     }
 }

@@ -34,8 +34,12 @@ pub(crate) struct Library {
 impl Library {
     /// What functions with these tokens may need: nothing is parsed for a model that uses none of it.
     pub(crate) fn needed_by(tokens: impl IntoIterator<Item = TokenStream>) -> Self {
-        let named = |word: &str| SOURCES.iter().any(|(names, _)| names.contains(&word));
-        if tokens.into_iter().any(|stream| any_word(stream, &named)) { Self::whole() } else { Self::default() }
+        if tokens.into_iter().any(|stream| any_word(stream, &Self::has)) { Self::whole() } else { Self::default() }
+    }
+
+    /// Whether one of its types has this name.
+    pub(crate) fn has(name: &str) -> bool {
+        SOURCES.iter().any(|(names, _)| names.contains(&name))
     }
 
     /// All of it.
@@ -87,7 +91,7 @@ impl RecordType {
 }
 
 /// Whether a word of the tokens is one of those that are looked for.
-fn any_word(tokens: TokenStream, wanted: &impl Fn(&str) -> bool) -> bool {
+pub(crate) fn any_word(tokens: TokenStream, wanted: &impl Fn(&str) -> bool) -> bool {
     let mut left = vec![tokens];
     while let Some(stream) = left.pop() {
         for tree in stream {

@@ -41,6 +41,7 @@ macro_rules! catalogue {
 catalogue! {
     // The struct.
     not_a_struct(name) "`{name}` is no struct; a model is a struct, its fields are the parameters";
+    name_of_language(name) "a struct called `{name}` hides the `{name}` that the functions of models name; choose another name for the struct";
     generic_model() "a model cannot be generic; its derived program is concrete `f64`";
     unnamed_fields() "a model's parameters need names; write a struct with named fields";
     parameter_type(ty) "a parameter cannot be `{ty}`; use `f64`, an array, `Vec2<f64>`, `Vec3<f64>`, `Mat3<f64>`, or a type with the `SmoothFunction` trait";

@@ -11,7 +11,7 @@ pub(crate) use attributes::{ATTRIBUTES, Quantity, UnitText};
 pub(crate) use impls::{Function, Implementation, Role, path as path_text};
 pub(crate) use limits::check_nesting;
 pub(crate) use roles::ConstraintOptions;
-pub(crate) use structs::{Declaration, FieldKind, Shape};
+pub(crate) use structs::{Declaration, FieldKind, Shape, is_always_named};
 
 use proc_macro2::TokenStream;
 

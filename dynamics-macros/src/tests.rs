@@ -6,7 +6,9 @@ mod expansion;
 mod fuzzed;
 mod inverse;
 mod models;
+mod names;
 mod robustness;
+mod sizes;
 mod vocabulary;
 
 use crate::compile::{CompiledModel, compile};

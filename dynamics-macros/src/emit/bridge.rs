@@ -48,7 +48,7 @@ const MARK: &str = "derive_Dynamics";
 /// The sign that a struct has the derive: without it rustc misses a macro, which says nothing to who did not write one.
 pub(crate) fn mark(name: &Ident, generics: &syn::Generics) -> TokenStream {
     let (quiet, mark, (generics, arguments, conditions)) =
-        (super::quiet(), super::local(MARK), generics.split_for_impl());
+        (super::quiet(), super::function(MARK), generics.split_for_impl());
     quote! {
         #quiet
         #[automatically_derived]

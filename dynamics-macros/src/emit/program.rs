@@ -145,9 +145,9 @@ impl<'a> Printer<'a> {
     fn lines(&mut self, mut steps: &[Step]) -> String {
         let mut lines = String::new();
         while let [step, rest @ ..] = steps {
-            let run = steps.iter().take_while(|step| matches!(step, Step::SinCos { .. })).count();
+            let run = self.known_angles(steps);
             if run > 1 && !self.access.accurate && !self.access.lanes {
-                let (together, rest) = steps.split_at(run.min(LANES));
+                let (together, rest) = steps.split_at(run);
                 lines.push_str(&self.sines_and_cosines(together));
                 steps = rest;
             } else {
@@ -156,6 +156,19 @@ impl<'a> Printer<'a> {
             }
         }
         lines
+    }
+
+    /// How many of the first steps are sines and cosines of angles that are known before: none is a sine or cosine of these.
+    fn known_angles(&self, steps: &[Step]) -> usize {
+        let mut found: Vec<NodeId> = Vec::new();
+        let known = |step: &&Step| match step {
+            Step::SinCos { angle, .. } if !found.contains(angle) => {
+                found.extend(defined(step));
+                true
+            }
+            _ => false,
+        };
+        steps.iter().take_while(known).take(LANES).count()
     }
 
     /// Several angles in one call.
@@ -212,7 +225,7 @@ impl<'a> Printer<'a> {
 
     /// Names the value that is computed next.
     fn define(&mut self, id: NodeId) -> String {
-        let name = format!("v{}", self.locals);
+        let name = format!("__v{}", self.locals);
         self.locals += 1;
         self.values.insert(id, name.clone());
         name

@@ -158,8 +158,8 @@ impl Emission<'_> {
 
     /// `(&self, state: &Self::State)`.
     fn at_state(&self) -> TokenStream {
-        let state = local("state");
-        quote!(&self, #state: &<Self as Model>::State)
+        let (private, state) = (&self.private, local("state"));
+        quote!(&self, #state: &<Self as #private::Model>::State)
     }
 
     /// Refuses pivots that vanish against their diagonal elements, and negative ones of a kinetic energy: (coordinate, Dᵢ, Mᵢᵢ) as expressions.
@@ -176,7 +176,7 @@ impl Emission<'_> {
         quote! {
             let #at = [#(#values),*];
             if #private::singular::<#positive, _>(&#at) {
-                return Err(#private::name_singular::<#positive>(&#at, &[#(#coordinates),*], <Self as #private::Dynamics>::COORDINATES).into());
+                return #private::Err(#private::name_singular::<#positive>(&#at, &[#(#coordinates),*], <Self as #private::Dynamics>::COORDINATES).into());
             }
         }
     }

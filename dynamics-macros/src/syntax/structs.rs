@@ -131,6 +131,7 @@ pub(crate) const MAX_LENGTH: usize = 10_000;
 /// Reads the struct and its attributes.
 pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration {
     check_no_generics(&item, d);
+    check_name(&item.ident, d);
     let mut attributes = attributes::read(&item.attrs, d);
     let before = d.len();
     let mut fields = fields(&item, d);
@@ -169,6 +170,20 @@ pub(crate) fn not_a_struct(other: syn::DeriveInput, d: &mut Diagnostics) -> Decl
         semi_token: None,
     };
     declaration(item, d)
+}
+
+/// Types without which no model can be written.
+const ALWAYS_NAMED: &[&str] = &["Coordinates", "Expr", "f64"];
+
+/// Whether no model may have this name: in its module every function would find the struct in place of the type.
+pub(crate) fn is_always_named(name: &Ident) -> bool {
+    ALWAYS_NAMED.iter().any(|word| name == word)
+}
+
+fn check_name(name: &Ident, d: &mut Diagnostics) {
+    if is_always_named(name) {
+        d.error(name.span(), &messages::name_of_language(name));
+    }
 }
 
 /// Parameters are `f64`: the derived program is concrete.

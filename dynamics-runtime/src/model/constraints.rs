@@ -293,24 +293,19 @@ macro_rules! unconstrained {
             fn gamma(&self, _: &Self::State) -> Self::Rows {
                 Self::Rows::default()
             }
-            fn terms(&self, state: &Self::State, terms: &mut $crate::model::Terms<'_>) {
-                let mass = $crate::model::Dynamics::mass_matrix(self, state);
-                let force = $crate::model::Dynamics::generalized_force(self, state);
-                for i in 0..$n {
-                    terms.force[i] = force[i];
-                    for j in 0..$n {
-                        terms.mass[$n * i + j] = mass[(i, j)];
-                    }
-                }
+            // Patterns that are named like a static or a constant of the user's would be no bindings.
+            fn terms(&self, __state: &Self::State, __terms: &mut $crate::model::Terms<'_>) {
+                // M is symmetric: by rows it is as by columns.
+                __terms.mass.copy_from_slice($crate::model::Dynamics::mass_matrix(self, __state).as_slice());
+                __terms.force.copy_from_slice($crate::model::Dynamics::generalized_force(self, __state).as_slice());
             }
             fn solve_unrolled(
                 &self,
-                constants: &Self::Constants,
-                state: &Self::State,
+                __constants: &Self::Constants,
+                __state: &Self::State,
             ) -> ::core::option::Option<$crate::model::Solved<Self::Vector, Self::Rows>> {
-                let accelerations = $crate::model::Dynamics::accelerations_with(self, constants, state).ok()?;
                 ::core::option::Option::Some($crate::model::Solved {
-                    accelerations,
+                    accelerations: $crate::model::Dynamics::accelerations_with(self, __constants, __state).ok()?,
                     multipliers: Self::Rows::default(),
                 })
             }

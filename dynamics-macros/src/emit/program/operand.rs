@@ -8,7 +8,7 @@ use dynamics_symbolic::graph::{Binary, Comparison, FunctionId, Graph, Node, Node
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::super::Surface;
+use super::super::{Surface, local};
 use super::Printer;
 
 /// Lanes of a block of Cauchy sums, as the runtime has it.
@@ -38,13 +38,13 @@ pub(in super::super) struct Access<'a> {
 impl<'a> Access<'a> {
     /// Parameters and functions are fields of `model`.
     pub(in super::super) fn new(surface: &Surface, compiled: &'a Compiled) -> Self {
-        let branches = &compiled.programs.kinks.branches;
+        let (branches, model) = (&compiled.programs.kinks.branches, local("model"));
         Self {
             graph: &compiled.model.graph,
             branches: (!branches.is_empty()).then_some(branches),
             private: surface.private(),
-            parameters: surface.parameters.iter().map(|place| quote!(model #place).to_string()).collect(),
-            functions: surface.functions.iter().map(|field| quote!(model.#field).to_string()).collect(),
+            parameters: surface.parameters.iter().map(|place| quote!(#model #place).to_string()).collect(),
+            functions: surface.functions.iter().map(|field| quote!(#model.#field).to_string()).collect(),
             coefficients: false,
             lanes: false,
             accurate: surface.accurate,
@@ -53,7 +53,7 @@ impl<'a> Access<'a> {
 
     /// Programs of Taylor coefficients: what they need of order 0 stands in an array `z`.
     pub(in super::super) fn of_coefficients(surface: &Surface, graph: &'a Graph, kept: usize) -> Self {
-        let parameters = (0..kept).map(|i| format!("z[{i}]")).collect();
+        let parameters = (0..kept).map(|i| format!("__z[{i}]")).collect();
         Self {
             graph,
             branches: None,
@@ -100,16 +100,16 @@ impl<'a> Access<'a> {
     fn one(&self, id: NodeId) -> String {
         match self.graph.node(id) {
             Node::Number(number) => literal(number),
-            Node::Symbol(Symbol::Time) => "t".into(),
-            Node::Symbol(Symbol::Coordinate(i)) => format!("q[{i}]"),
-            Node::Symbol(Symbol::Rate(i)) => format!("u[{i}]"),
-            Node::Symbol(Symbol::Input(i)) => format!("w[{i}]"),
-            Node::Symbol(Symbol::Acceleration(i)) => format!("a[{i}]"),
+            Node::Symbol(Symbol::Time) => "__t".into(),
+            Node::Symbol(Symbol::Coordinate(i)) => format!("__q[{i}]"),
+            Node::Symbol(Symbol::Rate(i)) => format!("__u[{i}]"),
+            Node::Symbol(Symbol::Input(i)) => format!("__w[{i}]"),
+            Node::Symbol(Symbol::Acceleration(i)) => format!("__a[{i}]"),
             Node::Symbol(Symbol::Multiplier(i)) if self.coefficients => {
-                format!("lambda[{}][{}]", i as usize / WIDTH, i as usize % WIDTH)
+                format!("__lambda[{}][{}]", i as usize / WIDTH, i as usize % WIDTH)
             }
-            Node::Symbol(Symbol::Multiplier(i)) => format!("lambda[{i}]"),
-            Node::Symbol(Symbol::Mode(i)) => format!("modes[{i}]"),
+            Node::Symbol(Symbol::Multiplier(i)) => format!("__lambda[{i}]"),
+            Node::Symbol(Symbol::Mode(i)) => format!("__modes[{i}]"),
             Node::Symbol(Symbol::Parameter(i)) => self.parameters[i as usize].clone(),
             // The engine schedules every operation before its use.
             node => unreachable!("{node:?} is read before it is computed"),
@@ -203,8 +203,8 @@ impl Printer<'_> {
         let v = |id| self.value(id);
         // The kink's value is negative where left < right, unless they are exchanged.
         let decide = |condition: String| match exchanged {
-            false => format!("branches.below({kink},{condition})"),
-            true => format!("!branches.below({kink},!({condition}))"),
+            false => format!("__branches.below({kink},{condition})"),
+            true => format!("!__branches.below({kink},!({condition}))"),
         };
         match self.access.graph.node(id) {
             Node::Select { comparison, left, right, then, otherwise } => {
@@ -212,11 +212,11 @@ impl Printer<'_> {
                 let condition = decide(format!("{} {comparison} {}", v(left), v(right)));
                 format!("if {condition} {{{}}} else {{{}}}", v(then), v(otherwise))
             }
-            Node::Unary(Unary::Abs, a) => format!("branches.abs({kink},{})", v(a)),
-            Node::Unary(Unary::Signum, a) => format!("branches.signum({kink},{})", v(a)),
-            Node::Binary(Binary::Min, a, b) => format!("branches.min({kink},{exchanged},{},{})", v(a), v(b)),
-            Node::Binary(Binary::Max, a, b) => format!("branches.max({kink},{exchanged},{},{})", v(a), v(b)),
-            Node::Binary(Binary::Atan2, y, x) => format!("branches.atan2({kink},{},{})", v(y), v(x)),
+            Node::Unary(Unary::Abs, a) => format!("__branches.abs({kink},{})", v(a)),
+            Node::Unary(Unary::Signum, a) => format!("__branches.signum({kink},{})", v(a)),
+            Node::Binary(Binary::Min, a, b) => format!("__branches.min({kink},{exchanged},{},{})", v(a), v(b)),
+            Node::Binary(Binary::Max, a, b) => format!("__branches.max({kink},{exchanged},{},{})", v(a), v(b)),
+            Node::Binary(Binary::Atan2, y, x) => format!("__branches.atan2({kink},{},{})", v(y), v(x)),
             node => unreachable!("{node:?} is no choice"),
         }
     }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::schedule::{Program, Step};
 use proc_macro2::TokenStream;
-use quote::quote;
+use quote::{format_ident, quote};
 
 use super::super::{Surface, local};
 use super::{Access, PART, Printer, SPLIT, all_steps, defined, read};
@@ -82,7 +82,7 @@ impl Body<'_> {
     fn printer(&self) -> Printer<'_> {
         let mut printer = Printer::new(self.access);
         for (i, id) in self.constants.iter().enumerate() {
-            let constant = if self.access.lanes { format!("__Lanes::splat(k[{i}])") } else { format!("k[{i}]") };
+            let constant = if self.access.lanes { format!("__Lanes::splat(__k[{i}])") } else { format!("__k[{i}]") };
             printer.values.insert(*id, constant);
         }
         printer
@@ -117,7 +117,7 @@ impl Body<'_> {
                 let (place, value) = (available.len() + place, printer.result(*id));
                 quote!(#x[#place] = #value;)
             });
-            let name = local(&format!("{}_part_{}", program.name, i + 1));
+            let name = format_ident!("{}_part_{}", program.name, i + 1);
             functions.extend(quote! {
                 #[inline(never)]
                 fn #name #signature { #body #(#writes)* }
@@ -162,6 +162,6 @@ impl Body<'_> {
 /// Lets the printer find values in the array `x`.
 fn place_array(printer: &mut Printer<'_>, live: &[NodeId]) {
     for (i, id) in live.iter().enumerate() {
-        printer.values.insert(*id, format!("x[{i}]"));
+        printer.values.insert(*id, format!("__x[{i}]"));
     }
 }

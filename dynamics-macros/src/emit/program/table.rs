@@ -71,7 +71,7 @@ impl Table<'_> {
         let constants: BTreeMap<NodeId, usize> = constants.iter().enumerate().map(|(i, id)| (*id, i)).collect();
         for id in entries.iter().flat_map(|entry| &entry.operands) {
             if !computed.contains(id) && !self.places.contains_key(id) {
-                let constant = constants.get(id).map(|i| format!("k[{i}]"));
+                let constant = constants.get(id).map(|i| format!("__k[{i}]"));
                 self.given.push(constant.unwrap_or_else(|| self.access.leaf(*id)));
                 self.place(Some(*id))?;
             }

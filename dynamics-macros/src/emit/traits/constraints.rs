@@ -6,8 +6,8 @@ use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
-use super::super::local;
 use super::super::program::{Body, Printed};
+use super::super::{function, local};
 use super::Emission;
 
 /// Functions that stand beside an impl, and a method inside it.
@@ -65,8 +65,9 @@ impl Emission<'_> {
     /// No rows.
     fn unconstrained(&self) -> TokenStream {
         let (model, private, n, f64) = (&self.surface.target, &self.private, self.degrees(), self.float());
-        let (option, state) = (quote!(#private::Option), quote!(&<Self as Model>::State));
-        let solved = quote!(#option<#private::Solved<<Self as Model>::Vector, Self::Rows>>);
+        let (option, state) = (quote!(#private::Option), quote!(&<Self as #private::Model>::State));
+        let (at, terms, k, found) = (local("state"), local("terms"), local("k"), local("accelerations"));
+        let solved = quote!(#option<#private::Solved<<Self as #private::Model>::Vector, Self::Rows>>);
         let (of_inverse, inverse) = self.inverse();
         let (functions, variations) = self.variations();
         let (of_outputs, output_variations) = self.output_variations();
@@ -89,18 +90,18 @@ impl Emission<'_> {
                 fn velocity_jacobian(&self, _: #state) -> Self::VelocityJacobian { #private::matrix([[]; #n]) }
                 fn velocity_offset(&self, _: #state) -> Self::VelocityOffset { #private::vector([]) }
                 fn gamma(&self, _: #state) -> Self::Rows { #private::vector([]) }
-                fn terms(&self, state: #state, terms: &mut #private::Terms<'_>) {
+                fn terms(&self, #at: #state, #terms: &mut #private::Terms<'_>) {
                     // M is symmetric: by rows it is as by columns.
-                    terms.mass.copy_from_slice(#private::Dynamics::mass_matrix(self, state).as_slice());
-                    terms.force.copy_from_slice(#private::Dynamics::generalized_force(self, state).as_slice());
+                    #terms.mass.copy_from_slice(#private::Dynamics::mass_matrix(self, #at).as_slice());
+                    #terms.force.copy_from_slice(#private::Dynamics::generalized_force(self, #at).as_slice());
                 }
                 #[inline]
-                fn solve_unrolled(&self, k: &Self::Constants, state: #state) -> #solved {
-                    match #private::Dynamics::accelerations_with(self, k, state) {
-                        Ok(accelerations) => {
-                            #option::Some(#private::Solved { accelerations, multipliers: #private::vector([]) })
+                fn solve_unrolled(&self, #k: &Self::Constants, #at: #state) -> #solved {
+                    match #private::Dynamics::accelerations_with(self, #k, #at) {
+                        #private::Ok(#found) => {
+                            #option::Some(#private::Solved { accelerations: #found, multipliers: #private::vector([]) })
                         }
-                        Err(_) => #option::None,
+                        #private::Err(_) => #option::None,
                     }
                 }
                 #[inline]
@@ -109,7 +110,7 @@ impl Emission<'_> {
                     _: &Self::Constants,
                     _: #state,
                     _: &Self::Rows,
-                ) -> #option<<Self as Model>::Vector> {
+                ) -> #option<<Self as #private::Model>::Vector> {
                     #option::Some(#private::vector([0.0; #n]))
                 }
                 fn constraint_derivatives(&self, _: #state, _: &Self::Rows, _: &mut [#f64]) {}
@@ -244,7 +245,7 @@ impl Emission<'_> {
     ) -> Method {
         let program = Program { name: name.to_owned(), ..program.clone() };
         let Printed { functions, statements, results } = self.body(&[]).part(&program, range);
-        let (name, at_state, prologue, value) = (local(name), self.at_state(), self.prologue(), value(&results));
+        let (name, at_state, prologue, value) = (function(name), self.at_state(), self.prologue(), value(&results));
         let method = quote! {
             #[inline]
             fn #name(#at_state) -> #result { #prologue #statements #value }
@@ -262,7 +263,7 @@ impl Emission<'_> {
         let (jacobian, gamma) = rest.split_at(r * n);
         let writes =
             [("mass", mass), ("force", force), ("jacobian", jacobian), ("gamma", gamma)].map(|(name, values)| {
-                let name = local(name);
+                let name = function(name);
                 self.write(&quote!(#terms.#name), values)
             });
         let inlining = self.inlining(programs.terms.body.len() + programs.terms.hoisted.len());
@@ -382,7 +383,7 @@ impl Emission<'_> {
             #[inline]
             fn #name(
                 #at_state,
-                #accelerations: &<Self as Model>::Vector,
+                #accelerations: &<Self as #private::Model>::Vector,
                 #multipliers: &Self::Rows,
                 #values: &mut [#f64],
             ) -> #private::bool {

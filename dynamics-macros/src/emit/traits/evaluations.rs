@@ -7,8 +7,8 @@ use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::super::local;
 use super::super::program::Printed;
+use super::super::{function, local};
 use super::Emission;
 
 impl Emission<'_> {
@@ -21,7 +21,7 @@ impl Emission<'_> {
         value: impl FnOnce(&[TokenStream]) -> TokenStream,
     ) -> (TokenStream, TokenStream) {
         let Printed { functions, statements, results } = self.print_seldom(program);
-        let (name, at_state, prologue, value) = (local(name), self.at_state(), self.prologue(), value(&results));
+        let (name, at_state, prologue, value) = (function(name), self.at_state(), self.prologue(), value(&results));
         let solution = self.solution(&program.results, false);
         let inlining = self.inlining(program.body.len() + program.hoisted.len());
         let method = quote! {
@@ -34,7 +34,7 @@ impl Emission<'_> {
     /// `fn name(&self, state, values)`, which writes the results to a slice.
     pub(super) fn writing(&self, program: &Program, name: &str) -> (TokenStream, TokenStream) {
         let Printed { functions, statements, results } = self.print_seldom(program);
-        let (name, at_state, prologue, values) = (local(name), self.at_state(), self.prologue(), local("values"));
+        let (name, at_state, prologue, values) = (function(name), self.at_state(), self.prologue(), local("values"));
         let (f64, solution) = (&self.float(), self.solution(&program.results, false));
         let write = self.write(&quote!(#values), &results);
         let inlining = self.inlining(program.body.len() + program.hoisted.len());

@@ -69,7 +69,7 @@ impl Emission<'_> {
             fn accelerations_in_lanes(
                 &self,
                 #k: &Self::Constants,
-                #state: &<Self as Model>::State,
+                #state: &<Self as #private::Model>::State,
                 #t: #private::Lanes,
                 [#q, #u]: [&#private::WideOf<Self>; 2],
                 #a: &mut #private::WideOf<Self>,

@@ -69,6 +69,10 @@ impl Emission<'_> {
 
     /// Writes expressions to their places in a slice by a table, where all of them stand in the array of values.
     fn scattered(&self, slice: &TokenStream, elements: &[(usize, &TokenStream)]) -> Option<TokenStream> {
+        if elements.is_empty() {
+            // All are zero: there need not be an array of values.
+            return None;
+        }
         let pair = |(to, element): &(usize, &TokenStream)| Some([u32::try_from(*to).ok()?, place(element)?]);
         let pairs = elements.iter().map(pair).collect::<Option<Vec<_>>>()?;
         let bytes: Vec<u8> = pairs.into_iter().flatten().flat_map(u32::to_le_bytes).collect();
@@ -77,7 +81,7 @@ impl Emission<'_> {
     }
 }
 
-/// The place in the array of values that an expression reads, if it does nothing else: `x[7]`.
+/// The place in the array of values that an expression reads, if it does nothing else: `__x[7]`.
 fn place(element: &TokenStream) -> Option<u32> {
     let mut trees = element.clone().into_iter();
     let (Some(TokenTree::Ident(array)), Some(TokenTree::Group(index)), None) =
@@ -85,7 +89,7 @@ fn place(element: &TokenStream) -> Option<u32> {
     else {
         return None;
     };
-    if array != "x" { None } else { index.stream().to_string().parse().ok() }
+    if array != local("x") { None } else { index.stream().to_string().parse().ok() }
 }
 
 /// Whether a matrix of expressions by rows is its transpose, word for word.

@@ -48,14 +48,14 @@ impl Emission<'_> {
         let Printed { functions, statements, .. } = &next;
         quote! {
             const SERIES: #private::Expansion = #private::Expansion::Generated { chooses: #chooses };
-            type Series = #private::series::Memory<<Self as Model>::State, #count, #blocks>;
+            type Series = #private::series::Memory<<Self as #private::Model>::State, #count, #blocks>;
             #begin
             #head {
                 #functions
-                if !#private::series::Memory::<<Self as Model>::State, #count, #blocks>::begins_at(#memory, #state) && self.begin_series(#k, #state, #memory).is_err() {
+                if !#private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::begins_at(#memory, #state) && #private::Dynamics::begin_series(self, #k, #state, #memory).is_err() {
                     return false;
                 }
-                let (#z, #memory) = #private::series::Memory::<<Self as Model>::State, #count, #blocks>::parts(#memory);
+                let (#z, #memory) = #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::parts(#memory);
                 // A copy stays in registers: nothing that is written can change it.
                 let #z = *#z;
                 #private::expand::<#n, #blocks>(&#given.data.0[0], #scale, #rows, #memory, |#t, #q, #u, #w, #lambda| {
@@ -80,13 +80,13 @@ impl Emission<'_> {
             fn begin_series(
                 &self,
                 #k: &Self::Constants,
-                #state: &<Self as Model>::State,
+                #state: &<Self as #private::Model>::State,
                 #memory: &mut Self::Series,
-            ) -> Result<<Self as Model>::Vector, #private::SolveError> {
+            ) -> #private::Result<<Self as #private::Model>::Vector, #private::SolveError> {
                 #functions #prologue #statements #check
                 // By path: where the impl stands twice, methods of the type would be errors of their own.
-                #private::series::Memory::<<Self as Model>::State, #count, #blocks>::begin(#memory, *#state, [#(#more),*]);
-                Ok(#vector)
+                #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::begin(#memory, *#state, [#(#more),*]);
+                #private::Ok(#vector)
             }
         }
     }
@@ -101,10 +101,10 @@ impl Emission<'_> {
             fn series(
                 &self,
                 #k: &Self::Constants,
-                #state: &<Self as Model>::State,
-                #given: &<Self as Model>::Vector,
+                #state: &<Self as #private::Model>::State,
+                #given: &<Self as #private::Model>::Vector,
                 #scale: #f64,
-                #rows: [&mut [<Self as Model>::Vector]; 2],
+                #rows: [&mut [<Self as #private::Model>::Vector]; 2],
                 #memory: &mut Self::Series,
             ) -> #private::bool
         }
@@ -138,7 +138,7 @@ impl Emission<'_> {
         let (coefficients, memory, f64, all) = (local("rows"), local("memory"), self.float(), n + rows);
         let (blocks, ahead_blocks, shared) =
             (lanes.div_ceil(WIDTH), constrained.lanes.div_ceil(WIDTH), constrained.shared);
-        let (some, none) = (self.some(), self.none());
+        let (some, none, recurrences) = (self.some(), self.none(), local("recurrences"));
         let released = (self.switched() > 0).then(|| quote!(|| !#state.modes.all_hold()));
         let applies_not = match (&constrained.solve, unguarded) {
             (None, _) => quote!(true),
@@ -163,14 +163,14 @@ impl Emission<'_> {
                     #none
                 };
                 let #general = &#general;
-                let recurrences = #private::series::Recurrences {
+                let #recurrences = #private::series::Recurrences {
                     residue: #residue,
                     right: #right,
                     solve: #solve,
                     next: #next,
                     ahead: #ahead,
                 };
-                #private::expand_constrained(#a, #scale, #coefficients, #memory, recurrences);
+                #private::expand_constrained(#a, #scale, #coefficients, #memory, #recurrences);
                 true
             }
         }

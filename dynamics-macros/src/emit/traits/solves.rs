@@ -9,8 +9,8 @@ use dynamics_symbolic::series::Series;
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::super::local;
 use super::super::program::{Body, Printed, defined, read};
+use super::super::{function, local};
 use super::{Emission, Names, identity};
 
 /// Accelerations, and corrections where there are constraints, in two stages.
@@ -53,7 +53,7 @@ impl Emission<'_> {
     /// `impl Dynamics`.
     pub(super) fn dynamics(&self) -> TokenStream {
         let (model, private, programs) = (&self.surface.target, &self.private, &self.compiled.programs);
-        let (vector, matrix) = (quote!(<Self as Model>::Vector), quote!(<Self as Model>::Matrix));
+        let (vector, matrix) = (quote!(<Self as #private::Model>::Vector), quote!(<Self as #private::Model>::Matrix));
         let staged = self.staged();
         let count = staged.constants.len();
         let (f64, names) = (self.float(), self.named(&self.compiled.equations.conserved));
@@ -76,7 +76,6 @@ impl Emission<'_> {
         let velocities = self.compiled.equations.has_velocity_forces(self.access.graph);
         let time = self.compiled.equations.has_explicit_time(self.access.graph);
         quote! {
-            use #private::{Model, Result, Result::{Ok, Err}};
             #f1 #f2 #f3 #f4 #f5 #f6 #f7 #f8 #f9 #f10 #f11
             impl #private::Dynamics for #model {
                 type Constants = [#f64; #count];
@@ -111,7 +110,7 @@ impl Emission<'_> {
         let part = |name: &str, range| {
             let program = Program { name: name.to_owned(), ..program.clone() };
             let Printed { functions, statements, results } = self.body(&[]).part(&program, range);
-            let (name, write) = (local(name), self.write(&quote!(#values), &results));
+            let (name, write) = (function(name), self.write(&quote!(#values), &results));
             let method = quote! {
                 #[inline]
                 fn #name(#at_state, #values: &mut [#f64]) { #prologue #statements #write }
@@ -143,7 +142,7 @@ impl Emission<'_> {
             return (TokenStream::new(), TokenStream::new());
         };
         let private = &self.private;
-        self.method(program, "momentum_rates", &quote!(#private::Option<<Self as Model>::Vector>), |r| {
+        self.method(program, "momentum_rates", &quote!(#private::Option<<Self as #private::Model>::Vector>), |r| {
             let rates = self.vector(r);
             quote!(#private::Option::Some(#rates))
         })
@@ -175,7 +174,7 @@ impl Emission<'_> {
                 #[inline]
                 fn acceleration_by_parameters(
                     &self,
-                    #state: &<Self as Model>::State,
+                    #state: &<Self as #private::Model>::State,
                     #values: &mut [#f64],
                 ) -> #bool {
                     #private::acceleration_by_parameters(self, #state, #values)
@@ -207,7 +206,7 @@ impl Emission<'_> {
             #[inline]
             fn acceleration_derivatives(
                 &self,
-                #state: &<Self as Model>::State,
+                #state: &<Self as #private::Model>::State,
                 #by_q: &mut [#f64],
                 #by_u: &mut [#f64],
             ) -> #private::bool {
@@ -265,13 +264,13 @@ impl Emission<'_> {
         let inlining = self.inlining(staged.once.len());
         let method = quote! {
             #inlining
-            fn constants(&self) -> Result<Self::Constants, #private::SingularMassMatrix> {
+            fn constants(&self) -> #private::Result<Self::Constants, #private::SingularMassMatrix> {
                 let #model = self;
                 let (#t, #q, #u, #w) = (#f64::NAN, &[#f64::NAN; #n], &[#f64::NAN; #n], &[#f64::NAN; #m]);
                 #unsolved
                 #statements
                 #check
-                Ok([#(#constants),*])
+                #private::Ok([#(#constants),*])
             }
         };
         (functions, method)
@@ -292,10 +291,10 @@ impl Emission<'_> {
             fn accelerations_with(
                 &self,
                 #k: &Self::Constants,
-                #state: &<Self as Model>::State,
-            ) -> Result<<Self as Model>::Vector, #private::SolveError> {
+                #state: &<Self as #private::Model>::State,
+            ) -> #private::Result<<Self as #private::Model>::Vector, #private::SolveError> {
                 #prologue #statements #check
-                Ok(#vector)
+                #private::Ok(#vector)
             }
         };
         (functions, method)
@@ -325,14 +324,14 @@ impl Emission<'_> {
         value: impl FnOnce(&[TokenStream]) -> TokenStream,
     ) -> (TokenStream, TokenStream) {
         let private = &self.private;
-        let result = quote!(Result<#result, #private::SolveError>);
+        let result = quote!(#private::Result<#result, #private::SolveError>);
         self.method(program, name, &result, |r| {
             let (checked, check) = match self.constrained() {
                 Some((equations, _)) => self.guarded_derivatives(equations, r),
                 None => (2 * self.compiled.equations.pivots.len(), self.check(&self.pivots(r))),
             };
             let value = value(&r[..r.len() - checked]);
-            quote!(#check Ok(#value))
+            quote!(#check #private::Ok(#value))
         })
     }
 
@@ -396,15 +395,15 @@ impl Emission<'_> {
     fn results(&self, program: &Program, name: &str, named: &[Named]) -> (TokenStream, TokenStream) {
         let Printed { functions, statements, results } = self.print(program);
         let check = if results.len() > named.len() { self.check(&self.pivots(&results)) } else { TokenStream::new() };
-        let (name, at_state, prologue, slice) = (local(name), self.at_state(), self.prologue(), local("values"));
+        let (name, at_state, prologue, slice) = (function(name), self.at_state(), self.prologue(), local("values"));
         let (f64, private) = (self.float(), &self.private);
         let solution = self.solution(&program.results, true);
         let write = self.write(&quote!(#slice), &results[..named.len()]);
         let method = quote! {
             #[inline]
-            fn #name(#at_state, #slice: &mut [#f64]) -> Result<(), #private::SolveError> {
+            fn #name(#at_state, #slice: &mut [#f64]) -> #private::Result<(), #private::SolveError> {
                 #prologue #solution #statements #check #write
-                Ok(())
+                #private::Ok(())
             }
         };
         (functions, method)

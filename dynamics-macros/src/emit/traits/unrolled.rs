@@ -6,8 +6,8 @@ use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::super::local;
 use super::super::program::Printed;
+use super::super::{function, local};
 use super::Emission;
 use super::constraints::Method;
 
@@ -29,7 +29,7 @@ impl Emission<'_> {
     /// `fn solve_unrolled`.
     pub(super) fn solve_unrolled(&self, equations: &ConstraintEquations) -> Method {
         let (private, n) = (&self.private, self.degrees());
-        let result = quote!(#private::Solved<<Self as Model>::Vector, Self::Rows>);
+        let result = quote!(#private::Solved<<Self as #private::Model>::Vector, Self::Rows>);
         let head = self.head("solve_unrolled", &TokenStream::new(), &result);
         let staged = self.staged();
         let paths = self.solutions(equations).into_iter().map(|Path { modes, unrolled, program, .. }| {
@@ -49,8 +49,8 @@ impl Emission<'_> {
         if !self.is_short(equations) {
             return Method::default();
         }
-        let (staged, n) = (self.staged(), self.degrees());
-        let head = self.head("accelerate_unrolled", &TokenStream::new(), &quote!(<Self as Model>::Vector));
+        let (private, staged, n) = (&self.private, self.staged(), self.degrees());
+        let head = self.head("accelerate_unrolled", &TokenStream::new(), &quote!(<Self as #private::Model>::Vector));
         let paths = self.solutions(equations).into_iter().map(|Path { modes, unrolled, program, .. }| {
             let (accelerations, rest) = program.results.split_at(n);
             let wanted: Vec<NodeId> = [accelerations, &rest[self.rows()..]].concat();
@@ -73,8 +73,9 @@ impl Emission<'_> {
 
     /// `fn correct_unrolled`.
     pub(super) fn correct_unrolled(&self, equations: &ConstraintEquations) -> Method {
-        let (right, lambda) = (local("right"), local("lambda"));
-        let head = self.head("correct_unrolled", &quote!(, #right: &Self::Rows), &quote!(<Self as Model>::Vector));
+        let (private, right, lambda) = (&self.private, local("right"), local("lambda"));
+        let head =
+            self.head("correct_unrolled", &quote!(, #right: &Self::Rows), &quote!(<Self as #private::Model>::Vector));
         let given = quote!(let #lambda = &#right.data.0[0];);
         let staged = self.staged();
         let paths = self.solutions(equations).into_iter().filter_map(|Path { modes, unrolled, correction, .. }| {
@@ -107,8 +108,8 @@ impl Emission<'_> {
 
     /// `fn name(&self, k: &Self::Constants, state: &Self::State, ..) -> Option<..>`.
     fn head(&self, name: &str, more: &TokenStream, result: &TokenStream) -> TokenStream {
-        let (private, name, k, state) = (&self.private, local(name), local("k"), local("state"));
-        quote!(fn #name(&self, #k: &Self::Constants, #state: &<Self as Model>::State #more) -> #private::Option<#result>)
+        let (private, name, k, state) = (&self.private, function(name), local("k"), local("state"));
+        quote!(fn #name(&self, #k: &Self::Constants, #state: &<Self as #private::Model>::State #more) -> #private::Option<#result>)
     }
 
     /// A method of these paths, each of which returns; `None` where none applies.
@@ -172,6 +173,7 @@ impl Emission<'_> {
     ) -> (usize, TokenStream) {
         let Solution::Unrolled(unrolled) = &equations.solution else { return (0, TokenStream::new()) };
         let (private, state, count) = (&self.private, local("state"), 2 * unrolled.guards.len());
+        let error = local("error");
         let values = &results[results.len() - count..];
         let checks = unrolled.guards.iter().zip(values.chunks(2)).filter_map(|(guard, pair)| {
             let unguarded = self.unguarded(&[*guard], pair)?;
@@ -179,10 +181,10 @@ impl Emission<'_> {
                 Guarded::Coordinate(i) => (true, i, &pair[0]),
                 Guarded::Row(i) => (false, i, &pair[0]),
             };
-            Some(quote!(if #unguarded { return Err(#private::no_derivatives::<Self>(#coordinate, #index, #pivot)); }))
+            Some(quote!(if #unguarded { return #private::Err(#private::no_derivatives::<Self>(#coordinate, #index, #pivot)); }))
         });
         let released = (self.switched() > 0).then(|| {
-            quote!(if let #private::Option::Some(error) = #private::released::<Self>(#state.modes) { return Err(error); })
+            quote!(if let #private::Option::Some(#error) = #private::released::<Self>(#state.modes) { return #private::Err(#error); })
         });
         (count, quote!(#released #(#checks)*))
     }
@@ -190,13 +192,13 @@ impl Emission<'_> {
     /// `fn accelerations_with` of a model with constraints: by the generated code, and where that does not apply by the general solver.
     pub(super) fn constrained_accelerations(&self) -> TokenStream {
         let (private, k, state, found) = (&self.private, local("k"), local("state"), local("found"));
-        let solved = quote!(Ok(#private::solve_once(self, #k, #state)?.accelerations));
+        let solved = quote!(#private::Ok(#private::solve_once(self, #k, #state)?.accelerations));
         let (some, none) = (self.some(), self.none());
         let is_short = self.constrained().is_some_and(|(equations, _)| self.is_short(equations));
         let body = if is_short {
             quote! {
                 match #private::Constraints::accelerate_unrolled(self, #k, #state) {
-                    #some(#found) => Ok(#found),
+                    #some(#found) => #private::Ok(#found),
                     #none => #solved,
                 }
             }
@@ -208,8 +210,8 @@ impl Emission<'_> {
             fn accelerations_with(
                 &self,
                 #k: &Self::Constants,
-                #state: &<Self as Model>::State,
-            ) -> Result<<Self as Model>::Vector, #private::SolveError> {
+                #state: &<Self as #private::Model>::State,
+            ) -> #private::Result<<Self as #private::Model>::Vector, #private::SolveError> {
                 #body
             }
         }
