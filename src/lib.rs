@@ -133,7 +133,7 @@ pub mod __private {
         Solved, StateJacobian, Terms, Vector, WideOf,
     };
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::output::{Drawing, Point};
+    pub use dynamics_runtime::output::{Drawing, Places, Point};
     pub use dynamics_runtime::reaction::{Reaction, Reactions, type_of};
     pub use dynamics_runtime::series::{self, expand, expand_constrained};
     pub use dynamics_runtime::unconstrained;

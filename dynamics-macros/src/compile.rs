@@ -16,6 +16,8 @@ pub(crate) struct CompiledModel {
     pub(crate) declaration: Declaration,
     pub(crate) implementation: Implementation,
     pub(crate) compiled: Compiled,
+    /// Helpers that return vectors which by their units are no places: directions, velocities, forces.
+    pub(crate) vectors: Vec<syn::Ident>,
 }
 
 /// Tokens of the struct and of its impl block → derived model.
@@ -38,7 +40,7 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
     diagnostics.checkpoint()?;
 
     match dynamics_symbolic::compile::compile(elaborated.model) {
-        Ok(compiled) => Ok(CompiledModel { declaration, implementation, compiled }),
+        Ok(compiled) => Ok(CompiledModel { declaration, implementation, compiled, vectors: elaborated.vectors }),
         Err(findings) => {
             elaborated.origins.report(findings, model, &mut diagnostics);
             Err(diagnostics.finish().err().unwrap_or_default())

@@ -31,7 +31,7 @@ mod statements;
 mod values;
 mod vector_methods;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dynamics_symbolic::mechanics::Model;
 use quote::ToTokens;
@@ -49,6 +49,8 @@ use values::{UnitOf, Value};
 pub(crate) struct Elaborated {
     pub(crate) model: Model,
     pub(crate) origins: Origins,
+    /// Helpers that return vectors which by their units are no places.
+    pub(crate) vectors: Vec<syn::Ident>,
 }
 
 /// Unit of a smooth function's argument, unit of its values.
@@ -87,6 +89,8 @@ struct Elaborator<'a> {
     role: Role,
     /// Functions that some role has called.
     reached: BTreeSet<usize>,
+    /// Units of the vectors that helpers have returned.
+    returned: BTreeMap<usize, Vec<UnitOf>>,
     steps: usize,
     depth: usize,
     /// A limit is passed and reported; everything that is left is skipped.
@@ -121,6 +125,7 @@ pub(crate) fn elaborate(
         speeds: Vec::new(),
         role: Role::Helper,
         reached: BTreeSet::new(),
+        returned: BTreeMap::new(),
         steps: 0,
         depth: 0,
         exhausted: false,
@@ -135,5 +140,6 @@ pub(crate) fn elaborate(
     elaborator.note_angle_sets();
     elaborator.place_bodies();
     elaborator.place_premises();
-    Elaborated { model: elaborator.model, origins: elaborator.origins }
+    let vectors = elaborator.vectors_that_are_no_places();
+    Elaborated { model: elaborator.model, origins: elaborator.origins, vectors }
 }

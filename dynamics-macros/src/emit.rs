@@ -48,7 +48,7 @@ pub(crate) struct Surface {
     pub(crate) functions: Vec<Ident>,
     /// Functions of constraints in the order of their rows.
     pub(crate) constraints: Vec<Ident>,
-    /// Helper functions `(&self, q) -> Vec2` or `Vec3`: the points of the default drawing.
+    /// Helper functions `(&self, q) -> Vec2`, `Vec3` or an array of them that may be places: the points of the default drawing.
     pub(crate) points: Vec<Ident>,
     /// The `#[drawing]` function.
     pub(crate) drawing: Option<Ident>,

@@ -26,7 +26,7 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
         return quote!(#errors #bridge);
     };
     let mark = emit::mark(&declaration.name, &declaration.item.generics);
-    let surface = surface(&declaration, None);
+    let surface = surface(&declaration, None, &[]);
     let types = emit::named_types(&surface);
     if errors.is_empty() {
         let bridge = emit::bridge(&surface, &own_tokens(declaration.item));
@@ -129,14 +129,14 @@ pub(crate) fn model(input: TokenStream) -> TokenStream {
     }
     let (item, implementation) = (resolved_like(item, &implementation), ungrouped(implementation));
     match compile(item.clone(), implementation.clone()) {
-        Ok(CompiledModel { declaration, implementation, compiled }) => {
-            let surface = surface(&declaration, Some(&implementation));
+        Ok(CompiledModel { declaration, implementation, compiled, vectors }) => {
+            let surface = surface(&declaration, Some(&implementation), &vectors);
             let (item, traits) = (kept(&implementation), emit::traits(&surface, &compiled));
             quote!(#item #traits)
         }
         Err(errors) => {
             let (errors, stubbed) = (failed(&errors), stubbed(implementation));
-            let fallback = declared(item).map(|declaration| emit::fallback(&surface(&declaration, None)));
+            let fallback = declared(item).map(|declaration| emit::fallback(&surface(&declaration, None, &[])));
             quote!(#errors #stubbed #fallback)
         }
     }
@@ -263,7 +263,8 @@ fn kept_in_stub(attribute: &syn::Attribute) -> bool {
 }
 
 /// What emission has to know of the declarations.
-fn surface(declaration: &Declaration, implementation: Option<&Implementation>) -> Surface {
+/// `vectors` are helpers that return no places.
+fn surface(declaration: &Declaration, implementation: Option<&Implementation>, vectors: &[Ident]) -> Surface {
     let slot = |quantity: &Quantity| Slot {
         name: quantity.name.clone(),
         len: quantity.length,
@@ -303,9 +304,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>) -
             .flat_map(|role| functions_of(&|f| f.role == role))
             .collect(),
         points: functions_of(&|f| {
-            f.role == Role::Helper
-                && f.takes_coordinates_only()
-                && matches!(f.returns().as_deref(), Some("Vec2" | "Vec3"))
+            f.role == Role::Helper && f.takes_coordinates_only() && f.returns_vectors() && !vectors.contains(&f.name)
         }),
         drawing: functions_of(&|f| f.role == Role::Drawing).into_iter().next(),
     }

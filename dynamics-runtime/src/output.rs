@@ -1,4 +1,4 @@
-//! What shows a motion: tables (CSV), charts (SVG) and animations (one HTML page without network access).
+//! What shows a motion: tables (CSV), charts (SVG, and PNG with the feature `png`) and animations (one HTML page without network access).
 //!
 //! Everything renders to a `String` with the feature `alloc`; files are written with `std`. The pictures are built with `libm`
 //! alone, so that the same data give the same bytes on every machine.
@@ -7,8 +7,11 @@
 //! |---|---|---|
 //! | a picture of one instant | [`Drawing`] | the `#[drawing]` function |
 //! | a moving picture | [`Animation`] | `motion.animate("run.html")` |
-//! | curves | [`Chart`], [`Panel`] | `motion.plot("run.svg")` |
+//! | curves | [`Chart`], [`Panel`] | `motion.plot("run.svg")`, `.png` |
 //! | numbers | [`csv::Csv`] | `motion.write_csv("run.csv")` |
+//!
+//! A path whose extension names another format is an error, before anything is written; a path without an extension gets the first format
+//! of its row.
 
 mod animation;
 mod atlas;
@@ -23,6 +26,8 @@ pub(crate) mod file;
 mod json_check;
 mod motion;
 pub(crate) mod names;
+#[cfg(feature = "png")]
+mod png;
 mod reduce;
 mod svg;
 pub(crate) mod text;
@@ -33,7 +38,7 @@ mod xml_check;
 pub use animation::{Animation, Film};
 pub use chart::{Axis, Chart, Mark, Panel, Scale, Series};
 pub use color::Color;
-pub use drawing::{Drawing, Figure, Point, Shape};
+pub use drawing::{Drawing, Figure, Places, Point, Shape};
 pub use error::OutputError;
 #[cfg(feature = "std")]
 pub use file::FileError;

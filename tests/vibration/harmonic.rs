@@ -114,6 +114,27 @@ fn the_phase_passes_half_a_turn_without_a_jump() {
     }
 }
 
+/// Of a resonance between two frequencies the chart goes through the top, 1/(m·2ζω₀²√(1 − ζ²)); what was asked for stays as it was.
+#[test]
+fn peaks_between_the_frequencies_are_in_the_chart() {
+    let damping = 1e-4;
+    let space = Oscillator::damped(damping).space();
+    let asked = frequencies(0.1, 30.0, 40);
+    let response = space.frequency_response("force", "x", &asked).unwrap();
+    assert_eq!((&response.frequencies, response.values.len()), (&asked, asked.len()));
+    let highest = response.peaks.iter().map(|(_, value)| value.norm()).fold(0.0, f64::max);
+    let found = space.resonances("force", "x").unwrap()[0].magnitude;
+    assert!((highest / found - 1.0).abs() < 1e-6, "{highest} {found}");
+    assert!(response.magnitude().into_iter().fold(0.0, f64::max) < 0.01 * found, "the frequencies miss it");
+    // In each panel as many points as were asked for, and more.
+    assert!(response.peaks.len() > 20 && response.peaks.is_sorted_by(|a, b| a.0 < b.0));
+    // Fine frequencies need no others; of a peak without height the flanks are drawn.
+    let fine = space.frequency_response("force", "x", &frequencies(1.999, 2.001, 200)).unwrap();
+    assert!(fine.peaks.is_empty());
+    let undamped = Oscillator::damped(0.0).space().frequency_response("force", "x", &asked).unwrap();
+    assert!(!undamped.peaks.is_empty() && undamped.peaks.iter().all(|(_, value)| value.norm().is_finite()));
+}
+
 #[test]
 fn an_undamped_resonance_is_named_and_beside_it_the_loss_of_digits() {
     let space = Oscillator::damped(0.0).space();

@@ -147,11 +147,12 @@ impl<'a> Elaborator<'a> {
             }
         }
         let value = self.statements(&function.item.block.stmts);
-        let frame = self.frames.pop();
-        match frame.and_then(|f| f.flow) {
+        let value = match self.frames.pop().and_then(|frame| frame.flow) {
             Some(Flow::Return(value)) => value,
             _ => value,
-        }
+        };
+        self.note_returned(index, &value);
+        value
     }
 
     /// `path(..)`.

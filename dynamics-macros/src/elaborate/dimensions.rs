@@ -3,11 +3,14 @@
 use std::rc::Rc;
 
 use dynamics_symbolic::check::units::{Conflict, Dimension, Exponent, UnitExpr, Units};
+use syn::Ident;
 
 use super::Elaborator;
-use super::values::{Scalar, UnitOf};
+use super::roles::flatten;
+use super::values::{Scalar, UnitOf, Value};
 use crate::diagnostics::Place;
 use crate::messages::{self, Message};
+use crate::syntax::Role;
 
 /// The solver, and whether anything is declared that it could check.
 #[derive(Clone, Debug, Default)]
@@ -31,6 +34,25 @@ impl Elaborator<'_> {
     /// An unknown unit, where units are checked.
     pub(super) fn unknown_unit(&mut self, label: &str) -> UnitOf {
         self.dimensions.active.then(|| Rc::new(self.dimensions.units.unknown(label)))
+    }
+
+    /// Notes the units of the vectors that a helper returns: they tell places from directions when a model without a drawing is drawn.
+    pub(super) fn note_returned(&mut self, function: usize, value: &Value) {
+        if !self.dimensions.active || self.implementation.functions[function].role != Role::Helper {
+            return;
+        }
+        let (mut components, mut units) = (Vec::new(), Vec::new());
+        if matches!(value, Value::Vector(_) | Value::Array(_)) && flatten(value, "", &mut components, &mut units) {
+            self.returned.insert(function, units);
+        }
+    }
+
+    /// Helpers whose vectors have a unit other than a length's. One whose unit is not known may be a place.
+    pub(super) fn vectors_that_are_no_places(&self) -> Vec<Ident> {
+        let known = |unit: &UnitOf| unit.as_ref().and_then(|unit| self.dimensions.units.dimension(unit));
+        let is_no_length = |unit: &UnitOf| known(unit).is_some_and(|dimension| dimension != Dimension::LENGTH);
+        let returned = self.returned.iter().filter(|(_, units)| units.iter().any(is_no_length));
+        returned.map(|(index, _)| self.implementation.functions[*index].name.clone()).collect()
     }
 
     /// Demands one unit of both; where they conflict, says so at `place` in the words of `message`(left, right).

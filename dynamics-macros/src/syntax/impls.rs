@@ -89,6 +89,17 @@ impl Function {
         by_reference && second && inputs.len() == 2
     }
 
+    /// Whether it returns vectors: one, or an array of them.
+    pub(crate) fn returns_vectors(&self) -> bool {
+        let ReturnType::Type(_, returned) = &self.item.sig.output else { return false };
+        let mut ty = &**returned;
+        while let syn::Type::Array(array) = ty {
+            ty = &*array.elem;
+        }
+        let syn::Type::Path(path) = ty else { return false };
+        path.path.segments.last().is_some_and(|s| s.ident == "Vec2" || s.ident == "Vec3")
+    }
+
     /// Last segment of the returned type's path: `Vec2` of `dynamics::Vec2<Expr>`.
     pub(crate) fn returns(&self) -> Option<String> {
         match &self.item.sig.output {

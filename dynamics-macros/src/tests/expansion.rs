@@ -142,3 +142,36 @@ fn no_block_is_longer_than_rustc_bears() {
     // Steps that are read once are written where they are read: a block of 256 steps has fewer statements.
     assert!((60..=300).contains(&longest.0), "{} statements in one block", longest.0);
 }
+
+/// Without a `#[drawing]` helpers that return places are drawn, arrays too; by their units directions, velocities and forces are none.
+#[test]
+fn only_places_are_drawn() {
+    let functions = r#"impl Bob {
+        fn along(&self, q: &Coordinates<Self>) -> Vec2 { vec2(q.theta.sin(), -q.theta.cos()) }
+        fn bob(&self, q: &Coordinates<Self>) -> Vec2 { self.length * self.along(q) }
+        fn velocity(&self, q: &Coordinates<Self>) -> Vec2 { self.bob(q).dt() }
+        fn rod(&self, q: &Coordinates<Self>) -> [Vec2; 2] { [0.5 * self.bob(q), self.bob(q)] }
+        fn weight(&self) -> Vec2 { vec2(0.0, -self.mass * self.g) }
+        fn axes(&self, q: &Coordinates<Self>) -> [[Vec2; 1]; 1] { [[self.along(q)]] }
+        fn unread(&self, q: &Coordinates<Self>) -> dynamics::Vec3<Expr> { anything(q) }
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr { 0.5 * self.mass * self.velocity(q).norm_squared() }
+        #[potential]
+        fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+            -self.weight().dot(2.0 * self.rod(q)[0]) + 0.0 * self.mass * self.g * self.length * self.axes(q)[0][0].x
+        }
+    }"#;
+    let drawn = |units: &str| {
+        let declaration = format!("#[coordinates(theta: rad)] {units} struct Bob {{ mass: f64, length: f64, g: f64 }}");
+        let (item, implementation) = (tokens(&declaration), tokens(functions));
+        let emitted = expand::model(quote::quote!({ #item } { #implementation })).to_string();
+        let drawing = emitted.split("of_helpers").nth(1).expect("helpers are drawn").split('}').next();
+        let drawing = drawing.unwrap_or_default().to_owned();
+        ["along", "bob", "velocity", "rod", "weight", "axes", "unread"]
+            .map(|name| drawing.contains(&format!("\"{name}\"")))
+    };
+    let units = "#[units(mass: kg, length: m, g: m / s^2)]";
+    assert_eq!(drawn(units), [false, true, false, true, false, false, true]);
+    // Where no units are known every vector may be a place.
+    assert_eq!(drawn(""), [true, true, true, true, false, true, true]);
+}

@@ -26,6 +26,7 @@ use crate::constrain::{project_positions, project_velocities, with_workspace};
 use crate::error::SolveError;
 use crate::model::{ModelState, Powers, Vector};
 use crate::motion::Simulate;
+use crate::output::names;
 
 /// The first energy of a family, of its last.
 const FIRST: f64 = 1e-6;
@@ -63,6 +64,8 @@ pub struct BackboneCurve<S: ModelState> {
     pub mode: Mode,
     /// The energy in the equilibrium, E₀.
     pub rest_energy: f64,
+    /// The unit of energies: `J` or `ft*lb`, empty where the model has no units.
+    pub energy_unit: &'static str,
     /// Its motions, by growing distance from the equilibrium along the family.
     pub points: Vec<BackbonePoint<S>>,
 }
@@ -120,7 +123,7 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         let omega = mode.eigenvalue.im;
         let rest_energy = self.model.energy_function(&self.rest);
         let last = self.energy.sqrt();
-        let mut curve = BackboneCurve { mode, rest_energy, points: Vec::new() };
+        let mut curve = BackboneCurve { mode, rest_energy, energy_unit: names::energy_unit::<M>(), points: Vec::new() };
         let mut known: Vec<Member> = Vec::new();
         // The first from the mode itself, with the energy to which it belongs.
         let first = last * FIRST.sqrt();

@@ -125,7 +125,7 @@ impl Page {
 
     /// Writes the page, making the folders that the path needs.
     pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
-        file::write(path.as_ref(), self.to_html().as_bytes())
+        file::write(path.as_ref(), file::Content::Page, self.to_html().as_bytes())
     }
 }
 

@@ -11,6 +11,8 @@ use alloc::vec::Vec;
 use super::color::Color;
 use super::drawing::Drawing;
 use super::error::OutputError;
+#[cfg(feature = "std")]
+use super::file::Content;
 use clock::Clock;
 use encode::Reel;
 
@@ -27,6 +29,10 @@ pub trait Film {
     /// The unit of time, empty where it is not known.
     fn time_unit(&self) -> String {
         String::from("s")
+    }
+    /// The unit of lengths in the picture, empty where it is not known.
+    fn length_unit(&self) -> String {
+        String::new()
     }
     /// Name and unit of the quantities that can be plotted along with the picture, those first that are plotted unless others
     /// are chosen.
@@ -54,6 +60,9 @@ impl<F: Film + ?Sized> Film for &F {
     }
     fn time_unit(&self) -> String {
         (**self).time_unit()
+    }
+    fn length_unit(&self) -> String {
+        (**self).length_unit()
     }
     fn quantities(&self) -> Vec<(String, String)> {
         (**self).quantities()
@@ -182,11 +191,15 @@ impl<'a> Animation<'a> {
         Ok(self.page(&clock, &recordings))
     }
 
-    /// Writes the page, making the folders that the path needs.
+    /// Writes the page, making the folders that the path needs. An error where the path has an extension other than `.html`
+    /// or `.htm`.
     #[cfg(feature = "std")]
     pub fn write_html(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
+        let path = path.as_ref();
+        // Before minutes are spent on it.
+        super::file::check(path, Content::Page)?;
         let page = self.to_html()?;
-        Ok(super::file::write(path.as_ref(), page.as_bytes())?)
+        Ok(super::file::write(path, Content::Page, page.as_bytes())?)
     }
 }
 
@@ -243,6 +256,13 @@ impl Animation<'_> {
 
     fn time_unit(&self) -> String {
         self.films.first().map_or_else(String::new, |(film, _)| film.time_unit())
+    }
+
+    /// The unit that the lengths of all films have in common.
+    fn length_unit(&self) -> String {
+        let mut units = self.films.iter().map(|(film, _)| film.length_unit());
+        let first = units.next().unwrap_or_default();
+        if units.all(|unit| unit == first) { first } else { String::new() }
     }
 
     fn record(&self, k: usize, clock: &Clock, chosen: &[Chosen]) -> Recording {

@@ -10,6 +10,8 @@ use super::csv::header;
 use super::drawing::Drawing;
 #[cfg(feature = "std")]
 use super::error::OutputError;
+#[cfg(feature = "std")]
+use super::file::Content;
 use super::motion::{chart, panels};
 use super::names::{self, Column};
 use crate::model::{Draw, ModelState};
@@ -51,19 +53,19 @@ impl<M: Simulate> AtlasMotion<'_, M> {
 /// As files; the folders that a path needs are made.
 #[cfg(feature = "std")]
 impl<M: Simulate> AtlasMotion<'_, M> {
-    /// Writes [`outputs_chart`](AtlasMotion::outputs_chart) as an SVG file.
+    /// Writes [`outputs_chart`](AtlasMotion::outputs_chart) as `.svg` or `.png`, as [`Chart::write`] does.
     pub fn plot_outputs(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
-        Ok(self.outputs_chart().write_svg(path)?)
+        Ok(self.outputs_chart().write(path)?)
     }
 
-    /// Writes [`to_csv`](AtlasMotion::to_csv) to a file.
+    /// Writes [`to_csv`](AtlasMotion::to_csv) to a file, `.csv` or without an extension.
     pub fn write_csv(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         use std::io::Write as _;
-        let mut file = super::file::create(path.as_ref())?;
+        let mut file = super::file::create(path.as_ref(), Content::Table)?;
         file.write_all(self.to_csv().as_bytes()).and_then(|()| file.flush()).map_err(OutputError::Stream)
     }
 
-    /// Writes the motion as one page that plays in any browser.
+    /// Writes the motion as one page, `.html`, that plays in any browser.
     pub fn animate(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError>
     where
         M: Draw,
@@ -99,6 +101,10 @@ impl<M: Simulate + Draw> Film for AtlasMotion<'_, M> {
 
     fn time_unit(&self) -> String {
         names::time_unit::<M>().to_string()
+    }
+
+    fn length_unit(&self) -> String {
+        names::length_unit::<M>().to_string()
     }
 
     /// Outputs alone: angles jump with their chart.

@@ -32,7 +32,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
     }
 
     /// Writes the motion as comma-separated values, a row for each requested output time or accepted step; makes the folders that
-    /// the path needs.
+    /// the path needs. An error where the path has an extension other than `.csv` or `.txt`.
     #[cfg(feature = "std")]
     pub fn write_csv(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         self.csv().write(path)
@@ -64,13 +64,13 @@ impl<M: Simulate> Csv<'_, '_, M> {
         writer.flush().map_err(OutputError::Stream)
     }
 
-    /// Writes the table to a file and makes the folders that its path needs.
+    /// Writes the table to a file, `.csv`, `.txt` or without an extension, and makes the folders that its path needs.
     #[cfg(feature = "std")]
     pub fn write(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         let path = path.as_ref();
         // Before the file is there: a wrong interval leaves an old file alone.
         self.times()?;
-        let file = super::file::create(path)?;
+        let file = super::file::create(path, super::file::Content::Table)?;
         self.write_to(file).map_err(|error| match error {
             OutputError::Stream(source) => {
                 OutputError::File(super::file::FileError { path: path.to_path_buf(), action: "write", source })
@@ -140,7 +140,7 @@ pub(super) fn header<M: Simulate>() -> String {
     columns.extend(names::multipliers::<M>());
     columns.extend(names::plain(M::INPUTS));
     columns.extend(names::plain(M::OUTPUTS));
-    columns.push(Column { name: "energy".into(), unit: String::new() });
+    columns.push(names::energy::<M>());
     let mut line = String::new();
     for (k, Column { name, unit }) in columns.into_iter().enumerate() {
         if k > 0 {

@@ -75,6 +75,33 @@ impl<T: Scalar> From<[T; 3]> for Point {
     }
 }
 
+/// What a function returns that the automatic picture of a model can take for places: a vector, or an array of them.
+pub trait Places {
+    /// The places in their order.
+    fn places(self) -> Vec<Point>;
+}
+
+impl<T: Scalar> Places for Vec2<T> {
+    fn places(self) -> Vec<Point> {
+        [self.into()].into()
+    }
+}
+
+impl<T: Scalar> Places for Vec3<T> {
+    fn places(self) -> Vec<Point> {
+        [self.into()].into()
+    }
+}
+
+impl<P: Places, const N: usize> Places for [P; N] {
+    fn places(self) -> Vec<Point> {
+        self.into_iter().flat_map(P::places).collect()
+    }
+}
+
+/// The automatic picture has a trace for each point up to this many; of more, lines over lines, only for the last of every helper.
+const TRACED: usize = 6;
+
 /// What is drawn. Lengths are the model's unless a pixel size is named.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -223,27 +250,33 @@ impl Drawing {
         Self::default()
     }
 
-    /// The picture that a model gets which declares none: a polygon from the origin through the named points, each with a dot
-    /// and a trace. Without any point it says so.
+    /// A chain from the origin through the named points, each with a dot and a trace. Without any point it says so.
     #[must_use]
     pub fn of_points(points: &[(&str, Point)]) -> Self {
-        if points.is_empty() {
-            return Self::of_nothing();
-        }
-        let origin = match points.first() {
-            Some((_, Point::Spatial(_))) => Point::Spatial([0.0; 3]),
-            _ => Point::Planar([0.0; 2]),
+        let helpers: Vec<_> = points.iter().map(|&(name, point)| (name, [point].into())).collect();
+        Self::of_helpers(&helpers)
+    }
+
+    /// The picture that a model gets which declares none: a chain from the origin through the points that its functions return, those of an array in
+    /// their order. Each has a dot; each has a trace where they are few, of more only the last of each function. Without any point it says so.
+    #[must_use]
+    pub fn of_helpers(helpers: &[(&str, Vec<Point>)]) -> Self {
+        let points = || helpers.iter().flat_map(|(_, points)| points.iter().copied());
+        let Some(first) = points().next() else { return Self::of_nothing() };
+        let origin = match first {
+            Point::Spatial(_) => Point::Spatial([0.0; 3]),
+            Point::Planar(_) => Point::Planar([0.0; 2]),
         };
+        let all = points().count() <= TRACED;
         let mut drawing = Self::new();
-        for &(name, point) in points {
-            drawing = drawing.trace(name, point);
+        for (name, points) in helpers {
+            for (k, &point) in points.iter().enumerate().filter(|(k, _)| all || k + 1 == points.len()) {
+                let name = if points.len() == 1 { String::from(*name) } else { alloc::format!("{name}[{k}]") };
+                drawing = drawing.trace(name, point);
+            }
         }
-        let joints = core::iter::once(origin).chain(points.iter().map(|&(_, point)| point));
-        drawing = drawing.polyline(joints).pivot(origin);
-        for &(_, point) in points {
-            drawing = drawing.dot(point);
-        }
-        drawing
+        drawing = drawing.polyline(core::iter::once(origin).chain(points())).pivot(origin);
+        points().fold(drawing, Self::dot)
     }
 
     /// The picture of a model that has no points but coordinates that are places, `x` and `y`: a dot with a trace for each, as nothing is
@@ -256,8 +289,11 @@ impl Drawing {
 
     /// An empty picture reads like a mistake: what is missing, in words.
     fn of_nothing() -> Self {
-        let lines =
-            ["nothing is known to draw:", "write a function that returns a Vec2 or Vec3,", "or one with #[drawing]"];
+        let lines = [
+            "nothing is known to draw:",
+            "write a function that returns a place, a Vec2 or Vec3,",
+            "or one with #[drawing]",
+        ];
         let heights = [1.0, 0.0, -1.0];
         lines.into_iter().zip(heights).fold(Self::new(), |drawing, (line, y)| drawing.text([0.0, y], line))
     }
@@ -582,6 +618,23 @@ mod tests {
         let drawing = Drawing::of_points(&[("a", Point::Planar([1.0, 0.0])), ("b", Point::Planar([1.0, 1.0]))]);
         let chain = drawing.shapes().iter().find(|shape| matches!(shape.figure, Figure::Polyline { .. })).unwrap();
         assert_eq!(points(chain), [Point::Planar([0.0, 0.0]), Point::Planar([1.0, 0.0]), Point::Planar([1.0, 1.0])]);
+    }
+
+    #[test]
+    fn arrays_of_places_are_drawn_as_chains() {
+        let links: [Vec2; 30] = core::array::from_fn(|k| vec2(k as f64, 1.0));
+        let drawing = Drawing::of_helpers(&[("links", links.places()), ("end", vec2(30.0, 0.0).places())]);
+        let count = |wanted: fn(&Figure) -> bool| drawing.shapes().iter().filter(|shape| wanted(&shape.figure)).count();
+        assert_eq!(count(|figure| matches!(figure, Figure::Dot { .. })), 31);
+        assert_eq!(count(|figure| matches!(figure, Figure::Polyline { points, .. } if points.len() == 32)), 1);
+        let traces = drawing.shapes().iter().filter_map(|shape| match &shape.figure {
+            Figure::Trace { name, .. } => Some(name.as_str()),
+            _ => None,
+        });
+        assert_eq!(traces.collect::<Vec<_>>(), ["links[29]", "end"]);
+        let corners = [[vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 1.0)], [vec3(0.0, 1.0, 1.0); 2]].places();
+        assert_eq!((corners.len(), corners[1]), (4, Point::Spatial([1.0, 0.0, 1.0])));
+        assert_eq!(Drawing::of_helpers(&[("corners", corners)]).shapes().len(), 4 + 2 + 4);
     }
 
     #[test]

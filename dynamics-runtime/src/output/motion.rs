@@ -100,27 +100,27 @@ impl<M: Simulate> Motion<'_, M> {
 /// Charts and the animation as files; the folders that a path needs are made.
 #[cfg(feature = "std")]
 impl<M: Simulate> Motion<'_, M> {
-    /// Writes [`history_chart`](Motion::history_chart) as an SVG file.
+    /// Writes [`history_chart`](Motion::history_chart) as `.svg` or `.png`, as [`Chart::write`] does.
     pub fn plot(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
-        Ok(self.history_chart().write_svg(path)?)
+        Ok(self.history_chart().write(path)?)
     }
 
-    /// Writes [`outputs_chart`](Motion::outputs_chart) as an SVG file.
+    /// Writes [`outputs_chart`](Motion::outputs_chart) as `.svg` or `.png`, as [`Chart::write`] does.
     pub fn plot_outputs(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
-        Ok(self.outputs_chart().write_svg(path)?)
+        Ok(self.outputs_chart().write(path)?)
     }
 
-    /// Writes [`phase_chart`](Motion::phase_chart) as an SVG file.
+    /// Writes [`phase_chart`](Motion::phase_chart) as `.svg` or `.png`, as [`Chart::write`] does.
     pub fn plot_phase(&self, coordinate: &str, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
-        Ok(self.phase_chart(coordinate)?.write_svg(path)?)
+        Ok(self.phase_chart(coordinate)?.write(path)?)
     }
 
-    /// Writes [`energy_chart`](Motion::energy_chart) as an SVG file.
+    /// Writes [`energy_chart`](Motion::energy_chart) as `.svg` or `.png`, as [`Chart::write`] does.
     pub fn plot_energy(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
-        Ok(self.energy_chart().write_svg(path)?)
+        Ok(self.energy_chart().write(path)?)
     }
 
-    /// Writes the motion as one page that plays in any browser, as [`Motion::animation`] makes it.
+    /// Writes the motion as one page, `.html`, that plays in any browser, as [`Motion::animation`] makes it.
     pub fn animate(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError>
     where
         M: Draw,
@@ -156,6 +156,10 @@ impl<M: Simulate + Draw> Film for Motion<'_, M> {
 
     fn time_unit(&self) -> String {
         names::time_unit::<M>().to_string()
+    }
+
+    fn length_unit(&self) -> String {
+        names::length_unit::<M>().to_string()
     }
 
     fn quantities(&self) -> Vec<(String, String)> {

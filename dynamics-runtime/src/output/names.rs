@@ -33,6 +33,29 @@ pub(crate) fn time<M: Outputs>() -> Column {
     Column { name: "t".into(), unit: time_unit::<M>().into() }
 }
 
+/// The unit of lengths; none where the model has no units at all.
+pub(crate) fn length_unit<M: Constraints + Outputs>() -> &'static str {
+    match (time_unit::<M>().is_empty(), is_english::<M>()) {
+        (true, _) => "",
+        (false, true) => "ft",
+        (false, false) => "m",
+    }
+}
+
+/// The unit of energies; none where the model has no units at all.
+pub(crate) fn energy_unit<M: Constraints + Outputs>() -> &'static str {
+    match (time_unit::<M>().is_empty(), is_english::<M>()) {
+        (true, _) => "",
+        (false, true) => "ft*lb",
+        (false, false) => "J",
+    }
+}
+
+/// The energy function q̇·∂L/∂q̇ − L.
+pub(crate) fn energy<M: Constraints + Outputs>() -> Column {
+    Column { name: "energy".into(), unit: energy_unit::<M>().into() }
+}
+
 pub(crate) fn coordinates<M: Dynamics>() -> impl Iterator<Item = Column> {
     plain(M::COORDINATES)
 }

@@ -30,7 +30,7 @@ pub(super) fn render(chart: &Chart) -> String {
     let (width, height) = (pixel(chart.width), pixel(height));
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
-         role=\"img\" style=\"max-width:100%;height:auto\" font-family=\"system-ui, 'Segoe UI', 'DejaVu Sans', Arial, sans-serif\" font-size=\"{FONT}\" \
+         role=\"img\" font-family=\"system-ui, 'Segoe UI', 'DejaVu Sans', Arial, sans-serif\" font-size=\"{FONT}\" \
          fill=\"#1d2530\">\n"
     );
     if !chart.title.is_empty() {

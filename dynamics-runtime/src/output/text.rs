@@ -88,17 +88,20 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
         _ => {}
     }
     let mut out = String::from("10");
-    for c in format!("{exponent}").chars() {
-        out.push(match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            '0' => '⁰',
-            digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
-        });
-    }
+    out.extend(format!("{exponent}").chars().map(superscript));
     out
+}
+
+/// A digit or an ASCII hyphen of an exponent, raised.
+fn superscript(c: char) -> char {
+    match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' | '4'..='9' => char::from_u32('⁰' as u32 + c as u32 - '0' as u32).unwrap_or(c),
+        other => other,
+    }
 }
 
 /// A number's ASCII hyphen as a minus sign.
@@ -121,15 +124,41 @@ pub(super) fn pixel(x: f64) -> String {
     trimmed(&format!("{x:.1}"))
 }
 
-/// `name in unit`, or the name alone.
-pub(crate) fn with_unit(name: &str, unit: &str) -> String {
-    if unit.is_empty() { String::from(name) } else { format!("{name} in {unit}") }
+/// A unit as it is printed: `m/s²` for `m/s^2`, `kg·m²` for `kg*m^2`. What is no power of a whole number stays as it is.
+pub(crate) fn typeset(unit: &str) -> String {
+    let mut out = String::with_capacity(unit.len());
+    let mut rest = unit;
+    while let Some(c) = rest.chars().next() {
+        rest = &rest[c.len_utf8()..];
+        match c {
+            '*' => out.push('·'),
+            '^' => {
+                let sign = usize::from(rest.starts_with('-'));
+                let digits = rest[sign..].bytes().take_while(u8::is_ascii_digit).count();
+                let (power, after) = rest.split_at(sign + digits);
+                let whole = digits > 0 && !after.starts_with('.');
+                if whole {
+                    out.extend(power.chars().map(superscript));
+                    rest = after;
+                } else {
+                    out.push('^');
+                }
+            }
+            c => out.push(c),
+        }
+    }
+    out
 }
 
-/// A value for people, with its unit where that is known.
+/// `name in unit` with the unit typeset, or the name alone: titles of axes and columns of pages.
+pub(crate) fn with_unit(name: &str, unit: &str) -> String {
+    if unit.is_empty() { String::from(name) } else { format!("{name} in {}", typeset(unit)) }
+}
+
+/// A value for people, with its unit, typeset, where that is known.
 pub(super) fn value_with_unit(value: f64, unit: &str) -> String {
     let value = readable(value, 3);
-    if unit.is_empty() { value } else { format!("{value} {unit}") }
+    if unit.is_empty() { value } else { format!("{value} {}", typeset(unit)) }
 }
 
 #[cfg(test)]
@@ -161,6 +190,15 @@ mod tests {
             ("1e20", "-2.5e-7", "1000000000000000")
         );
         assert!(exact(f64::NAN).parse::<f64>().unwrap().is_nan());
+    }
+
+    #[test]
+    fn units_are_typeset() {
+        let units = ["m/s^2", "kg*m^2", "rad/s", "N*m*s/rad", "m^-1", "kg/(m*s^10)", "m^0.5", "m^", "", "(m/s)/s"];
+        let printed = ["m/s²", "kg·m²", "rad/s", "N·m·s/rad", "m⁻¹", "kg/(m·s¹⁰)", "m^0.5", "m^", "", "(m/s)/s"];
+        assert_eq!(units.map(typeset), printed);
+        assert_eq!(with_unit("x", "m/s^2"), "x in m/s²");
+        assert_eq!(value_with_unit(0.5, "kg*m^2"), "0.5 kg·m²");
     }
 
     #[test]

@@ -82,7 +82,7 @@ pub(super) fn texts(surface: &Surface, compiled: &Compiled) -> TokenStream {
     }
 }
 
-/// `impl Draw`: the `#[drawing]` function, or the points that helper functions return.
+/// `impl Draw`: the `#[drawing]` function, or the places that helper functions return.
 pub(super) fn draw(surface: &Surface) -> TokenStream {
     let (model, private, q) = (&surface.target, surface.private(), local("coordinates"));
     let drawing = match &surface.drawing {
@@ -94,9 +94,9 @@ pub(super) fn draw(surface: &Surface) -> TokenStream {
         None => {
             let points = surface.points.iter().map(|point| {
                 let name = plain(point);
-                quote!((#name, #private::Point::from(self.#point(#q))))
+                quote!((#name, #private::Places::places(self.#point(#q))))
             });
-            quote!(#private::Drawing::of_points(&[#(#points),*]))
+            quote!(#private::Drawing::of_helpers(&[#(#points),*]))
         }
     };
     quote! {
@@ -108,14 +108,16 @@ pub(super) fn draw(surface: &Surface) -> TokenStream {
     }
 }
 
-/// Coordinates that are places by their names, `x` and `y`, `x1`, `y1` and `z1`, with their names as text; of the same unit.
+/// Coordinates that are places by their names, `x` and `y`, `x1`, `y1` and `z1`, with their names as text; lengths, or of no declared unit.
 fn places(surface: &Surface) -> Vec<TokenStream> {
     let (private, q) = (surface.private(), local("coordinates"));
     let all = &surface.coordinates;
     let mut found = Vec::new();
     for x in all {
         let text = plain(&x.name);
-        let Some(rest) = text.strip_prefix('x') else { continue };
+        let Some(rest) = text.strip_prefix('x').filter(|_| matches!(x.unit.as_str(), "" | "m" | "ft")) else {
+            continue;
+        };
         let beside = |axis: &str| {
             all.iter().find(|c| plain(&c.name) == format!("{axis}{rest}") && c.len == x.len && c.unit == x.unit)
         };

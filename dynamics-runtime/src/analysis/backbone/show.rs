@@ -6,13 +6,15 @@ use core::fmt;
 
 use super::BackboneCurve;
 use crate::model::ModelState;
+use crate::output::text::with_unit;
 use crate::output::{Axis, Panel};
 
 impl<S: ModelState> BackboneCurve<S> {
     /// Frequency over energy, where disturbances do not grow and where they do or nothing is said; the linear frequency beside it.
     #[must_use]
     pub fn panel(&self) -> Panel {
-        let mut panel = Panel::new(Axis::new("energy above rest"), Axis::new("frequency in rad/s"));
+        let mut panel =
+            Panel::new(Axis::new(with_unit("energy above rest", self.energy_unit)), Axis::new("frequency in rad/s"));
         panel = self.lines("", panel);
         let most = self.points.iter().fold(0.0, |most: f64, point| most.max(point.energy));
         let linear = self.mode.eigenvalue.im;

@@ -188,7 +188,7 @@ impl<S: ModelState> Branch<S> {
 
     /// Writes [`Branch::to_csv`], making the folders that the path needs.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
-        file::write(path.as_ref(), self.to_csv().as_bytes())
+        file::write(path.as_ref(), file::Content::Table, self.to_csv().as_bytes())
     }
 
     /// Something of each state over the parameter.
@@ -210,7 +210,7 @@ impl<S: ModelState> Diagram<S> {
 
     /// Writes [`Diagram::to_csv`], making the folders that the path needs.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
-        file::write(path.as_ref(), self.to_csv().as_bytes())
+        file::write(path.as_ref(), file::Content::Table, self.to_csv().as_bytes())
     }
 
     /// Something of each state over the parameter: the bifurcation diagram.

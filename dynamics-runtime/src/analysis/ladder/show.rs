@@ -136,9 +136,15 @@ impl Comparison {
         Series::new(self.rungs[k].name.clone(), points).color(Color::cycle(k)).sign(k).solid()
     }
 
+    /// Units of outputs are of one coherent system, in which time is in seconds.
+    fn time_title(&self) -> String {
+        let known = self.outputs.iter().any(|output| !output.unit.is_empty());
+        with_unit("time", if known { "s" } else { "" })
+    }
+
     fn values(&self, o: usize) -> Panel {
         let output = &self.outputs[o];
-        let panel = Panel::new(Axis::new("time"), Axis::new(with_unit(&output.name, &output.unit)));
+        let panel = Panel::new(Axis::new(self.time_title()), Axis::new(with_unit(&output.name, &output.unit)));
         let curve = |(k, rung): (usize, &RungReport)| {
             self.series(k, self.times.iter().copied().zip(rung.values[o].iter().copied()))
         };
@@ -148,7 +154,7 @@ impl Comparison {
     fn over_time(&self, o: usize) -> Panel {
         let output = &self.outputs[o];
         let title = with_unit(&format!("difference of {}", output.name), &output.unit);
-        let panel = Panel::new(Axis::new("time"), Axis::log(title));
+        let panel = Panel::new(Axis::new(self.time_title()), Axis::log(title));
         let full = &self.full().values[o];
         let plainer = self.rungs[..self.rungs.len() - 1].iter().enumerate();
         plainer

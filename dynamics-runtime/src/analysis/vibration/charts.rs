@@ -2,12 +2,16 @@
 
 use alloc::format;
 use alloc::string::String;
+use alloc::vec::Vec;
 
 use super::FrequencyResponse;
+use super::frequency_response::phases;
+use crate::output::text::typeset;
 use crate::output::{Axis, Chart, Panel};
 
 impl FrequencyResponse {
-    /// Magnitude and phase over frequency: the Bode diagram.
+    /// Magnitude and phase over frequency: the Bode diagram. Peaks have their height, also where they are narrower than the frequencies are apart
+    /// ([`FrequencyResponse::peaks`]).
     #[must_use]
     pub fn bode(&self) -> Chart {
         let of = |unit: &str| if unit.contains(['/', '*', ' ']) { format!("({unit})") } else { unit.into() };
@@ -17,18 +21,21 @@ impl FrequencyResponse {
             ("", cause) => format!(" in 1/{}", of(cause)),
             (out, cause) => format!(" in {}/{}", of(out), of(cause)),
         };
-        let with = |values: alloc::vec::Vec<f64>| self.frequencies.iter().copied().zip(values);
-        let degrees = self.phase().into_iter().map(f64::to_degrees).collect();
+        let (frequencies, values) = self.drawn();
+        let with = |values: Vec<f64>| frequencies.iter().copied().zip(values).collect::<Vec<_>>();
+        let magnitude = values.iter().map(|value| value.norm()).collect();
+        let degrees = phases(&values).into_iter().map(f64::to_degrees).collect();
         let axis = || Axis::log("ω in rad/s");
         Chart::new(self.title())
-            .panel(Panel::new(axis(), Axis::log(format!("magnitude{unit}"))).line("", with(self.magnitude())))
+            .panel(Panel::new(axis(), Axis::log(format!("magnitude{}", typeset(&unit)))).line("", with(magnitude)))
             .panel(Panel::new(axis(), Axis::new("phase in °")).line("", with(degrees)))
     }
 
     /// The imaginary part over the real part: the Nyquist diagram, in which each lightly damped mode is nearly a circle.
     #[must_use]
     pub fn nyquist(&self) -> Chart {
-        let points = self.values.iter().map(|value| (value.re, value.im));
+        let (_, values) = self.drawn();
+        let points = values.iter().map(|value| (value.re, value.im));
         let panel = Panel::new(Axis::new("real part"), Axis::new("imaginary part")).line("", points).equal_axes();
         Chart::new(self.title()).panel(panel)
     }

@@ -84,6 +84,10 @@ impl<M: Constraints + Outputs + Draw> Film for ModeFilm<'_, M> {
         names::time_unit::<M>().to_string()
     }
 
+    fn length_unit(&self) -> String {
+        names::length_unit::<M>().to_string()
+    }
+
     fn quantities(&self) -> Vec<(String, String)> {
         names::coordinates::<M>().map(|column| (column.name, column.unit)).collect()
     }

@@ -71,9 +71,36 @@ pub struct FrequencyResponse {
     pub values: Vec<Complex<f64>>,
     /// How far rounding may have moved each value: a bound of |δH|.
     pub uncertainty: Vec<f64>,
+    /// Further values, by growing frequency, at and beside the resonances that are narrower than the frequencies are apart: charts go through them,
+    /// and so show how high the peaks are.
+    pub peaks: Vec<(f64, Complex<f64>)>,
 }
 
+/// Where a peak is looked at, from the damped frequency of its mode in parts of its half width −Re λ: evenly by the phase, then away from it.
+const BESIDE_PEAK: [f64; 8] = [0.0, 0.2, 0.42, 0.73, 1.0, 1.4, 2.4, 5.0];
+
+/// A peak is drawn where fewer than this many frequencies fall into its half width on each side.
+const RESOLVED: f64 = 4.0;
+
+/// A mode with less damping than this part of its frequency has none that could be told from rounding, and a peak without a height.
+const UNDAMPED: f64 = 1e-9;
+
+/// The flanks of such a peak are drawn up to where this part of the distance between two frequencies is left.
+const FLANKS: f64 = 1.0 / 32.0;
+
 impl FrequencyResponse {
+    /// Values over frequencies, those at the peaks among them.
+    pub(super) fn drawn(&self) -> (Vec<f64>, Vec<Complex<f64>>) {
+        let asked = self.frequencies.iter().copied().zip(self.values.iter().copied());
+        // The chart goes the way that the frequencies go; where they go to and fro nothing can be put between them.
+        let mut all: Vec<(f64, Complex<f64>)> = asked.collect();
+        if self.frequencies.is_sorted() {
+            all.extend(self.peaks.iter().copied());
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        all.into_iter().unzip()
+    }
+
     /// |H|: the amplitude of the answer by that of the cause; where both have one unit, the transmissibility.
     #[must_use]
     pub fn magnitude(&self) -> Vec<f64> {
@@ -83,14 +110,19 @@ impl FrequencyResponse {
     /// The phase of the answer in rad, negative where it lags; from frequency to frequency on the shorter way, so that it passes −π without a jump.
     #[must_use]
     pub fn phase(&self) -> Vec<f64> {
-        let mut phases: Vec<f64> = Vec::with_capacity(self.values.len());
-        for value in &self.values {
-            let phase = value.arg();
-            let turns = phases.last().map_or(0.0, |before| ((before - phase) / core::f64::consts::TAU).round());
-            phases.push(phase + turns * core::f64::consts::TAU);
-        }
-        phases
+        phases(&self.values)
     }
+}
+
+/// The phases of values, each on the shorter way from the one before.
+pub(super) fn phases(values: &[Complex<f64>]) -> Vec<f64> {
+    let mut phases: Vec<f64> = Vec::with_capacity(values.len());
+    for value in values {
+        let phase = value.arg();
+        let turns = phases.last().map_or(0.0, |before| ((before - phase) / core::f64::consts::TAU).round());
+        phases.push(phase + turns * core::f64::consts::TAU);
+    }
+    phases
 }
 
 /// One way from a cause to an answer, balanced: the states that lie between them.
@@ -203,7 +235,45 @@ impl StateSpace {
             frequencies: frequencies.to_vec(),
             values,
             uncertainty,
+            peaks: self.peaks(&channel, frequencies)?,
         })
+    }
+
+    /// Values at and beside the resonances that these frequencies miss.
+    fn peaks(&self, channel: &Channel, frequencies: &[f64]) -> Result<Vec<(f64, Complex<f64>)>, VibrationError> {
+        // Between fewer there is no curve, and where they go to and fro no place for further ones.
+        if frequencies.len() < 2 || !frequencies.is_sorted() {
+            return Ok(Vec::new());
+        }
+        let (from, to) = (frequencies[0], frequencies[frequencies.len() - 1]);
+        let mut at: Vec<f64> = Vec::new();
+        for pole in channel.eigenvalues()? {
+            let (omega, width) = (pole.im, pole.re.abs());
+            if !(omega > from && omega < to) {
+                continue;
+            }
+            let next = frequencies.partition_point(|frequency| *frequency < omega);
+            let apart = frequencies[next] - frequencies[next - 1];
+            if apart * RESOLVED < width {
+                continue;
+            }
+            let damped = width > UNDAMPED * omega;
+            if damped {
+                at.extend(BESIDE_PEAK.iter().flat_map(|part| [omega - part * width, omega + part * width]));
+            }
+            // From the flanks of the peak out to the frequencies beside it, each time twice as far.
+            let mut far = if damped { 10.0 * width } else { FLANKS * apart };
+            while far < 2.0 * apart {
+                at.extend([omega - far, omega + far]);
+                far *= 2.0;
+            }
+        }
+        at.retain(|frequency| (from..=to).contains(frequency));
+        at.sort_by(f64::total_cmp);
+        at.dedup();
+        // What has no digits there has no place in the chart; whoever asks for that frequency is told.
+        let value = |frequency: f64| self.response_at(channel, frequency).ok().map(|found| (frequency, found.value));
+        Ok(at.into_iter().filter_map(value).collect())
     }
 
     /// The signal that an excitation is.

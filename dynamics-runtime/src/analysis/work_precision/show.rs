@@ -103,7 +103,7 @@ impl<M: Simulate> Study<'_, M> {
 
     /// Writes [`Study::json_lines`] into a file, making the folders that the path needs.
     pub fn write_json_lines(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
-        file::write(path.as_ref(), self.json_lines().as_bytes())
+        file::write(path.as_ref(), file::Content::JsonLines, self.json_lines().as_bytes())
     }
 
     /// What every curve costs down to each of the errors, and, where there are curves from elsewhere, the best own cost over the best of those:

@@ -36,11 +36,47 @@ pub(super) struct Bounds {
 impl Bounds {
     pub(super) const EMPTY: Self = Self { lo: [f64::INFINITY; 3], hi: [f64::NEG_INFINITY; 3] };
 
-    fn include(&mut self, point: [f64; 3], radius: f64) {
-        let radius = radius.abs();
-        if radius < LARGEST && point.iter().all(|x| x.abs() < LARGEST) {
-            self.lo = core::array::from_fn(|axis| self.lo[axis].min(point[axis] - radius));
-            self.hi = core::array::from_fn(|axis| self.hi[axis].max(point[axis] + radius));
+    /// A point, and what reaches from it so far along each axis.
+    fn include(&mut self, point: [f64; 3], reach: [f64; 3]) {
+        let reach = reach.map(f64::abs);
+        if reach.iter().chain(&point).all(|x| x.abs() < LARGEST) {
+            self.lo = core::array::from_fn(|axis| self.lo[axis].min(point[axis] - reach[axis]));
+            self.hi = core::array::from_fn(|axis| self.hi[axis].max(point[axis] + reach[axis]));
+        }
+    }
+
+    /// All of a figure but what is measured in pixels, for which the page leaves room.
+    fn hold(&mut self, figure: &Figure) {
+        match figure {
+            Figure::Circle { center, radius, .. } | Figure::Arc { center, radius, .. } => {
+                self.include(center.in_space(), [*radius; 3]);
+            }
+            Figure::Cuboid { center, faces } => {
+                let center = center.in_space();
+                let halves = faces.map(|face| {
+                    let face = face.in_space();
+                    core::array::from_fn::<f64, 3, _>(|axis| face[axis] - center[axis])
+                });
+                let reach = core::array::from_fn(|axis| halves.iter().map(|half| half[axis].abs()).sum());
+                self.include(center, reach);
+            }
+            Figure::Cone { from, to, radii } => {
+                let (from, to) = (from.in_space(), to.in_space());
+                let along: [f64; 3] = core::array::from_fn(|axis| to[axis] - from[axis]);
+                let squared: f64 = along.iter().map(|x| x * x).sum();
+                // A circle about the unit vector e reaches r √(1 − eᵢ²) along axis i.
+                let level =
+                    along.map(|x| if squared > 0.0 { libm::sqrt((1.0 - x * x / squared).max(0.0)) } else { 1.0 });
+                self.include(from, level.map(|part| part * radii[0]));
+                self.include(to, level.map(|part| part * radii[1]));
+            }
+            Figure::Polyline { points, .. } => points.iter().for_each(|point| self.include(point.in_space(), [0.0; 3])),
+            Figure::Spring { from, to, .. } | Figure::Arrow { from, to } | Figure::Ground { from, to } => {
+                [from, to].into_iter().for_each(|point| self.include(point.in_space(), [0.0; 3]));
+            }
+            Figure::Dot { center: at } | Figure::Text { at, .. } | Figure::Trace { at, .. } | Figure::Pivot { at } => {
+                self.include(at.in_space(), [0.0; 3])
+            }
         }
     }
 
@@ -235,11 +271,9 @@ impl Reel {
         let Sketch { mut figure, points, lengths, angles, own, solid } = Sketch::of(&shape.figure, &mut parts.words);
         pen(&mut figure, shape, own.unwrap_or(self.ink));
         self.spatial |= solid || points.iter().any(|point| matches!(point, Point::Spatial(_)));
-        let radius =
-            lengths.iter().fold(0.0, |most: f64, length| if most > length.abs() { most } else { length.abs() });
+        self.bounds.hold(&shape.figure);
         for point in points {
             let place = point.in_space();
-            self.bounds.include(place, radius);
             parts.numbers.extend(place);
             parts.measures.extend([0, 1, 2].map(Measure::Place));
         }
@@ -491,13 +525,63 @@ mod tests {
         assert!(json.contains("[-5000,null,null,null,null,10000]"), "{json}");
     }
 
+    /// Points on the surface of every figure, at every instant of a tumbling motion, against the view.
+    #[test]
+    fn the_view_holds_all_of_every_figure_at_every_instant() {
+        use crate::bodies::Frame;
+        use crate::{Mat3, vec3};
+
+        let mut reel = Reel::new(Color::Ink);
+        let mut surface: Vec<[f64; 3]> = Vec::new();
+        for k in 0..60 {
+            let s = 0.1 * f64::from(k);
+            let turn = Mat3::rotation_z(s) * Mat3::rotation_x(0.7 * s);
+            let frame = Frame::new(vec3(s, -s, 0.3 * s), turn);
+            let (foot, tip) = (frame.point(vec3(0.0, 0.0, -1.0)), frame.point(vec3(0.0, 0.0, 2.0)));
+            // The tip first: what is wide may stand at either end.
+            reel.push(
+                &Drawing::new()
+                    .cuboid(frame, vec3(0.5, 0.0, 0.0), [1.0, 4.0, 0.2])
+                    .cone(tip, foot, 0.0)
+                    .cone(foot, tip, 1.5)
+                    .disc(foot, 0.4),
+            );
+            for corner in 0..8 {
+                let side = |axis: u32, half: f64| if corner >> axis & 1 == 1 { half } else { -half };
+                let place = frame.point(vec3(0.5 + side(0, 0.5), side(1, 2.0), side(2, 0.1)));
+                surface.push(Point::from(place).in_space());
+            }
+            for around in 0..32 {
+                let (sin, cos) = libm::sincos(core::f64::consts::TAU * f64::from(around) / 32.0);
+                surface.push(Point::from(frame.point(vec3(1.5 * cos, 1.5 * sin, -1.0))).in_space());
+            }
+            surface.extend([0, 1, 2].map(|axis| {
+                let mut place = Point::from(foot).in_space();
+                place[axis] += 0.4;
+                place
+            }));
+        }
+        let grid = reel.bounds.grid(reel.spatial);
+        for place in surface {
+            for axis in 0..3 {
+                let from_middle = (place[axis] - grid.origin[axis]).abs();
+                assert!(from_middle <= (grid.half[axis] as f64 + 1.0) * grid.quantum, "{place:?} leaves {grid:?}");
+            }
+        }
+        // And it is no larger than that by much: a flat wheel is not a ball.
+        let mut wheel = Reel::new(Color::Ink);
+        wheel.push(&Drawing::new().cylinder([0.0, -0.01, 0.0], [0.0, 0.01, 0.0], 1.0));
+        let grid = wheel.bounds.grid(true);
+        assert_eq!(grid.half, [10_000, 100, 10_000]);
+    }
+
     #[test]
     fn any_bounds_have_a_grid() {
         for points in [&[][..], &[[3.0, 4.0]], &[[1e149, 0.0], [-1e149, 0.0]], &[[0.0, 0.0], [1e-300, 0.0]]] {
             for (spatial, depth) in [(false, 0.0), (true, 0.0), (true, 2.0)] {
                 let mut bounds = Bounds::EMPTY;
                 for [x, up] in points {
-                    bounds.include([*x, depth, *up], 0.0);
+                    bounds.include([*x, depth, *up], [0.0; 3]);
                 }
                 let grid = bounds.grid(spatial);
                 assert!(grid.quantum > 0.0 && grid.quantum.is_finite());

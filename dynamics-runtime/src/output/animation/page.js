@@ -101,34 +101,16 @@
 
   const picture = $("picture");
   let view = { scale: 1, x: 0, y: 0, marks: 1 };
-  // What has to have room: [left, right, down, up] in parts of the view.
-  const reach = space ? space.extent(everyPoint) : [-data.half[0], data.half[0], -data.half[1], data.half[1]];
-
-  // All points of all instants, those of words apart, with the radius about them.
-  function everyPoint(visit) {
-    for (const film of films) for (const scene of film.scenes) {
-      let number = 0;
-      for (const figure of scene.figures) {
-        const count = pointsOf(figure), columns = scene.numbers.slice(number, number + numbersOf(figure));
-        number += columns.length;
-        const instants = Math.max(1, ...columns.map((column) => (typeof column === "number" ? 1 : column.length)));
-        for (let k = 0; k < instants && figure.k !== "text"; k++) {
-          const v = columns.map((column) => at(column, k));
-          const radius = figure.k in numbersAfterPoints ? Math.abs(v[3 * count]) : 0;
-          for (let p = 0; p < count; p++) visit(v.slice(3 * p, 3 * p + 3), radius);
-        }
-      }
-    }
-  }
+  const room = makeRoom({ films, space, half: data.half, at, pointsOf, numbersOf });
 
   function drawPicture() {
     const { pen, width, height } = prepare(picture);
-    const room = Math.min(34, 0.08 * Math.min(width, height)) + 4;
-    const [left, right, down, up] = reach;
-    const fit = Math.min((width - 2 * room) / Math.max(right - left, 2), (height - 2 * room) / Math.max(up - down, 2));
-    const scale = fit * (space ? space.zoom : 1);
-    // Signs of fixed size shrink with small pictures.
-    view = { scale, x: width / 2 - scale * (left + right) / 2, y: height / 2 + scale * (down + up) / 2, marks: Math.max(0.6, Math.min(1, Math.min(width, height) / 420)) };
+    const { scale, x, y } = room.view(pen, width, height), zoom = space ? space.zoom : 1;
+    // Signs of fixed size shrink with small pictures; what is made larger grows about the middle.
+    view = {
+      scale: scale * zoom, x: width / 2 + zoom * (x - width / 2), y: height / 2 + zoom * (y - height / 2),
+      marks: Math.max(0.6, Math.min(1, Math.min(width, height) / 420)),
+    };
     if (space) drawFloor(pen); else drawGrid(pen, width, height);
     pen.lineJoin = pen.lineCap = "round";
     for (const film of films) drawTraces(pen, film);
@@ -163,7 +145,7 @@
       pen.moveTo(0, y); pen.lineTo(width, y);
     }
     pen.stroke();
-    $("scale").textContent = "grid " + number(spacing);
+    $("scale").textContent = "grid " + asLength(spacing);
   }
 
   function drawFloor(pen) {
@@ -173,7 +155,7 @@
     pen.strokeStyle = palette.rule;
     pen.lineWidth = 1;
     for (const line of space.floor(spacing / data.quantum, offset)) { outline(pen, line); pen.stroke(); }
-    $("scale").textContent = "grid " + number(spacing) + " · drag to turn, scroll or pinch to zoom";
+    $("scale").textContent = "grid " + asLength(spacing) + " · drag to turn, scroll or pinch to zoom";
   }
 
   const px = (x) => view.x + view.scale * x;
@@ -321,10 +303,10 @@
       pen.fill();
     },
     text(pen, v, figure, film, words) {
-      pen.font = "14px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
+      pen.font = room.fontOfWords;
       pen.textAlign = figure.b ? "left" : "center";
       pen.textBaseline = "middle";
-      const shift = figure.b ? 11 : 0;
+      const shift = figure.b ? room.besideWords : 0;
       pen.save();
       pen.setLineDash([]);
       pen.strokeStyle = palette.panel;
@@ -505,6 +487,8 @@
     const factor = mantissa === 1 ? "" : mantissa === -1 ? "−" : String(mantissa).replace("-", "−") + "×";
     return factor + powerOfTen(exponent);
   }
+
+  const asLength = (v) => number(v) + (data.length_unit && " " + data.length_unit);
 
   // Times of very short and very long motions count in a power of ten.
   const span = step * last, latest = Math.max(Math.abs(data.start), Math.abs(data.start + data.step * last));

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use core::fmt::Write;
 
 use super::super::color::Color;
-use super::super::text::{json, json_number, with_unit, xml};
+use super::super::text::{json, json_number, typeset, with_unit, xml};
 use super::clock::Clock;
 use super::encode::{Bounds, Grid, differences};
 use super::{Animation, Recording};
@@ -37,7 +37,7 @@ impl Animation<'_> {
                 ("summary", &self.summaries()),
                 ("data", &self.data(clock, recordings)),
                 ("space", if is_spatial(recordings) { include_str!("space.js") } else { "" }),
-                ("script", include_str!("page.js")),
+                ("script", concat!(include_str!("room.js"), include_str!("page.js"))),
             ],
         )
     }
@@ -66,12 +66,13 @@ impl Animation<'_> {
             ));
         }
         format!(
-            "{{\"start\":{},\"step\":{},\"frames\":{},\"speed\":{},\"time_unit\":{},{},\"films\":[{}],\"strip\":{},\"events\":{}}}",
+            "{{\"start\":{},\"step\":{},\"frames\":{},\"speed\":{},\"time_unit\":{},\"length_unit\":{},{},\"films\":[{}],\"strip\":{},\"events\":{}}}",
             json_number(clock.start),
             json_number(clock.step),
             clock.frames,
             json_number(clock.speed),
             json(&self.time_unit()),
+            json(&typeset(&self.length_unit())),
             self.view_data(&grid),
             films.join(",\n"),
             self.strip_data(recordings),
@@ -121,7 +122,7 @@ impl Animation<'_> {
                     out,
                     "{{\"name\":{},\"unit\":{},\"title\":{},\"color\":{},\"dash\":{},{}}}",
                     json(&name),
-                    json(&curve.unit),
+                    json(&typeset(&curve.unit)),
                     json(&with_unit(&name, &curve.unit)),
                     json(&color.role()),
                     if several { k } else { 0 },

@@ -6,7 +6,7 @@
 const makeSpace = (data) => {
   const size = Math.hypot(...data.half) || 1, distance = 4 * size;
   const light = [-0.42, 0.7, 0.58];   // to the right, up, toward the viewer
-  let azimuth, elevation, zoom;
+  let azimuth, elevation, zoom, turnedAway;
   let right, up, toward;
 
   function aim() {
@@ -17,7 +17,7 @@ const makeSpace = (data) => {
   }
   function reset() {
     [azimuth, elevation] = data.eye;
-    zoom = 1;
+    [zoom, turnedAway] = [1, false];
     aim();
   }
   reset();
@@ -128,7 +128,45 @@ const makeSpace = (data) => {
     }
   }
 
-  // How far the corners of everything reach in the picture, from the eye's first place: [left, right, down, up].
+  // What a figure reaches: places with a radius about them. Circles about an axis are the corners of polygons around them.
+  function places(figure, v, count, visit) {
+    if (v.some(Number.isNaN)) return;
+    if (figure.k === "cuboid") {
+      const [center, ...faces] = points(v, 4), half = faces.map((face) => minus(face, center));
+      for (let k = 0; k < 8; k++) visit(center.map((x, i) => x + half.reduce((sum, h, axis) => sum + (k >> axis & 1 ? 1 : -1) * h[i], 0)), 0);
+    } else if (figure.k === "cone") {
+      const ends = points(v, 2), axis = unit(minus(ends[1], ends[0]));
+      ends.forEach((end, k) => ring(end, axis, 1.04 * Math.abs(v[6 + k]), 12).forEach((p) => visit(p, 0)));
+    } else {
+      const radius = figure.k === "disc" || figure.k === "circle" || figure.k === "arc" ? Math.abs(v[3 * count]) : 0;
+      for (const p of points(v, count)) visit(p, radius);
+    }
+  }
+
+  // Some directions all around, and of everything what reaches farthest in each: enough to know how far it reaches from any eye.
+  const around = Array.from({ length: 80 }, (_, k) => {
+    const z = 1 - (2 * k + 1) / 80, r = Math.sqrt(1 - z * z), s = k * Math.PI * (3 - Math.sqrt(5));
+    return [r * Math.cos(s), r * Math.sin(s), z];
+  });
+  let farthest = null;
+  function outermost(every) {
+    if (farthest) return farthest;
+    const found = around.map(() => ({ far: -Infinity, p: null, radius: 0 }));
+    every((p, radius) => around.forEach((direction, k) => {
+      const far = dot(p, direction) + radius;
+      if (far > found[k].far) found[k] = { far, p, radius };
+    }));
+    return (farthest = found.filter(({ p }) => p));
+  }
+
+  // What has to have room: as from the eye's first place, and more where the viewer has turned and it needs more.
+  function reach(first, every) {
+    if (!turnedAway) return first;
+    const now = extent((visit) => outermost(every).forEach(({ p, radius }) => visit(p, radius)));
+    return first.map((x, side) => (side % 2 ? Math.max : Math.min)(x, now[side]));
+  }
+
+  // How far everything reaches in the picture: [left, right, down, up].
   function extent(visit) {
     const reach = [Infinity, -Infinity, Infinity, -Infinity];
     visit((p, radius) => {
@@ -158,10 +196,11 @@ const makeSpace = (data) => {
 
   const clamp = (x, lo, hi) => Math.max(lo, Math.min(hi, x));
   return {
-    project, pieces, extent, floor, size, reset,
+    project, pieces, places, extent, reach, floor, size, reset,
     get zoom() { return zoom; },
     turn(by, rise) {
       azimuth -= by;
+      turnedAway = true;
       elevation = clamp(elevation + rise, -Math.PI / 2, Math.PI / 2);
       aim();
     },

@@ -151,7 +151,7 @@ fn the_table_names_its_columns() {
     assert_eq!(
         text.lines().next().unwrap(),
         "t [s],x [m],y[0] [m],x_rate [m/s],y_rate[0] [m/s],x_acceleration [m/s^2],y_acceleration[0] [m/s^2],\
-         \"tension, left [N]\",lead [m],energy"
+         \"tension, left [N]\",lead [m],energy [J]"
     );
 }
 

@@ -32,6 +32,10 @@ fn a_small_chart_has_its_parts() {
         )
         .to_svg();
     assert_sound(&svg);
+    // Readers that know no page take sizes from styles, and a height of `auto` for none.
+    assert!(
+        !svg.contains("style=") && svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"760\" height=\"")
+    );
     assert!(svg.contains("A &amp; B"));
     assert!(svg.contains("theta&lt;1&gt;") && svg.contains("theta2"), "a legend");
     assert!(svg.contains("time in s") && svg.contains("angle in rad"));

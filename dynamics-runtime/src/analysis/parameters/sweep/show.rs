@@ -49,6 +49,6 @@ impl<const K: usize> Sweep<K> {
     /// # Errors
     /// A file that cannot be written.
     pub fn write_csv(&self, path: impl AsRef<std::path::Path>) -> Result<(), FileError> {
-        file::write(path.as_ref(), self.to_csv().as_bytes())
+        file::write(path.as_ref(), file::Content::Table, self.to_csv().as_bytes())
     }
 }
