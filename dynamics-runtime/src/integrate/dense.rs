@@ -8,6 +8,10 @@ use crate::model::Vector;
 pub trait Dense<V: Vector> {
     /// q and u at t₀ + θ h.
     fn at(&self, theta: f64) -> Phase<V>;
+    /// Their derivatives by θ, by which the equations of motion are held against it; `None` where nothing asks for them.
+    fn slope(&self, _theta: f64) -> Option<Phase<V>> {
+        None
+    }
 }
 
 /// The nested form of Hairer's codes: r₁ + θ(r₂ + (1−θ)(r₃ + θ(r₄ + (1−θ)(r₅ + …)))), used alike for q and u.
@@ -36,6 +40,16 @@ impl<V: Vector, const K: usize> Dense<V> for Nested<V, K> {
             }
         }
         out
+    }
+
+    fn slope(&self, theta: f64) -> Option<Phase<V>> {
+        let (mut out, mut slope) = (self.0[K - 1], Phase::zeros());
+        for j in (0..K - 1).rev() {
+            let (factor, sign) = if j % 2 == 0 { (theta, 1.0) } else { (1.0 - theta, -1.0) };
+            slope = zip(&out, &slope, |out, slope| sign * out + factor * slope);
+            out = zip(&self.0[j], &out, |r, out| r + factor * out);
+        }
+        Some(slope)
     }
 }
 
@@ -197,6 +211,17 @@ mod tests {
                 assert!((y.q[0] - (origin + t.sin())).abs() < 1e-9 + 4e-16 * origin.abs(), "{origin:e}, {h}");
             }
             assert!((dense.at(1.0).q[0] - end.y.q[0]).abs() <= f64::EPSILON * end.y.q[0].abs());
+        }
+    }
+
+    #[test]
+    fn slopes_of_the_nested_form_are_those_of_its_values() {
+        let dense = Nested([phase(1.0, 2.0), phase(3.0, 4.0), phase(9.0, 9.0), phase(7.0, 5.0), phase(-2.0, 3.0)]);
+        for theta in [0.0, 0.3, 0.8, 1.0] {
+            let [a, b] = [theta - 1e-5, theta + 1e-5].map(|theta| dense.at(theta));
+            let slope = dense.slope(theta).unwrap();
+            assert!((slope.q[0] - (b.q[0] - a.q[0]) / 2e-5).abs() < 1e-8);
+            assert!((slope.u[0] - (b.u[0] - a.u[0]) / 2e-5).abs() < 1e-8);
         }
     }
 

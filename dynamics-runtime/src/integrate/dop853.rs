@@ -58,6 +58,7 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
     const WEIGHTS: &'static [f64] = &WEIGHTS;
     const STABILITY_BORDER: f64 = 6.1;
     const SCAN: usize = 8;
+    const PROBES: &'static [f64] = &[0.6, 0.92];
     type Dense = Nested<V, 8>;
 
     fn new() -> Self {

@@ -296,6 +296,7 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
     // Steps that stability bounds settle at 5.3 of the 6.6.
     const STABILITY_BORDER: f64 = 5.0;
     const SCAN: usize = 16;
+    const PROBES: &'static [f64] = &[0.09, 0.42];
     const LONG_STEPS: bool = true;
     type Dense = Knots<V>;
 
@@ -493,6 +494,24 @@ impl<V: Vector> Dense<V> for Knots<V> {
         }
         out
     }
+
+    fn slope(&self, theta: f64) -> Option<Phase<V>> {
+        let Self { h, start, higher, .. } = self;
+        let mut slope = Phase::<V>::zeros();
+        for i in 0..V::LEN {
+            // What is left of q behind θ², its slope and its curvature.
+            let (mut rest, mut first, mut second) = (higher[CONDITIONS - 3][i], 0.0, 0.0);
+            for j in (2..CONDITIONS - 1).rev() {
+                let by = theta - PLACES[j / 3];
+                second = 2.0 * first + by * second;
+                first = rest + by * first;
+                rest = higher[j - 2][i] + by * rest;
+            }
+            slope.q[i] = h * start.u[i] + theta * (2.0 * rest + theta * first);
+            slope.u[i] = (2.0 * rest + theta * (4.0 * first + theta * second)) / h;
+        }
+        Some(slope)
+    }
 }
 
 #[cfg(test)]
@@ -548,6 +567,9 @@ mod tests {
             let (y, t) = (dense.at(theta), t0 + theta * h);
             assert!((y.q[0] - value(0, t)).abs() < 1e-12, "{theta}");
             assert!((y.u[0] - value(1, t)).abs() < 1e-11, "{theta}");
+            let slope = dense.slope(theta).unwrap();
+            assert!((slope.q[0] - h * value(1, t)).abs() < 1e-11, "{theta}");
+            assert!((slope.u[0] - h * value(2, t)).abs() < 1e-10, "{theta}");
         }
     }
 

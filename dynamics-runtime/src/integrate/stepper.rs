@@ -5,6 +5,8 @@ use super::landing::Landing;
 use super::{Controller, Hold, Knot, Phase, Scheme, Settled, System, Tolerances};
 use crate::model::Vector;
 
+#[cfg(feature = "alloc")]
+mod between;
 mod made;
 mod passing;
 mod smooth;
@@ -203,6 +205,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.h = self.h.max(h.min(self.options.most));
     }
 
+    /// Permitted local error.
+    #[must_use]
+    pub fn tolerances(&self) -> Tolerances {
+        self.options.tolerances
+    }
+
     /// Accepted steps so far.
     #[must_use]
     pub fn accepted(&self) -> u64 {
@@ -346,7 +354,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         }
     }
 
-    fn is_fixed(&self) -> bool {
+    pub(crate) fn is_fixed(&self) -> bool {
         self.options.fixed.is_some() || self.control.is_none()
     }
 

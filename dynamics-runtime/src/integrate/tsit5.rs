@@ -75,6 +75,7 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
     const WEIGHTS: &'static [f64] = &[B[0].1, B[1].1, B[2].1, B[3].1, B[4].1, B[5].1];
     const STABILITY_BORDER: f64 = 3.5;
     const SCAN: usize = 4;
+    const PROBES: &'static [f64] = &[0.25, 0.75];
     type Dense = Nested<V, 5>;
 
     fn new() -> Self {

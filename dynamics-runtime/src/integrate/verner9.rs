@@ -48,6 +48,7 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
     // Steps that stability bounds swing about the border, as the error estimate grows steeply there: most of them lie below.
     const STABILITY_BORDER: f64 = 4.1;
     const SCAN: usize = 8;
+    const PROBES: &'static [f64] = &[0.2, 0.6];
     type Dense = Nested<V, 9>;
 
     fn new() -> Self {

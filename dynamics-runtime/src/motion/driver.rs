@@ -43,12 +43,13 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
 
 /// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to the next.
 pub(crate) trait Maker<M: Simulate>: Send + Sync {
-    /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
+    /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails. `judged`: as good as its ends, if need be in parts.
     fn interpolate(
         &mut self,
         plant: &mut Plant<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
+        judged: bool,
     ) -> Option<Interpolant<M::Vector>>;
     /// Where the step with this start, size and upkeep ends, and its error, 1 where it is just permitted; `None` where that fails.
     fn end_of(
@@ -80,9 +81,16 @@ impl<M: Simulate, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<S> {
         plant: &mut Plant<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
+        judged: bool,
     ) -> Option<Interpolant<M::Vector>> {
         let dense = Stepper::again(&mut self.0, plant, step, tolerances).ok()??;
-        Some(Box::new(dense))
+        if const { S::PROBES.is_empty() } || !judged {
+            return Some(Box::new(dense));
+        }
+        Some(match Stepper::in_parts(&mut self.0, plant, step, &dense, tolerances) {
+            Some(parts) => Box::new(parts),
+            None => Box::new(dense),
+        })
     }
 
     fn end_of(

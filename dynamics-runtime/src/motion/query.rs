@@ -343,8 +343,10 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let mut plant = self.plant_in(index, room);
         let tolerances = &self.trajectory.tolerances;
         let driver = self.trajectory.driver_of(index).filter(|_| self.is_repeatable());
-        let again = driver
-            .and_then(|driver| maker.get_or_insert_with(|| driver.maker()).interpolate(&mut plant, &step, tolerances));
+        let again = driver.and_then(|driver| {
+            let judged = !self.trajectory.fixed;
+            maker.get_or_insert_with(|| driver.maker()).interpolate(&mut plant, &step, tolerances, judged)
+        });
         // After a reset, other constraints or another method nothing of before counts.
         let maker = maker.filter(|_| again.is_some() && self.goes_on(index));
         let interpolant = match again {

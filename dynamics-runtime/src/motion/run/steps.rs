@@ -93,7 +93,21 @@ impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
         plant: &mut Plant<'_, '_, M>,
         step: &Step<M::Vector>,
     ) -> Result<Interpolant<M::Vector>, EvaluationError> {
-        Ok(Box::new(self.dense(plant, step)?))
+        let dense = self.dense(plant, step)?;
+        if const { S::PROBES.is_empty() } || self.is_fixed() {
+            return Ok(Box::new(dense));
+        }
+        // Nothing of what is looked at beside the step is left.
+        let (branches, noted, listener) = ((plant.branches, plant.known), plant.upkeep.noted(), plant.listener.take());
+        let (mut scheme, tolerances) = (self.scheme().clone(), self.tolerances());
+        let parts = Self::in_parts(&mut scheme, plant, step, &dense, &tolerances);
+        (plant.branches, plant.known) = branches;
+        plant.upkeep.put_back(noted);
+        plant.listener = listener;
+        Ok(match parts {
+            Some(parts) => Box::new(parts),
+            None => Box::new(dense),
+        })
     }
 
     fn undo(&mut self, step: &Step<M::Vector>) {
