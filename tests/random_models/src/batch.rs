@@ -61,8 +61,11 @@ pub struct Batch<'a> {
 }
 
 /// What random expressions come to now and then, and the macro is right to refuse.
-const DEGENERATE: [&str; 2] =
-    ["acts on nothing that can move, or is identically zero", "never crosses zero because it is constant"];
+const DEGENERATE: [&str; 3] = [
+    "acts on nothing that can move, or is identically zero",
+    "never crosses zero because it is constant",
+    "the parameter `period` has no influence",
+];
 
 /// What the compiler says of one module.
 #[derive(Clone, Debug, Default)]

@@ -488,7 +488,9 @@ impl Writer<'_> {
 pub fn mentions(text: &str, word: &str) -> bool {
     let part = |c: char| c.is_alphanumeric() || c == '_';
     text.match_indices(word).any(|(i, _)| {
-        !text[..i].ends_with(part) && !text[..i].ends_with('.') && !text[i + word.len()..].starts_with(part)
+        !text[..i].ends_with(part)
+            && (!text[..i].ends_with('.') || text[..i].ends_with(".."))
+            && !text[i + word.len()..].starts_with(part)
     })
 }
 

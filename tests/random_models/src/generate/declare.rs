@@ -13,10 +13,10 @@ impl Draft<'_> {
             SCALES.iter().for_each(|(name, _)| self.names.keep(name));
             self.scope.period = Some("self.period".to_owned());
         }
-        let count = [1, 1, 2, 2, 3][self.r.below(5)];
+        let count = [1, 1, 1, 2, 2, 3][self.r.below(6)];
         for _ in 0..count {
             let name = self.coordinate_name();
-            let length = self.r.one_in(6).then(|| 2 + self.r.below(2));
+            let length = self.r.one_in(8).then(|| 2 + self.r.below(2));
             let is_length = self.units && length.is_none() && self.r.one_in(2);
             self.coordinates.push(Coordinate { name, length, is_length });
         }

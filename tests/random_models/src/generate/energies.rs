@@ -141,7 +141,7 @@ impl Draft<'_> {
         }
         // Masses must not have corners.
         self.scope.corners = self.r.one_in(3);
-        let depth = 1 + self.r.below(3);
+        let depth = [1, 1, 2, 2, 3][self.r.below(5)];
         let mut potential = vec![self.jet(depth)];
         for p in &self.scalars {
             potential.push(format!("self.{p} * {}.sin()", jets[self.r.below(jets.len())]));
@@ -184,7 +184,9 @@ impl Draft<'_> {
         let first = name(first, "kinetic", &mut self.names);
         let second = name(second, "potential", &mut self.names);
         // The gauge is d/dt of a function of the coordinates: momenta change, motions do not.
+        let corners = std::mem::take(&mut self.scope.corners);
         let gauge = self.jet(1);
+        self.scope.corners = corners;
         let gauge = if self.units { format!("self.inertia * {gauge} / self.period") } else { gauge };
         let before = std::mem::take(&mut self.functions);
         self.function("lagrangian", &first, "Expr", &format!("{t} - ({v}) + ({gauge}).dt()"));

@@ -52,7 +52,7 @@ impl Draft<'_> {
         }
         self.unused_helpers(&jets);
         self.size();
-        for _ in 0..1 + self.r.below(2) {
+        for _ in 0..[1, 1, 2][self.r.below(3)] {
             let name = if self.r.one_in(40) {
                 // The name of a coordinate: an error.
                 self.either = true;
@@ -64,7 +64,7 @@ impl Draft<'_> {
                 continue;
             }
             self.scope.rates = true;
-            let depth = 2 + self.r.below(2);
+            let depth = [1, 2, 2, 3][self.r.below(4)];
             let (mut w, scope) = self.writer();
             match w.r.below(5) {
                 0 => {
