@@ -1,5 +1,5 @@
-// A struct of this name hid what generated code meant.
-// expect: runs
+// A struct of this name hides the type that every function of a model names.
+// expect: refused
 // model: Coordinates { m: 1.5 }
 use dynamics::prelude::*;
 #[derive(Clone, Debug, Dynamics)]

@@ -2,25 +2,19 @@
 
 use crate::random::Random;
 
-/// Names of structs: those that generated code, the prelude or the standard library might mean something else by.
+/// Names of structs: those that generated code, the prelude or the standard library might mean something else by. Types that models are written with are
+/// not among them: a struct of such a name is refused, see `defects/`.
 pub const STRUCTS: &[&str] = &[
     "Model",
     "T",
     "F",
     "Result",
-    "Expr",
-    "Coordinates",
     "State",
     "Vector",
     "Option",
     "Vec",
     "String",
     "Box",
-    "Force",
-    "Vec2",
-    "Vec3",
-    "Mat3",
-    "Frame",
     "E",
     "PI",
     "M",
@@ -218,6 +212,9 @@ pub const NASTY: &[&str] = &[
 /// Names that have meanings of their own as fields of `q`, or methods of states: not for coordinates and inputs.
 pub const NOT_FOR_COORDINATES: &[&str] = &["t", "q", "u", "inputs", "modes", "build", "new", "hold"];
 
+/// Names that results and generated functions have: not for functions.
+const NOT_FOR_FUNCTIONS: &[&str] = &["state", "energy"];
+
 /// Ordinary names.
 pub const PLAIN: &[&str] = &[
     "mass",
@@ -290,6 +287,16 @@ impl Names {
             other == stem || other.strip_prefix(stem) == Some("_rate") || stem.strip_prefix(other) == Some("_rate")
         };
         !self.used.iter().any(clashes)
+    }
+
+    /// A name of a function.
+    pub fn function(&mut self, r: &mut Random) -> String {
+        loop {
+            let name = self.fresh(r);
+            if !NOT_FOR_FUNCTIONS.contains(&name.as_str()) {
+                return name;
+            }
+        }
     }
 
     /// A name that is not used yet.

@@ -8,7 +8,7 @@ impl Draft<'_> {
     /// Functions without a role, each may call those before it.
     pub(super) fn helpers(&mut self) {
         for _ in 0..self.r.below(4) {
-            let name = self.names.fresh(self.r);
+            let name = self.names.function(self.r);
             let takes_coordinates = !self.r.one_in(4);
             let returns = match self.r.below(6) {
                 0 => Kind::Number,
@@ -169,7 +169,7 @@ impl Draft<'_> {
             |scale: String, terms: String| if scale.is_empty() { terms } else { format!("{scale}({terms})") };
         let t = dimension(self.scale("inertia"), sum(&kinetic));
         let v = dimension(self.scale("strength"), sum(&potential));
-        let mut role = || if self.r.one_in(3) { self.names.fresh(self.r) } else { String::new() };
+        let mut role = || if self.r.one_in(3) { self.names.function(self.r) } else { String::new() };
         let (first, second) = (role(), role());
         let name = |chosen: String, usual: &str, names: &mut Names| {
             if !chosen.is_empty() {

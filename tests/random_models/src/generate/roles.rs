@@ -40,7 +40,7 @@ impl Draft<'_> {
             if !self.units && self.r.one_in(2) { self.force_at() } else { self.force(None) }
         }
         if self.r.one_in(3) {
-            let name = self.names.fresh(self.r);
+            let name = self.names.function(self.r);
             let j = jets[self.r.below(jets.len())].clone();
             let k = self.number(1);
             let scale = self.scale("viscosity");
@@ -58,7 +58,7 @@ impl Draft<'_> {
                 self.either = true;
                 self.coordinates[0].name.clone()
             } else {
-                self.names.fresh(self.r)
+                self.names.function(self.r)
             };
             if self.functions.contains(&format!("fn {name}(")) {
                 continue;
@@ -83,7 +83,7 @@ impl Draft<'_> {
             self.scope.rates = false;
         }
         if self.r.one_in(4) {
-            let name = self.names.fresh(self.r);
+            let name = self.names.function(self.r);
             let body = format!("{} - {}", self.jet(1), self.number(0));
             let body = format!("{} + {body}", jets[0]);
             self.function("event", &name, "Expr", &body);
@@ -110,13 +110,13 @@ impl Draft<'_> {
                 _ => call,
             });
         }
-        let name = self.names.fresh(self.r);
+        let name = self.names.function(self.r);
         self.function("output", &name, "Expr", &sum(&terms));
     }
 
     /// A force along something, once more as its parts for the judge.
     pub(super) fn force(&mut self, input: Option<&str>) {
-        let name = self.names.fresh(self.r);
+        let name = self.names.function(self.r);
         let plain = name.trim_start_matches("r#").to_owned();
         let jets: Vec<String> = self.coordinates.iter().flat_map(Coordinate::jets).collect();
         let place = if self.r.one_in(2) {
@@ -141,7 +141,7 @@ impl Draft<'_> {
 
     /// A force at a point, once more as its parts for the judge.
     pub(super) fn force_at(&mut self) {
-        let name = self.names.fresh(self.r);
+        let name = self.names.function(self.r);
         let plain = name.trim_start_matches("r#").to_owned();
         let first = self.coordinates[0].jets()[0].clone();
         let vector = ["Vec2", "Vec3"][self.r.below(2)];
@@ -162,7 +162,7 @@ impl Draft<'_> {
     }
 
     pub(super) fn constraint(&mut self, jets: &[String]) {
-        let name = self.names.fresh(self.r);
+        let name = self.names.function(self.r);
         let (a, b) = (jets[0].clone(), jets[1 + self.r.below(jets.len() - 1)].clone());
         if self.r.one_in(3) {
             let body = format!("{a}.dt() - 0.7 * {b}.sin() * {b}.dt() - 0.2 * {a}.cos() * {b}.dt()");
