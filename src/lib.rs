@@ -121,8 +121,9 @@ pub mod __private {
     pub use dynamics_runtime::constrain::{solve_once, workspace_len};
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
     pub use dynamics_runtime::generated::{
-        Complete, OnlyOneDynamicsImplPerModel, acceleration_by_parameters, acceleration_derivatives, matrix,
-        name_singular, no_derivatives, released, singular, singular_in_lanes, solved_or_nan, table, vector,
+        Complete, OnlyOneDynamicsImplPerModel, acceleration_by_parameters, acceleration_derivatives, expect,
+        expect_near, expect_std, matrix, name_singular, no_derivatives, released, singular, singular_in_lanes,
+        solved_or_nan, table, vector,
     };
     pub use dynamics_runtime::lanes::Lanes;
     #[cfg(feature = "alloc")]

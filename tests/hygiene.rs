@@ -69,8 +69,11 @@ mod shadowed {
         }
         #[potential]
         fn potential(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.k * q.x * q.x
+            Self::ONES[1] * self.k * q.x * q.x * (Self::TURN / ::core::f64::consts::TAU)
         }
+        const COUNT: ::core::primitive::usize = 1;
+        const ONES: [Real; 2] = [1.0, 0.5 * (Self::COUNT as Real)];
+        const TURN: Real = 2.0 * ::core::f64::consts::PI;
     }
 
     /// With everything that constraints bring along.
@@ -138,6 +141,48 @@ mod shadowed {
 fn shadowed_names_do_not_matter() {
     assert!((shadowed::acceleration() + 1.5).abs() < 1e-15);
     assert!((shadowed::held() + 2.0 * 9.81).abs() < 1e-12);
+}
+
+/// Constants of std's by every way to their names, beside the user's own of the same names.
+mod constants {
+    use dynamics::prelude::*;
+    use std::f64::consts as c;
+
+    /// Steel.
+    const E: f64 = 2.1e11;
+
+    /// A spring.
+    #[derive(Debug, Dynamics)]
+    #[coordinates(x)]
+    pub(crate) struct Spring {
+        pub(crate) m: f64,
+    }
+
+    #[dynamics]
+    impl Spring {
+        const E: f64 = 8.0;
+        const PI: f64 = 3.0;
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            use core::f64::consts::{FRAC_PI_2, PI};
+            self.m * (PI / FRAC_PI_2) / 4.0 * q.x.dt().powi(2)
+        }
+        #[potential]
+        fn potential(&self, q: &Coordinates<Self>) -> Expr {
+            const TAU: f64 = 2.0;
+            let sines = [c::PI.sin(), std::f64::consts::E.ln(), f64::EPSILON];
+            sines[1] * Self::E / TAU * (Self::PI - 2.5) * q.x.powi(2)
+        }
+    }
+
+    #[test]
+    fn each_is_what_rustc_says() {
+        let model = Spring { m: 1.0 };
+        let state = model.state().x(1.0).build().expect("a finite state");
+        assert!((model.accelerations(&state).expect("inertia")[0] + 4.0).abs() < 1e-14);
+        assert!((model.potential_energy(&state) - 2.0).abs() < 1e-14);
+        assert!(E > Spring::E);
+    }
 }
 
 /// Struct and impl apart.

@@ -5,7 +5,7 @@ use proc_macro2::TokenStream;
 use quote::ToTokens;
 
 use crate::diagnostics::{Diagnostics, Place};
-use crate::elaborate;
+use crate::elaborate::{self, Constants};
 use crate::library::{self, Library};
 use crate::messages;
 use crate::syntax::{self, Declaration, Implementation};
@@ -16,6 +16,7 @@ pub(crate) struct CompiledModel {
     pub(crate) declaration: Declaration,
     pub(crate) implementation: Implementation,
     pub(crate) compiled: Compiled,
+    pub(crate) constants: Constants,
     /// Helpers that return vectors which by their units are no places: directions, velocities, forces.
     pub(crate) vectors: Vec<syn::Ident>,
 }
@@ -40,9 +41,15 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
     diagnostics.checkpoint()?;
 
     match dynamics_symbolic::compile::compile(elaborated.model) {
-        Ok(compiled) => Ok(CompiledModel { declaration, implementation, compiled, vectors: elaborated.vectors }),
+        Ok(compiled) => {
+            let elaborate::Elaborated { constants, vectors, .. } = elaborated;
+            Ok(CompiledModel { declaration, implementation, compiled, constants, vectors })
+        }
         Err(findings) => {
-            elaborated.origins.report(findings, model, &mut diagnostics);
+            let terms = elaborate::elaborate_terms(&declaration, &implementation);
+            let at_fault = dynamics_symbolic::check::one_by_one(&terms.model);
+            let beside = terms.origins.beside(at_fault);
+            elaborated.origins.report_at_terms(findings, &beside, model, &mut diagnostics);
             Err(diagnostics.finish().err().unwrap_or_default())
         }
     }

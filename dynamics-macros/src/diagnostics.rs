@@ -23,6 +23,11 @@ impl Place {
         Self { start, end }
     }
 
+    /// From the first to the last of two places.
+    pub(crate) fn joined(first: Self, last: Self) -> Self {
+        Self { start: first.start, end: last.end }
+    }
+
     /// From one span to another.
     pub(crate) fn between(start: Span, end: Span) -> Self {
         Self { start, end }

@@ -14,6 +14,7 @@ mod derivative;
 mod dimensions;
 mod expressions;
 mod findings;
+mod integers;
 mod operators;
 mod origins;
 mod outside;
@@ -28,6 +29,7 @@ mod scope;
 mod sequence_methods;
 mod speeds;
 mod statements;
+mod terms;
 mod values;
 mod vector_methods;
 
@@ -42,6 +44,7 @@ use crate::syntax::{Declaration, Implementation, Role};
 use constraints::Declared;
 use dimensions::Dimensions;
 pub(crate) use origins::Origins;
+pub(crate) use paths::{Followed, FollowedConstant, TakenForStd, Within};
 use scope::Frame;
 use values::{UnitOf, Value};
 
@@ -51,6 +54,16 @@ pub(crate) struct Elaborated {
     pub(crate) origins: Origins,
     /// Helpers that return vectors which by their units are no places.
     pub(crate) vectors: Vec<syn::Ident>,
+    pub(crate) constants: Constants,
+}
+
+/// What emitted code asserts of constants.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Constants {
+    /// Paths that were taken for constants of std's.
+    pub(crate) taken: Vec<TakenForStd>,
+    /// The constants of the block that the model uses.
+    pub(crate) followed: Vec<FollowedConstant>,
 }
 
 /// Unit of a smooth function's argument, unit of its values.
@@ -62,6 +75,9 @@ struct Elaborator<'a> {
     implementation: &'a Implementation,
     library: &'a Library,
     diagnostics: &'a mut Diagnostics,
+    sums: Sums,
+    /// What the functions with roles add up.
+    terms: Vec<terms::Added<'a>>,
     model: Model,
     origins: Origins,
     dimensions: Dimensions,
@@ -72,7 +88,11 @@ struct Elaborator<'a> {
     functions: Vec<FunctionUnits>,
     /// `Self::NAME`, once evaluated.
     constants: Vec<Option<Value>>,
+    /// Paths that were taken for constants of std's.
+    taken: Vec<TakenForStd>,
     frames: Vec<Frame>,
+    /// Types of integers.
+    inference: integers::Inference,
     /// Matrices that are known to turn, and how.
     rotations: rotations::Rotations,
     /// Vectors of which it is known how they were carried into the world.
@@ -103,12 +123,39 @@ pub(crate) fn elaborate(
     implementation: &Implementation,
     diagnostics: &mut Diagnostics,
 ) -> Elaborated {
+    elaborate_sums(declaration, implementation, Sums::Whole, diagnostics)
+}
+
+/// The same with every term of an energy or a force by itself, for the engine to find those at fault.
+pub(crate) fn elaborate_terms(declaration: &Declaration, implementation: &Implementation) -> Elaborated {
+    let mut known = Diagnostics::new();
+    let elaborated = elaborate_sums(declaration, implementation, Sums::Apart, &mut known);
+    // What could not be elaborated was reported before.
+    let _ = known.finish();
+    elaborated
+}
+
+/// Whether sums go to the engine as they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sums {
+    Whole,
+    Apart,
+}
+
+fn elaborate_sums(
+    declaration: &Declaration,
+    implementation: &Implementation,
+    sums: Sums,
+    diagnostics: &mut Diagnostics,
+) -> Elaborated {
     let library = Library::needed_by(implementation.functions.iter().map(|f| f.item.block.to_token_stream()));
     let mut elaborator = Elaborator {
         declaration,
         implementation,
         library: &library,
         diagnostics,
+        sums,
+        terms: Vec::new(),
         model: Model { name: declaration.name.to_string(), ..Model::default() },
         origins: Origins::default(),
         dimensions: Dimensions::default(),
@@ -116,7 +163,9 @@ pub(crate) fn elaborate(
         coordinates: Vec::new(),
         functions: Vec::new(),
         constants: Vec::new(),
+        taken: Vec::new(),
         frames: Vec::new(),
+        inference: integers::Inference::default(),
         rotations: rotations::Rotations::new(),
         places: bodies::Places::default(),
         bodies: bodies::Bodies::default(),
@@ -133,6 +182,7 @@ pub(crate) fn elaborate(
     elaborator.declare();
     elaborator.check_speeds_are_defined();
     elaborator.roles();
+    elaborator.check_integers();
     elaborator.add_speeds();
     elaborator.name_inferred_units();
     elaborator.name_constraint_units();
@@ -141,5 +191,6 @@ pub(crate) fn elaborate(
     elaborator.place_bodies();
     elaborator.place_premises();
     let vectors = elaborator.vectors_that_are_no_places();
-    Elaborated { model: elaborator.model, origins: elaborator.origins, vectors }
+    let constants = Constants { followed: elaborator.followed(), taken: elaborator.taken };
+    Elaborated { model: elaborator.model, origins: elaborator.origins, vectors, constants }
 }

@@ -4,6 +4,7 @@
 
 mod bridge;
 mod builder;
+mod constants;
 mod coordinates;
 mod docs;
 mod fallback;
@@ -12,6 +13,7 @@ mod state;
 mod traits;
 
 pub(crate) use bridge::{bridge, broken_bridge, dead_bridge, mark, once};
+pub(crate) use constants::{assert_std, followed};
 pub(crate) use fallback::fallback;
 pub(crate) use traits::traits;
 

@@ -6,6 +6,7 @@ use syn::{Ident, ImplItem, ItemImpl, ItemStruct, ReturnType, Type};
 
 use crate::compile::{CompiledModel, compile};
 use crate::diagnostics::{Diagnostics, Place};
+use crate::elaborate::Constants;
 use crate::emit::{self, Slot, Surface};
 use crate::messages;
 use crate::syntax::{self, Declaration, FieldKind, Implementation, Quantity, Role};
@@ -20,7 +21,7 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
         // The impl block finds a bridge that drops it: its errors would only repeat the struct's.
         let named = is_shallow(&item).then(|| syn::parse2::<syn::DeriveInput>(item).ok()).flatten();
         let bridge = named.map(|item| {
-            let (bridge, mark) = (emit::dead_bridge(&item.ident), emit::mark(&item.ident, &item.generics));
+            let (bridge, mark) = (emit::dead_bridge(&item.ident, &item.vis), emit::mark(&item.ident, &item.generics));
             quote!(#bridge #mark)
         });
         return quote!(#errors #bridge);
@@ -129,10 +130,11 @@ pub(crate) fn model(input: TokenStream) -> TokenStream {
     }
     let (item, implementation) = (resolved_like(item, &implementation), ungrouped(implementation));
     match compile(item.clone(), implementation.clone()) {
-        Ok(CompiledModel { declaration, implementation, compiled, vectors }) => {
+        Ok(CompiledModel { declaration, implementation, compiled, constants, vectors }) => {
             let surface = surface(&declaration, Some(&implementation), &vectors);
-            let (item, traits) = (kept(&implementation), emit::traits(&surface, &compiled));
-            quote!(#item #traits)
+            let (item, traits) = (kept(&implementation, &constants, &surface), emit::traits(&surface, &compiled));
+            let asserted = emit::followed(&surface, &constants.followed);
+            quote!(#item #traits #asserted)
         }
         Err(errors) => {
             let (errors, stubbed) = (failed(&errors), stubbed(implementation));
@@ -219,8 +221,9 @@ fn ungrouped_within(tokens: TokenStream) -> TokenStream {
 }
 
 /// The user's impl block as it goes back into the program. What has a role is used by the derivation, even where nothing calls it.
-fn kept(implementation: &Implementation) -> TokenStream {
+fn kept(implementation: &Implementation, constants: &Constants, surface: &Surface) -> TokenStream {
     let mut item = implementation.item.clone();
+    emit::assert_std(&mut item, implementation, &constants.taken, surface);
     // What the lint advises, `iter_mut`, a model cannot say.
     item.attrs.push(syn::parse_quote!(#[allow(clippy::needless_range_loop)]));
     for entry in &mut item.items {

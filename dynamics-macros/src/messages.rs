@@ -63,6 +63,7 @@ catalogue! {
     reserved_name(name, what) "`{name}` cannot be {what}: the state has something of that name already; choose another name";
     duplicate_name(name, other) "`{name}` is {other} already; choose another name";
     rate_name(name, coordinate) "`{name}` is the name of the rate of `{coordinate}`; choose another name";
+    result_name(name, role, other) "results are found by name, and `{name}` is {other} already; choose another name for this `#[{role}]`";
     guess_name(name, coordinate) "`{name}` is the name of the guess of `{coordinate}`; choose another name";
     nested_too_deeply() "this is nested too deeply or chained too long; split it into several `let`s or functions";
 
@@ -72,7 +73,7 @@ catalogue! {
     impl_of_other_type() "`#[dynamics]` needs the name of a struct; write `impl Model {{ .. }}`";
     two_impls(model) "there are two `#[dynamics] impl {model}` in this module; move these functions into the other";
     trait_impl() "`#[dynamics]` describes a model in its inherent impl block; write `impl Model {{ .. }}` without a trait";
-    macro_in_model(name) "the macro call `{name}!` cannot be followed; write its code out";
+    macro_in_model(name, remedy) "the macro call `{name}!` cannot be followed; {remedy}";
     cfg_in_model(name) "`#[{name}]` is not known to the macro, which would derive the model as if it held; keep it out of the model: choose by a parameter, or put functions that the model does not use into an `impl` block of their own";
     lagrangian_beside(role, function) "`#[lagrangian]` stands for T − V as a whole, yet `{function}` is marked `#[{role}]`; put everything into `#[lagrangian]`, or use `#[kinetic]` and `#[potential]` alone";
     role_with_arguments(name) "`#[{name}]` takes no arguments; write it bare";
@@ -94,16 +95,19 @@ catalogue! {
     role_result(role, expected, found) "`#[{role}]` returns {found} here; return {expected}";
 
     // Names.
-    unknown_name(name, hint) "`{name}` is not known here{hint}";
+    unknown_name(name, hint) "`{name}` is not known here; {hint}";
     unknown_parameter(name, hint) "the model has no parameter `{name}`{hint}";
     unknown_coordinate(name, hint) "the model has no coordinate or input `{name}`{hint}";
-    unknown_function(name, hint) "the model's `impl` has no function `{name}`{hint}";
-    unknown_constant(name, hint) "the model's `impl` has no constant `{name}`{hint}";
+    unknown_function(name, hint) "the model's `impl` has no function `{name}`; {hint}";
+    unknown_constant(name, hint) "the model's `impl` has no constant `{name}`; {hint}";
     unknown_method(shape, name, hint) "{shape} has no method `{name}`; {hint}";
     coordinate_as_parameter(name) "`{name}` is a coordinate or an input; write `q.{name}`";
     parameter_as_coordinate(name) "`{name}` is a parameter; write `self.{name}`";
     rate_as_coordinate(name, coordinate) "rates are derivatives here; write `q.{coordinate}.dt()` instead of `q.{name}`";
     constant_without_self(name) "`{name}` is a constant of the impl; write `Self::{name}`";
+    not_the_constant_of_std(path, name) "`{path}` is not std's `{name}`, and its value is not visible to the macro; declare it as a constant of the `impl` and write `Self::` before its name";
+    constant_differs(name) "rustc gives `Self::{name}` another value than the equations were derived with; write its value without arithmetic that rounds or wraps";
+    function_of_f64(name) "`f64::{name}` takes an `f64`, and this changes as the model moves; write `.{name}(..)` after the expression";
     foreign_constant(name) "the value of `{name}` is not visible to the macro; declare it as a constant of the `impl` and write `Self::` before its name";
     function_without_self(name) "`{name}` is a function of the impl; write `self.{name}(..)` or `Self::{name}(..)`";
     foreign_function(name, hint) "`{name}` is not part of the model and cannot be followed{hint}; write a function of the `impl`";
@@ -134,6 +138,10 @@ catalogue! {
     remainder_of_expression() "`%` jumps and has no derivative; use it on integers only";
     integer_division(value) "this division of integers drops its remainder and gives {value}; write the numbers with a decimal point";
     integer_overflow(operator, left, right) "`{operator}` of the integers {left} and {right} has no result; check them";
+    integer_beyond(operation, value, ty) "`{operation}` gives {value} here, which is beyond {ty}; convert to `f64` before";
+    integer_of_unknown_type(name) "what `{name}` gives depends on the integer's type, which is not known here; write the type, as in `3_usize`";
+    integer_with_real(operator, value, other) "`{operator}` does not combine the integer {value} with {other}; write `{value}.0`, or `f64::from(i)` of a variable";
+    single_precision(what) "`{what}` is single precision, whose rounding the equations would not have; write `f64`";
     integer_too_large(value) "the integer `{value}` is too large; write it with a decimal point";
     division_by_zero() "this divides by zero whatever the values are; check the denominator";
     domain(function, value) "`{function}` of {value} is not a real number; check the argument";

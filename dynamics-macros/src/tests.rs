@@ -7,6 +7,7 @@ mod fuzzed;
 mod inverse;
 mod models;
 mod names;
+mod numbers;
 mod robustness;
 mod sizes;
 mod vocabulary;

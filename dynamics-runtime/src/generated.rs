@@ -1,7 +1,9 @@
 //! What generated code calls: short names for what would otherwise be spelt out in every model.
 
+mod constants;
 pub mod table;
 
+pub use constants::{expect, expect_near, expect_std};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 use crate::constrain::{assemble, check_sides, check_start, move_by_speeds, set_sides, solve_once};

@@ -2,10 +2,14 @@
 
 use std::rc::Rc;
 
+use quote::ToTokens;
 use syn::punctuated::Punctuated;
 use syn::{Expr, ExprCall, ExprMethodCall, FnArg, Ident, Token};
 
+use dynamics_symbolic::graph::{Dependence, Number};
+
 use super::Elaborator;
+use super::operators::Operator;
 use super::scope::{Flow, Frame};
 use super::values::{Scalar, Term, Value};
 use crate::diagnostics::Place;
@@ -116,7 +120,11 @@ impl<'a> Elaborator<'a> {
         let implementation = self.implementation;
         let Some(index) = implementation.functions.iter().position(|f| f.name == *name) else {
             let known: Vec<String> = implementation.functions.iter().map(|f| f.name.to_string()).collect();
-            let hint = crate::suggest::did_you_mean_only(&name.to_string(), known.iter().map(String::as_str));
+            let near = crate::suggest::nearest(&name.to_string(), known.iter().map(String::as_str));
+            let hint = match near {
+                Some(best) => format!("did you mean `{best}`?"),
+                None => "move it into this block from another `impl`, which the macro does not see".into(),
+            };
             return self.fail(name.span(), &messages::unknown_function(name, hint));
         };
         if self.frames.iter().any(|f| f.function == Some(index)) {
@@ -131,7 +139,7 @@ impl<'a> Elaborator<'a> {
         }
         let frame = Frame { function: Some(index), scopes: vec![Vec::new()], ..Frame::default() };
         self.frames.push(frame);
-        self.reached.insert(index);
+        self.reach(index);
         for (input, (value, _)) in inputs.iter().zip(arguments) {
             match input {
                 FnArg::Receiver(_) => self.frame().declare("self".into(), value),
@@ -142,6 +150,7 @@ impl<'a> Elaborator<'a> {
                     {
                         self.fail(mutability.span, &messages::mutable_reference());
                     }
+                    self.declared_as(&value, &argument.ty);
                     self.bind(&argument.pat, value);
                 }
             }
@@ -151,8 +160,22 @@ impl<'a> Elaborator<'a> {
             Some(Flow::Return(value)) => value,
             _ => value,
         };
+        if let syn::ReturnType::Type(_, ty) = &function.item.sig.output {
+            self.declared_as(&value, ty);
+        }
         self.note_returned(index, &value);
         value
+    }
+
+    /// Some role calls this function.
+    pub(super) fn reach(&mut self, index: usize) {
+        if self.reached.insert(index) {
+            let function = &self.implementation.functions[index].item;
+            let (inputs, output) = (function.sig.inputs.to_token_stream(), function.sig.output.to_token_stream());
+            for tokens in [inputs, output, function.block.to_token_stream()] {
+                self.refuse_single_precision(tokens);
+            }
+        }
     }
 
     /// `path(..)`.
@@ -216,14 +239,19 @@ impl<'a> Elaborator<'a> {
         let (ty_text, text) = (ty.to_string(), name.to_string());
         let known = match (ty_text.as_str(), text.as_str()) {
             ("Expr" | "f64", "from") | ("Expr", "constant") => 1,
-            ("Vec2", "new") | ("Force", "at" | "along") => 2,
+            ("Vec2", "new") | ("Force", "at" | "along") | ("f64", "midpoint") => 2,
             ("Vec3", "new") | ("Mat3", "from_rows" | "from_columns" | "diagonal") => 3,
             ("Mat3", "outer" | "axis_angle" | "euler" | "euler_space") => 2,
             ("Vec2" | "Vec3" | "Mat3", "from")
             | ("Mat3", "skew" | "rotation_x" | "rotation_y" | "rotation_z" | "euler_parameters") => 1,
             ("Mat3", "identity") => 0,
             ("Expr" | "f64" | "Vec2" | "Vec3" | "Mat3", _) if !arguments.is_empty() => {
-                let (receiver, _) = arguments.remove(0);
+                let (receiver, at) = arguments.remove(0);
+                if let ("f64", Value::Scalar(x)) = (ty_text.as_str(), &receiver)
+                    && !self.model.graph.dependence(x.node).within(Dependence::PARAMETERS)
+                {
+                    return self.fail(at, &messages::function_of_f64(&text));
+                }
                 return self.method(receiver, name, arguments);
             }
             _ => {
@@ -235,6 +263,7 @@ impl<'a> Elaborator<'a> {
             return Value::Poison;
         }
         match (ty_text.as_str(), text.as_str()) {
+            ("f64", "midpoint") => self.midpoint(arguments, name),
             ("Expr" | "f64", _) => {
                 let (value, place) = arguments.remove(0);
                 self.scalar(value, place).into()
@@ -245,6 +274,21 @@ impl<'a> Elaborator<'a> {
             ("Force", _) => self.force_along(arguments),
             _ => self.matrix_constructor(name, arguments),
         }
+    }
+
+    /// `f64::midpoint(a, b)`, which clippy makes of `(a + b) / 2.0`.
+    fn midpoint(&mut self, arguments: Vec<Argument>, name: &Ident) -> Value {
+        let mut parts = Vec::new();
+        for (value, place) in arguments {
+            match self.scalar(value, place) {
+                Some(part) => parts.push(part),
+                None => return Value::Poison,
+            }
+        }
+        let [a, b] = parts.as_slice() else { return Value::Poison };
+        let two = self.number(Number::integer(2));
+        let sum = self.sum(Operator::Add, a, b, name.span());
+        sum.and_then(|sum| self.quotient(&sum, &two, name.span())).into()
     }
 
     /// `Vec3::from(array, tuple or vector)`.
@@ -264,7 +308,7 @@ impl<'a> Elaborator<'a> {
         let (point, at_point) = arguments.remove(0);
         match (point, vector) {
             (Value::Vector(point), Value::Vector(vector)) if point.len() == vector.len() => {
-                Value::Force(Rc::new(vec![Term::At { point, vector }]))
+                Value::Force(Rc::new(vec![Term::At { point, vector, place: Place::joined(at_point, at_vector) }]))
             }
             (point @ Value::Vector(_), vector) => {
                 self.fail(at_vector, &messages::expected_shape(point.shape(), vector.shape()))
@@ -280,7 +324,10 @@ impl<'a> Elaborator<'a> {
         let expression: Option<Scalar> = self.scalar(expression, at_expression);
         let magnitude = self.scalar(magnitude, at_magnitude);
         match (expression, magnitude) {
-            (Some(expression), Some(magnitude)) => Value::Force(Rc::new(vec![Term::Along { expression, magnitude }])),
+            (Some(expression), Some(magnitude)) => {
+                let place = Place::joined(at_expression, at_magnitude);
+                Value::Force(Rc::new(vec![Term::Along { expression, magnitude, place }]))
+            }
             _ => Value::Poison,
         }
     }

@@ -175,14 +175,16 @@ impl<'a> Elaborator<'a> {
                     self.select_scalar(&holds, x, &zero, at)
                 };
                 let gated = match term {
-                    Term::At { point, vector } => vector
+                    Term::At { point, vector, place } => vector
                         .iter()
                         .map(&mut gate)
                         .collect::<Option<Vec<_>>>()
-                        .map(|vector| Term::At { point: point.clone(), vector }),
-                    Term::Along { expression, magnitude } => {
-                        gate(magnitude).map(|magnitude| Term::Along { expression: expression.clone(), magnitude })
-                    }
+                        .map(|vector| Term::At { point: point.clone(), vector, place: *place }),
+                    Term::Along { expression, magnitude, place } => gate(magnitude).map(|magnitude| Term::Along {
+                        expression: expression.clone(),
+                        magnitude,
+                        place: *place,
+                    }),
                 };
                 let Some(gated) = gated else { return Value::Poison };
                 terms.push(gated);
@@ -195,20 +197,20 @@ impl<'a> Elaborator<'a> {
     pub(super) fn matching(&mut self, e: &'a ExprMatch) -> Value {
         let value = match self.expression(&e.expr) {
             Value::Poison => return Value::Poison,
-            Value::Integer(i) => i.value,
+            Value::Integer(i) => i,
             other => {
                 let message = messages::match_on(other.shape());
                 return self.fail(Place::of(&e.expr), &message);
             }
         };
         for arm in &e.arms {
-            match self.matches(&arm.pat, value) {
+            match self.matches(&arm.pat, value.value) {
                 Some(false) => {}
                 None => return Value::Poison,
                 Some(true) => {
                     self.frame().scopes.push(Vec::new());
                     if let Pat::Ident(_) = &arm.pat {
-                        self.bind(&arm.pat, Value::integer(value));
+                        self.bind(&arm.pat, Value::Integer(value));
                     }
                     let result = self.expression(&arm.body);
                     self.frame().scopes.pop();
@@ -217,7 +219,7 @@ impl<'a> Elaborator<'a> {
             }
         }
         // Patterns that are not exhaustive are rustc's to report; a value that none of them has cannot get past it.
-        self.fail(Place::of(&e.expr), &messages::no_arm(value))
+        self.fail(Place::of(&e.expr), &messages::no_arm(value.value))
     }
 
     /// Whether an integer has a pattern.

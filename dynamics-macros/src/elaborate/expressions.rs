@@ -8,9 +8,10 @@ use syn::spanned::Spanned;
 use syn::{BinOp, Expr, Lit, Member, Type, UnOp};
 
 use super::Elaborator;
+use super::integers::{IntegerType, TypeOf};
 use super::operators::Operator;
 use super::scope::Flow;
-use super::values::{Condition, Value};
+use super::values::{Condition, Integer, Value};
 use crate::diagnostics::Place;
 use crate::messages::{self, Message};
 
@@ -91,10 +92,10 @@ impl<'a> Elaborator<'a> {
         match expr {
             Expr::Binary(e) => {
                 let right = self.expression(&e.right);
-                match arithmetic(&e.op) {
-                    Some(op) => self.arithmetic(op, left, right, e.op.span()),
-                    None => Value::Poison,
-                }
+                let Some(op) = arithmetic(&e.op) else { return Value::Poison };
+                self.note_term(None, op, &e.left, &left);
+                self.note_term(None, op, &e.right, &right);
+                self.arithmetic(op, left, right, e.op.span())
             }
             Expr::MethodCall(e) => self.method_call(e, left),
             Expr::Field(e) => self.field(left, &e.member),
@@ -120,7 +121,8 @@ impl<'a> Elaborator<'a> {
                 self.bounded(Value::tuple(items), Place::of(e))
             }
             Expr::Array(e) => {
-                let items = e.elems.iter().map(|x| self.expression(x)).collect();
+                let items: Vec<Value> = e.elems.iter().map(|x| self.expression(x)).collect();
+                self.all_of_one_type(&items);
                 self.bounded(Value::array(items), Place::of(e))
             }
             Expr::Repeat(e) => self.repeat(e),
@@ -151,10 +153,7 @@ impl<'a> Elaborator<'a> {
             Expr::Loop(e) => {
                 (e.loop_token.span.into(), "`loop`s", "write a `for` loop over a range known at compile time")
             }
-            Expr::Macro(e) => {
-                let name = crate::syntax::path_text(&e.mac.path);
-                return self.fail(Place::of(&e.mac.path), &messages::macro_in_model(name));
-            }
+            Expr::Macro(e) => return self.macro_call(&e.mac),
             Expr::Try(e) => (e.question_token.span().into(), "`?`", "a model's functions return plain values"),
             Expr::Unsafe(e) => (e.unsafe_token.span.into(), "`unsafe` blocks", "write the expression itself"),
             Expr::Async(_) | Expr::Await(_) | Expr::Yield(_) => {
@@ -172,6 +171,23 @@ impl<'a> Elaborator<'a> {
         self.fail(place, &messages::unsupported(what, remedy))
     }
 
+    /// What a macro expands to is not seen; for those of std it is known what else to do.
+    pub(super) fn macro_call(&mut self, call: &syn::Macro) -> Value {
+        let name = crate::syntax::path_text(&call.path);
+        let remedy = match call.path.segments.last().map(|s| s.ident.to_string()).unwrap_or_default().as_str() {
+            "println" | "print" | "eprintln" | "eprint" | "dbg" => {
+                "remove it, and mark what you want to see `#[output]`"
+            }
+            "assert" | "assert_eq" | "assert_ne" | "debug_assert" | "debug_assert_eq" | "debug_assert_ne" => {
+                "check parameters where the model is made"
+            }
+            "panic" | "unreachable" | "todo" | "unimplemented" => "give every case a value",
+            "vec" => "write an array, `[..]`",
+            _ => "write its code out",
+        };
+        self.fail(Place::of(&call.path), &messages::macro_in_model(name, remedy))
+    }
+
     fn literal(&mut self, lit: &Lit) -> Value {
         match lit {
             Lit::Float(x) => match Number::parse(x.base10_digits()) {
@@ -183,7 +199,7 @@ impl<'a> Elaborator<'a> {
                 _ => self.fail(lit.span(), &messages::not_finite(format!("`{x}`"))),
             },
             Lit::Int(x) => match x.base10_parse::<i64>() {
-                Ok(n) => Value::integer(n.into()),
+                Ok(n) => self.integer_literal(n.into(), x.suffix()),
                 Err(_) => self.fail(lit.span(), &messages::integer_too_large(x)),
             },
             Lit::Bool(b) => Value::Condition(Condition::Known(b.value)),
@@ -225,6 +241,13 @@ impl<'a> Elaborator<'a> {
             return self.fail(at, &messages::caret_as_power());
         }
         let left = self.expression(&e.left);
+        match (&e.op, &left) {
+            // As Rust does: what stands on the right may hold only where this does not decide, as in `i > 0 && a[i - 1] > 0.0`.
+            (And(_), Value::Condition(Condition::Known(false))) | (Or(_), Value::Condition(Condition::Known(true))) => {
+                return left;
+            }
+            _ => {}
+        }
         let right = self.expression(&e.right);
         match (&e.op, left, right) {
             (_, Value::Poison, _) | (_, _, Value::Poison) => Value::Poison,
@@ -241,24 +264,19 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Integers become real numbers; everything else that `as` can do to real numbers rounds.
+    /// Integers become real numbers or other integers; everything else that `as` can do to real numbers rounds.
     fn cast(&mut self, e: &'a syn::ExprCast) -> Value {
         let value = self.expression(&e.expr);
         let name = match &*e.ty {
             Type::Path(path) => path.path.get_ident().map(ToString::to_string).unwrap_or_default(),
             _ => String::new(),
         };
-        match (value, name.as_str()) {
-            (Value::Poison, _) => Value::Poison,
-            (Value::Integer(i), "f64") => self.real(i),
-            (Value::Integer(i), "usize" | "u64" | "u32" | "u16" | "u8") if i.value < 0 => {
-                self.fail(e.as_token.span, &messages::negative_index(i.value))
-            }
-            (Value::Integer(i), "usize" | "u64" | "u32" | "u16" | "u8" | "isize" | "i64" | "i32" | "i16" | "i8") => {
-                Value::Integer(i)
-            }
-            (value @ Value::Scalar(_), "f64") => value,
-            (value, _) => {
+        match (value, name.as_str(), IntegerType::named(&name)) {
+            (Value::Poison, ..) => Value::Poison,
+            (Value::Integer(i), "f64", _) => self.real(i),
+            (Value::Integer(i), _, Some(ty)) => self.integer_cast(i, ty, e.as_token.span),
+            (value @ Value::Scalar(_), "f64", _) => value,
+            (value, ..) => {
                 let to = e.ty.to_token_stream();
                 self.fail(e.as_token.span, &messages::cast(value.shape(), to))
             }
@@ -268,7 +286,9 @@ impl<'a> Elaborator<'a> {
     /// `[x; n]`.
     fn repeat(&mut self, e: &'a syn::ExprRepeat) -> Value {
         let value = self.expression(&e.expr);
-        match self.expression(&e.len) {
+        let length = self.expression(&e.len);
+        self.is_of(&length, TypeOf::USIZE);
+        match length {
             Value::Poison => Value::Poison,
             Value::Integer(n) if (0..=super::control::MAX_ITERATIONS).contains(&n.value) => {
                 if n.value.saturating_mul(value.size() as i128) > super::control::MAX_ITERATIONS {
@@ -345,6 +365,7 @@ impl<'a> Elaborator<'a> {
     /// An element of a value.
     pub(super) fn element(&mut self, base: &Value, index: &Value, at: &Expr) -> Value {
         let pick = |i: i128, n: usize| usize::try_from(i).ok().filter(|i| *i < n);
+        self.is_of(index, TypeOf::USIZE);
         match (base, index) {
             (Value::Poison, _) | (_, Value::Poison) => Value::Poison,
             (Value::Array(items) | Value::Sequence(items), Value::Integer(i)) => match pick(i.value, items.len()) {
@@ -415,7 +436,7 @@ impl<'a> Elaborator<'a> {
             None => None,
             Some(expr) => match this.expression(expr) {
                 Value::Poison => Some(None),
-                Value::Integer(i) => Some(Some(i.value)),
+                Value::Integer(i) => Some(Some(i)),
                 other => {
                     this.diagnostics.error(Place::of(expr), &messages::loop_bound(other.shape()));
                     Some(None)
@@ -428,13 +449,16 @@ impl<'a> Elaborator<'a> {
             return self.fail(Place::of(e), &messages::open_range());
         };
         let (Some(start), Some(end)) = (start, end) else { return Value::Poison };
+        let ty = self.one_type(&start, &end);
+        let (start, end) = (start.value, end.value);
         let end = if matches!(e.limits, syn::RangeLimits::Closed(_)) { end + 1 } else { end };
         if end - start > super::control::MAX_ITERATIONS {
             return self
                 .fail(Place::of(e), &messages::too_many_iterations(end - start, super::control::MAX_ITERATIONS));
         }
         self.steps += usize::try_from(end - start).unwrap_or(0);
-        Value::Sequence(Rc::new((start..end).map(Value::integer).collect()))
+        let item = |value| Value::Integer(Integer { value, truncated: None, ty });
+        Value::Sequence(Rc::new((start..end).map(item).collect()))
     }
 }
 

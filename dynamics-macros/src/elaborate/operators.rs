@@ -68,7 +68,7 @@ impl Elaborator<'_> {
         if left.is_poison() || right.is_poison() {
             return Value::Poison;
         }
-        match (op, self.mixed(left, right)) {
+        match (op, self.mixed(op.sign(), left, right, at)) {
             (_, (Value::Poison, _) | (_, Value::Poison)) => Value::Poison,
             (op, (Value::Integer(a), Value::Integer(b))) => self.integers(op, a, b, at),
             (Add | Sub, (Value::Scalar(a), Value::Scalar(b))) => self.sum(op, &a, &b, at).into(),
@@ -109,14 +109,18 @@ impl Elaborator<'_> {
         }
     }
 
-    /// Integers that meet real numbers become such. (Where that is no Rust, rustc says so.)
-    fn mixed(&mut self, left: Value, right: Value) -> (Value, Value) {
-        match (&left, &right) {
-            (Value::Integer(_), Value::Integer(_)) => (left, right),
-            (Value::Integer(i), _) => (self.real(*i), right),
-            (_, Value::Integer(i)) => (left, self.real(*i)),
-            _ => (left, right),
+    /// Integers do not meet real numbers in Rust.
+    fn mixed(&mut self, sign: &str, left: Value, right: Value, at: Span) -> (Value, Value) {
+        let (integer, other) = match (&left, &right) {
+            (Value::Integer(_), Value::Integer(_)) => return (left, right),
+            (Value::Integer(i), other) | (other, Value::Integer(i)) => (*i, other.shape()),
+            _ => return (left, right),
+        };
+        // A remainder that was dropped on the way is the first mistake.
+        if !self.real(integer).is_poison() {
+            self.fail(at, &messages::integer_with_real(sign, integer.value, other));
         }
+        (Value::Poison, Value::Poison)
     }
 
     /// An integer as a real number; an error where a division before has dropped its remainder.
@@ -124,9 +128,10 @@ impl Elaborator<'_> {
         if let Some(at) = integer.truncated {
             return self.fail(at, &messages::integer_division(integer.value));
         }
-        match i64::try_from(integer.value) {
-            Ok(n) => self.number(Number::integer(n)).into(),
-            Err(_) => self.number(Number::Float(integer.value as f64)).into(),
+        // Above 2⁵³ `as f64` rounds.
+        match i64::try_from(integer.value).ok().filter(|n| n.unsigned_abs() <= 1 << f64::MANTISSA_DIGITS) {
+            Some(n) => self.number(Number::integer(n)).into(),
+            None => self.number(Number::Float(integer.value as f64)).into(),
         }
     }
 
@@ -138,13 +143,13 @@ impl Elaborator<'_> {
             Operator::Div => a.value.checked_div(b.value),
             Operator::Rem => a.value.checked_rem(b.value),
         };
-        // Past 64 bits no integer type of Rust that counts or indexes would hold it.
-        let Some(value) = value.filter(|v| v.unsigned_abs() < 1 << 64) else {
+        let ty = self.one_type(&a, &b);
+        let Some(value) = value else {
             return self.fail(at, &messages::integer_overflow(op.sign(), a.value, b.value));
         };
         let inexact = op == Operator::Div && a.value % b.value != 0;
         let truncated = if inexact { Some(at) } else { a.truncated.or(b.truncated) };
-        Value::Integer(Integer { value, truncated })
+        self.held(Integer { value, truncated, ty }, op.sign(), at)
     }
 
     /// a ± b.
@@ -242,11 +247,11 @@ impl Elaborator<'_> {
             None => self.negative(x),
         };
         let mut term = |t: &Term| match t {
-            Term::At { point, vector } => {
-                Term::At { point: point.clone(), vector: vector.iter().map(&mut scale).collect() }
+            Term::At { point, vector, place } => {
+                Term::At { point: point.clone(), vector: vector.iter().map(&mut scale).collect(), place: *place }
             }
-            Term::Along { expression, magnitude } => {
-                Term::Along { expression: expression.clone(), magnitude: scale(magnitude) }
+            Term::Along { expression, magnitude, place } => {
+                Term::Along { expression: expression.clone(), magnitude: scale(magnitude), place: *place }
             }
         };
         terms.iter().map(&mut term).collect()
@@ -256,7 +261,10 @@ impl Elaborator<'_> {
     pub(super) fn negated(&mut self, value: Value, at: Span) -> Value {
         match value {
             Value::Poison => Value::Poison,
-            Value::Integer(i) => Value::Integer(Integer { value: -i.value, ..i }),
+            Value::Integer(i) => match i.value.checked_neg() {
+                Some(value) => self.held(Integer { value, ..i }, "-", at),
+                None => self.fail(at, &messages::integer_overflow("-", 0, i.value)),
+            },
             Value::Scalar(s) => self.negative(&s).into(),
             Value::Vector(v) => Value::Vector(v.iter().map(|x| self.negative(x)).collect()),
             Value::Matrix(m) => self.matrix_map(&m, |e, x| Some(e.negative(x))).unwrap_or(Value::Poison),
@@ -271,8 +279,9 @@ impl Elaborator<'_> {
         if left.is_poison() || right.is_poison() {
             return Value::Poison;
         }
-        let (a, b) = match self.mixed(left, right) {
+        let (a, b) = match self.mixed(&quote::ToTokens::to_token_stream(op).to_string(), left, right, at) {
             (Value::Integer(a), Value::Integer(b)) => {
+                self.one_type(&a, &b);
                 let (a, b) = (a.value, b.value);
                 return Value::Condition(Condition::Known(match op {
                     Lt(_) => a < b,

@@ -57,6 +57,29 @@ impl Origins {
         self.report(findings, model, diagnostics);
     }
 
+    /// Findings in words, each with its place.
+    pub(crate) fn beside(&self, findings: Vec<Finding>) -> Vec<(Message, Option<Place>)> {
+        let described = findings.iter().map(describe);
+        described.map(|(message, origins)| (message, origins.first().and_then(|o| self.place(*o)))).collect()
+    }
+
+    /// Says what the engine found, where the first of the terms is of which it finds the same.
+    pub(crate) fn report_at_terms(
+        &self,
+        findings: Vec<Finding>,
+        of_terms: &[(Message, Option<Place>)],
+        model: Place,
+        diagnostics: &mut Diagnostics,
+    ) {
+        for finding in findings {
+            let said = describe(&finding).0;
+            match of_terms.iter().find(|(message, _)| *message == said) {
+                Some((_, Some(place))) if of_a_sum(&finding) => diagnostics.error(*place, &said),
+                _ => self.report(vec![finding], model, diagnostics),
+            }
+        }
+    }
+
     /// Says what the engine found, each at its place, or at the struct's name where it has none.
     pub(crate) fn report(&self, findings: Vec<Finding>, model: Place, diagnostics: &mut Diagnostics) {
         for finding in findings {
@@ -76,6 +99,12 @@ impl Origins {
             _ => None,
         }
     }
+}
+
+/// Whether a finding is about an energy or a force, of which one term may be the cause.
+fn of_a_sum(finding: &Finding) -> bool {
+    use Finding::{Contains, EnergyJumps, NoEffect, NotQuadratic};
+    matches!(finding, Contains { .. } | EnergyJumps { .. } | NoEffect { .. } | NotQuadratic { .. })
 }
 
 /// `1 speed`, `2 speeds`.

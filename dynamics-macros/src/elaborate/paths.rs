@@ -1,6 +1,11 @@
 //! Names: variables, constants, parameters, coordinates.
+//!
+//! What a path outside of the block means, only rustc knows. A path that ends like a constant of std's is taken for it, and noted: the emitted code
+//! asserts where it stands that rustc finds std's there, too (`emit/constants.rs`).
 
 use dynamics_symbolic::graph::Number;
+use proc_macro2::TokenStream;
+use quote::{ToTokens, quote};
 use syn::{ExprPath, Ident};
 
 use super::Elaborator;
@@ -35,6 +40,51 @@ const MATHEMATICS: &[(&str, f64)] = {
     ]
 };
 
+/// Elements of an array of constants that are compared with what rustc has.
+const MOST_ELEMENTS: usize = 64;
+
+/// A path that was taken for a constant of std's.
+#[derive(Clone, Debug)]
+pub(crate) struct TakenForStd {
+    pub(crate) within: Within,
+    /// The path without spaces.
+    pub(crate) text: String,
+    pub(crate) path: syn::Path,
+    /// The constant's name.
+    pub(crate) name: String,
+    pub(crate) value: f64,
+}
+
+/// Where a path stands, by index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Within {
+    Function(usize),
+    Constant(usize),
+}
+
+/// A constant of the block, with how its numbers are reached from it.
+#[derive(Clone, Debug)]
+pub(crate) struct FollowedConstant {
+    pub(crate) name: Ident,
+    pub(crate) parts: Vec<(TokenStream, Followed)>,
+}
+
+/// The number that a constant is, as the equations have it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Followed {
+    Integer(i128),
+    Real(f64),
+}
+
+fn is_mathematical(name: &Ident) -> bool {
+    MATHEMATICS.iter().any(|(known, _)| name == known)
+}
+
+/// Whether a segment of a path is named like a module.
+fn is_module(name: &Ident) -> bool {
+    name.to_string().starts_with(|c: char| c.is_lowercase() || c == '_')
+}
+
 /// The axes of one of the twelve sequences: three letters, no two neighbours alike.
 fn sequence(name: &str) -> Option<[usize; 3]> {
     let mut letters = name.chars();
@@ -49,40 +99,105 @@ impl Elaborator<'_> {
         let segments: Vec<&Ident> = e.path.segments.iter().map(|s| &s.ident).collect();
         let place = Place::of(&e.path);
         match segments.as_slice() {
-            [name] => self.name(name),
+            [name] => self.name(name, &e.path),
             [ty, name] if *ty == "Self" || **ty == self.declaration.name => self.constant(name),
-            [.., module, name] if *module == "consts" => self.mathematics(name, place),
+            [.., module, name] if *module == "consts" => self.mathematics(name, &e.path),
+            [.., ty, name] if *ty == "f64" || *ty == "f32" => self.limit_of_f64(name, &e.path),
+            // A module, or an alias of one: `use std::f64::consts as c`.
+            [.., ty, name] if is_module(ty) && is_mathematical(name) => self.mathematics(name, &e.path),
             [.., ty, name] => self.associated_constant(ty, name, place),
             [] => Value::Poison,
         }
     }
 
     /// A variable, or one of the mathematical constants where imported.
-    fn name(&mut self, name: &Ident) -> Value {
+    fn name(&mut self, name: &Ident, path: &syn::Path) -> Value {
         let text = name.to_string();
         match self.frame().find(&text).cloned() {
             Some(Value::Unset) => self.fail(name.span(), &messages::unset_variable(name)),
             Some(value) => value,
-            None if MATHEMATICS.iter().any(|(known, _)| *known == text) => self.mathematics(name, name.span().into()),
+            None if is_mathematical(name) => self.mathematics(name, path),
             None if self.implementation.constants.iter().any(|c| c.name == text) => {
                 self.fail(name.span(), &messages::constant_without_self(name))
             }
-            None if text.chars().all(|c| !c.is_lowercase()) && text.len() > 1 => {
+            None if text.starts_with(char::is_uppercase) && text.chars().all(|c| !c.is_lowercase()) => {
                 self.fail(name.span(), &messages::foreign_constant(name))
             }
             None => self.unknown_variable(name),
         }
     }
 
-    fn mathematics(&mut self, name: &Ident, place: Place) -> Value {
+    fn mathematics(&mut self, name: &Ident, path: &syn::Path) -> Value {
         let known = MATHEMATICS.iter().find(|(known, _)| name == known);
         match known {
-            Some((_, value)) => self.number(Number::Float(*value)).into(),
+            Some((_, value)) => self.taken_for(name, path, *value),
             None => {
                 let names = MATHEMATICS.iter().map(|(known, _)| *known);
-                let hint = crate::suggest::did_you_mean_only(&name.to_string(), names);
-                self.fail(place, &messages::unknown_name(name, hint))
+                match crate::suggest::nearest(&name.to_string(), names) {
+                    Some(best) => {
+                        let hint = format!("did you mean `{best}`?");
+                        self.fail(Place::of(path), &messages::unknown_name(name, hint))
+                    }
+                    None => self.fail(Place::of(path), &messages::foreign_constant(crate::syntax::path_text(path))),
+                }
             }
+        }
+    }
+
+    /// `f64::EPSILON`, and the like.
+    fn limit_of_f64(&mut self, name: &Ident, path: &syn::Path) -> Value {
+        match name.to_string().as_str() {
+            "EPSILON" => self.taken_for(name, path, f64::EPSILON),
+            "MIN_POSITIVE" => self.taken_for(name, path, f64::MIN_POSITIVE),
+            "NAN" | "INFINITY" | "NEG_INFINITY" => {
+                self.fail(Place::of(path), &messages::not_finite(format!("`f64::{name}`")))
+            }
+            _ => self.fail(Place::of(path), &messages::foreign_constant(crate::syntax::path_text(path))),
+        }
+    }
+
+    /// A path that looks like std's constant of this value.
+    fn taken_for(&mut self, name: &Ident, path: &syn::Path, value: f64) -> Value {
+        let frame = self.frame();
+        // The library's own words are the runtime's, where they are compiled.
+        let within = match (frame.function, frame.constant) {
+            _ if frame.of.is_some() => None,
+            (Some(function), _) => Some(Within::Function(function)),
+            (None, Some(constant)) => Some(Within::Constant(constant)),
+            (None, None) => None,
+        };
+        if let Some(within) = within {
+            let text = crate::syntax::path_text(path);
+            if !self.taken.iter().any(|known| known.within == within && known.text == text) {
+                self.taken.push(TakenForStd { within, text, path: path.clone(), name: name.to_string(), value });
+            }
+        }
+        self.number(Number::Float(value)).into()
+    }
+
+    /// The constants of the block that were evaluated, number by number.
+    pub(super) fn followed(&self) -> Vec<FollowedConstant> {
+        let mut all = Vec::new();
+        for (constant, value) in self.implementation.constants.iter().zip(&self.constants) {
+            let mut parts = Vec::new();
+            if let Some(value) = value {
+                self.numbers_in(value, TokenStream::new(), &mut parts);
+            }
+            all.push(FollowedConstant { name: constant.name.clone(), parts });
+        }
+        all
+    }
+
+    fn numbers_in(&self, value: &Value, access: TokenStream, parts: &mut Vec<(TokenStream, Followed)>) {
+        match value {
+            Value::Integer(i) => parts.push((access, Followed::Integer(i.value))),
+            Value::Scalar(x) => parts.extend(self.value_of(x).map(|x| (access, Followed::Real(x)))),
+            Value::Array(items) => {
+                for (i, item) in items.iter().enumerate().take(MOST_ELEMENTS) {
+                    self.numbers_in(item, quote!(#access[#i]), parts);
+                }
+            }
+            _ => {}
         }
     }
 
@@ -104,11 +219,6 @@ impl Elaborator<'_> {
                 None => self.fail(place, &messages::foreign_constant(format!("{ty}::{name}"))),
             },
             ("Force", "ZERO", _) => Value::Force(std::rc::Rc::default()),
-            ("f64", "EPSILON", _) => self.number(Number::Float(f64::EPSILON)).into(),
-            ("f64", "MIN_POSITIVE", _) => self.number(Number::Float(f64::MIN_POSITIVE)).into(),
-            ("f64", "NAN" | "INFINITY" | "NEG_INFINITY", _) => {
-                self.fail(place, &messages::not_finite(format!("`f64::{name}`")))
-            }
             _ => self.fail(place, &messages::foreign_constant(format!("{ty}::{name}"))),
         }
     }
@@ -118,7 +228,10 @@ impl Elaborator<'_> {
         let implementation = self.implementation;
         let Some(index) = implementation.constants.iter().position(|c| c.name == *name) else {
             let known: Vec<String> = implementation.constants.iter().map(|c| c.name.to_string()).collect();
-            let hint = crate::suggest::did_you_mean_only(&name.to_string(), known.iter().map(String::as_str));
+            let hint = match crate::suggest::nearest(&name.to_string(), known.iter().map(String::as_str)) {
+                Some(best) => format!("did you mean `{best}`?"),
+                None => "move it into this block from another `impl`, which the macro does not see".into(),
+            };
             return self.fail(name.span(), &messages::unknown_constant(name, hint));
         };
         match self.constants.get(index) {
@@ -128,9 +241,12 @@ impl Elaborator<'_> {
         }
         // A constant that needs itself is rustc's to report: it is poison while it is evaluated.
         self.constants[index] = Some(Value::Poison);
-        self.frames.push(Frame::default());
-        let expr = &implementation.constants[index].item.expr;
-        let mut value = self.expression(expr);
+        self.frames.push(Frame { constant: Some(index), ..Frame::default() });
+        let item = &implementation.constants[index].item;
+        self.refuse_single_precision(item.ty.to_token_stream());
+        self.refuse_single_precision(item.expr.to_token_stream());
+        let mut value = self.expression(&item.expr);
+        self.declared_as(&value, &item.ty);
         self.frames.pop();
         if let Value::Scalar(Scalar { node, .. }) = value {
             let unit = self.unknown_unit(&format!("Self::{name}"));

@@ -21,7 +21,10 @@ impl<'a> Elaborator<'a> {
                 }
                 self.frame().declare(ident.ident.to_string(), value);
             }
-            Pat::Type(typed) => self.bind(&typed.pat, value),
+            Pat::Type(typed) => {
+                self.declared_as(&value, &typed.ty);
+                self.bind(&typed.pat, value);
+            }
             Pat::Paren(inner) => self.bind(&inner.pat, value),
             Pat::Reference(inner) => self.bind(&inner.pat, value),
             Pat::Tuple(tuple) => self.bind_parts(tuple.elems.iter(), value, pattern),

@@ -4,18 +4,19 @@ use dynamics_symbolic::check::units::Dimension;
 use dynamics_symbolic::mechanics::{Energy, EnergyRole, Event, Force, ForceTerm, Output};
 use syn::{ReceiverKind, Type};
 
-use super::Elaborator;
 use super::dimensions::product;
 use super::scope::{Flow, Frame};
 use super::values::{Scalar, Term, UnitOf, Value};
+use super::{Elaborator, Sums};
 use crate::diagnostics::Place;
 use crate::messages;
-use crate::syntax::{Function, Role};
+use crate::syntax::{Function, Quantity, Role};
 
 impl<'a> Elaborator<'a> {
     /// All functions with a role: the constraints first, since their rows have to be known where a reaction is read.
     pub(super) fn roles(&mut self) {
         self.check_something_moves();
+        self.check_result_names();
         let implementation = self.implementation;
         for wanted in [
             |role| role == Role::Holonomic,
@@ -66,6 +67,39 @@ impl<'a> Elaborator<'a> {
         }
     }
 
+    /// Tables, plots and analyses find outputs and events by name, beside what the model moves by.
+    fn check_result_names(&mut self) {
+        let declaration = self.declaration;
+        let plain = |name: &dyn ToString| name.to_string().trim_start_matches("r#").to_owned();
+        let quantities = |all: &[Quantity], what: &'static str| -> Vec<(String, String)> {
+            all.iter().map(|quantity| (plain(&quantity.name), what.to_owned())).collect()
+        };
+        let mut taken = quantities(&declaration.coordinates, "a coordinate");
+        for (suffix, what) in [("_rate", "the rate"), ("_acceleration", "the acceleration")] {
+            for (name, _) in quantities(&declaration.coordinates, "") {
+                taken.push((format!("{name}{suffix}"), format!("{what} of `{name}`")));
+            }
+        }
+        taken.extend(quantities(&declaration.speeds, "a speed"));
+        taken.extend(quantities(&declaration.inputs, "an input"));
+        let moving = taken.len();
+        taken.extend(declaration.fields.iter().map(|field| (plain(&field.name), "a parameter".to_owned())));
+        taken
+            .extend([("t".to_owned(), "the time".to_owned()), ("energy".to_owned(), "the energy function".to_owned())]);
+        for function in &self.implementation.functions {
+            let name = plain(&function.name);
+            // An event is asked for where nothing else than events is; beside what moves it would be misread.
+            let taken = match function.role {
+                Role::Output => &taken[..],
+                Role::Event => &taken[..moving],
+                _ => continue,
+            };
+            if let Some((_, other)) = taken.iter().find(|(known, _)| *known == name) {
+                self.diagnostics.error(function.name.span(), &messages::result_name(name, function.role.name(), other));
+            }
+        }
+    }
+
     /// Roles are called by the solver: with the model, the coordinates, and nothing else.
     fn check_signature(&mut self, function: &Function) -> bool {
         let signature = &function.item.sig;
@@ -105,7 +139,7 @@ impl<'a> Elaborator<'a> {
 
     /// The value of a function with a role.
     fn run(&mut self, index: usize, function: &'a Function) -> Value {
-        self.reached.insert(index);
+        self.reach(index);
         self.frames.push(Frame { function: Some(index), scopes: vec![Vec::new()], ..Frame::default() });
         for (input, value) in function.item.sig.inputs.iter().zip([Value::Model, Value::Coordinates]) {
             match input {
@@ -128,7 +162,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Adds a role's value to the model.
-    fn take(&mut self, index: usize, function: &Function, value: Value) {
+    fn take(&mut self, index: usize, function: &'a Function, value: Value) {
         let place = Place::from(function.name.span());
         let energy = |role| (role, Dimension::ENERGY);
         match function.role {
@@ -136,7 +170,7 @@ impl<'a> Elaborator<'a> {
             Role::Potential => self.energy(function, value, energy(EnergyRole::Potential)),
             Role::Lagrangian => self.energy(function, value, energy(EnergyRole::Lagrangian)),
             Role::Dissipation => self.energy(function, value, (EnergyRole::Dissipation, Dimension::POWER)),
-            Role::Force => self.force(function, value, place),
+            Role::Force => self.force(function, value),
             Role::Holonomic | Role::Nonholonomic => self.constraint(index, function, value),
             Role::Kinematic => self.kinematic(function, value),
             Role::Output => self.output(function, value, place),
@@ -149,20 +183,23 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn energy(&mut self, function: &Function, value: Value, (role, dimension): (EnergyRole, Dimension)) {
-        let place = Place::from(function.name.span());
+    fn energy(&mut self, function: &'a Function, value: Value, (role, dimension): (EnergyRole, Dimension)) {
         let Some(scalar) = self.result_scalar(function, value) else { return };
         let unit = self.known_unit(dimension);
         let what = if dimension == Dimension::ENERGY { "an energy" } else { "a power" };
         let message = |found, expected| messages::unit_of_role(&function.name, found, what, expected);
-        if self.equate(&scalar.unit, &unit, place, message).is_none() {
+        if self.equate(&scalar.unit, &unit, returned(function), message).is_none() {
             return;
         }
-        let origin = self.origins.add(place);
-        self.model.energies.push(Energy { name: function.name.to_string(), role, node: scalar.node, origin });
+        let apart = if self.sums == Sums::Apart { self.terms_of(function) } else { Vec::new() };
+        let terms = if apart.is_empty() { vec![(scalar.node, returned(function))] } else { apart };
+        for (node, place) in terms {
+            let origin = self.origins.add(place);
+            self.model.energies.push(Energy { name: function.name.to_string(), role, node, origin });
+        }
     }
 
-    fn force(&mut self, function: &Function, value: Value, place: Place) {
+    fn force(&mut self, function: &Function, value: Value) {
         let terms = match value {
             Value::Force(terms) => terms,
             other => return self.wrong_result(function, "a `Force`", &other),
@@ -171,27 +208,37 @@ impl<'a> Elaborator<'a> {
         let mut made = Vec::new();
         for term in terms.iter() {
             let units: Vec<UnitOf> = match term {
-                Term::At { point, vector } => {
+                Term::At { point, vector, .. } => {
                     point.iter().zip(vector).map(|(p, v)| product(&p.unit, &v.unit)).collect()
                 }
-                Term::Along { expression, magnitude } => vec![product(&expression.unit, &magnitude.unit)],
+                Term::Along { expression, magnitude, .. } => vec![product(&expression.unit, &magnitude.unit)],
             };
             for unit in units {
                 let message = |found, expected| messages::unit_of_force(&function.name, found, expected);
-                if self.equate(&unit, &energy, place, message).is_none() {
+                let (Term::At { place, .. } | Term::Along { place, .. }) = term;
+                if self.equate(&unit, &energy, *place, message).is_none() {
                     return;
                 }
             }
             let nodes = |scalars: &[Scalar]| scalars.iter().map(|s| s.node).collect();
             made.push(match term {
-                Term::At { point, vector } => ForceTerm::At { point: nodes(point), vector: nodes(vector) },
-                Term::Along { expression, magnitude } => {
+                Term::At { point, vector, .. } => ForceTerm::At { point: nodes(point), vector: nodes(vector) },
+                Term::Along { expression, magnitude, .. } => {
                     ForceTerm::Along { expression: expression.node, magnitude: magnitude.node }
                 }
             });
         }
-        let origin = self.origins.add(place);
-        self.model.forces.push(Force { name: function.name.to_string(), terms: made, origin });
+        let name = function.name.to_string();
+        if self.sums == Sums::Whole {
+            let origin = self.origins.add(returned(function));
+            self.model.forces.push(Force { name, terms: made, origin });
+            return;
+        }
+        for (term, made) in terms.iter().zip(made) {
+            let (Term::At { place, .. } | Term::Along { place, .. }) = term;
+            let origin = self.origins.add(*place);
+            self.model.forces.push(Force { name: name.clone(), terms: vec![made], origin });
+        }
     }
 
     fn output(&mut self, function: &Function, value: Value, place: Place) {
@@ -232,6 +279,11 @@ impl<'a> Elaborator<'a> {
         let role = function.role.name();
         self.diagnostics.error(place, &messages::role_result(role, expected, found.shape()));
     }
+}
+
+/// Where the value of a function stands; its name where it ends otherwise than with an expression.
+fn returned(function: &Function) -> Place {
+    super::terms::returned(function).map_or_else(|| function.name.span().into(), Place::of)
 }
 
 /// Scalar components of an output or a constraint with their suffixes; false where it holds something else.

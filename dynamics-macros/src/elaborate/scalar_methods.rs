@@ -7,8 +7,9 @@ use syn::Ident;
 use super::Elaborator;
 use super::calls::Argument;
 use super::dimensions::power;
+use super::integers::TypeOf;
 use super::operators::Operator;
-use super::values::{Integer, Scalar, Value};
+use super::values::{Scalar, Value};
 use crate::messages;
 
 /// What a function does to units.
@@ -48,9 +49,6 @@ pub(crate) const SCALAR_METHODS: &[&str] = &[
     "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "ln", "sqrt", "cbrt", "abs", "signum",
     "recip", "sin_cos", "powi", "powf", "atan2", "hypot", "min", "max", "clamp", "mul_add", "dt",
 ];
-
-/// Methods of integers that are known while the macro runs.
-const INTEGER_METHODS: &[&str] = &["pow", "min", "max", "abs"];
 
 /// Largest power that is multiplied out.
 const MAX_POWER: i128 = 1000;
@@ -171,7 +169,10 @@ impl Elaborator<'_> {
     /// `x.powi(n)`.
     fn integer_power(&mut self, x: &Scalar, arguments: Vec<Argument>, name: &Ident) -> Value {
         let n = match arguments.first() {
-            Some((Value::Integer(i), _)) => i.value,
+            Some((exponent @ Value::Integer(i), _)) => {
+                self.is_of(exponent, TypeOf::I32);
+                i.value
+            }
             Some((other, place)) => {
                 let message = messages::expected_shape("an integer known at compile time", other.shape());
                 return self.fail(*place, &message);
@@ -222,30 +223,6 @@ impl Elaborator<'_> {
                 let unit = self.dimensionless();
                 Some(Scalar { node: self.model.graph.binary(Binary::Powf, x.node, y.node), unit })
             }
-        }
-    }
-
-    pub(super) fn integer_method(&mut self, i: Integer, name: &Ident, arguments: Vec<Argument>) -> Value {
-        let text = name.to_string();
-        if SCALAR_METHODS.contains(&text.as_str()) && !INTEGER_METHODS.contains(&text.as_str()) {
-            // `2.sqrt()` is no Rust: rustc says so at the same place.
-            let Value::Scalar(x) = self.real(i) else { return Value::Poison };
-            return self.scalar_method(x, name, arguments);
-        }
-        let values: Vec<Option<i128>> = arguments
-            .iter()
-            .map(|(value, _)| if let Value::Integer(i) = value { Some(i.value) } else { None })
-            .collect();
-        let value = match (text.as_str(), values.as_slice()) {
-            ("abs", []) => Some(i.value.abs()),
-            ("min", [Some(j)]) => Some(i.value.min(*j)),
-            ("max", [Some(j)]) => Some(i.value.max(*j)),
-            ("pow", [Some(j)]) => u32::try_from(*j).ok().filter(|j| *j < 64).and_then(|j| i.value.checked_pow(j)),
-            _ => return self.unknown_method(&Value::Integer(i), name, INTEGER_METHODS),
-        };
-        match value.filter(|v| v.unsigned_abs() < 1 << 64) {
-            Some(value) => Value::Integer(Integer { value, ..i }),
-            None => self.fail(name.span(), &messages::integer_overflow(&text, i.value, "its argument")),
         }
     }
 

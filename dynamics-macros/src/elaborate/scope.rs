@@ -22,6 +22,8 @@ pub(super) enum Flow {
 pub(super) struct Frame {
     /// Index of the function; `None` while a constant is evaluated.
     pub(super) function: Option<usize>,
+    /// Index of the constant that is being evaluated.
+    pub(super) constant: Option<usize>,
     /// The library type whose function this is.
     pub(super) of: Option<usize>,
     pub(super) scopes: Vec<Vec<Variable>>,

@@ -6,13 +6,27 @@ use syn::Ident;
 
 use super::Elaborator;
 use super::calls::Argument;
+use super::integers::TypeOf;
 use super::operators::Operator;
-use super::values::Value;
+use super::values::{Condition, Value};
 use crate::messages;
 
 const ARRAY_METHODS: &[&str] = &["len", "iter", "into_iter", "dt", "is_empty"];
-const SEQUENCE_METHODS: &[&str] =
-    &["rev", "enumerate", "zip", "skip", "take", "step_by", "copied", "cloned", "iter", "into_iter", "len", "sum"];
+const SEQUENCE_METHODS: &[&str] = &[
+    "rev",
+    "enumerate",
+    "zip",
+    "skip",
+    "take",
+    "step_by",
+    "copied",
+    "cloned",
+    "iter",
+    "into_iter",
+    "len",
+    "sum",
+    "contains",
+];
 
 /// Methods that take closures, which cannot be followed.
 const CLOSURE_METHODS: &[&str] =
@@ -21,7 +35,7 @@ const CLOSURE_METHODS: &[&str] =
 impl Elaborator<'_> {
     pub(super) fn array_method(&mut self, items: Rc<Vec<Value>>, name: &Ident, arguments: Vec<Argument>) -> Value {
         match (name.to_string().as_str(), arguments.len()) {
-            ("len", 0) => Value::integer(items.len() as i128),
+            ("len", 0) => Value::count(items.len()),
             ("iter" | "into_iter", 0) => Value::Sequence(items),
             ("dt", 0) => self.time_derivative(Value::Array(items), name),
             ("iter_mut", _) => self.fail(name.span(), &messages::mutable_iterator()),
@@ -39,13 +53,14 @@ impl Elaborator<'_> {
         let text = name.to_string();
         let made: Vec<Value> = match (text.as_str(), arguments.len()) {
             ("copied" | "cloned" | "iter" | "into_iter", 0) => return Value::Sequence(items),
-            ("len" | "count", 0) => return Value::integer(items.len() as i128),
+            ("len" | "count", 0) => return Value::count(items.len()),
             ("sum", 0) => return self.total(&items, name),
             ("rev", 0) => items.iter().rev().cloned().collect(),
             ("enumerate", 0) => {
-                let pair = |(i, item): (usize, &Value)| Value::tuple(vec![Value::integer(i as i128), item.clone()]);
+                let pair = |(i, item): (usize, &Value)| Value::tuple(vec![Value::count(i), item.clone()]);
                 items.iter().enumerate().map(pair).collect()
             }
+            ("contains", 1) => return self.contains(&items, arguments.remove(0)),
             ("zip", 1) => match arguments.remove(0) {
                 (Value::Array(other) | Value::Sequence(other), _) => {
                     let pair = |(a, b): (&Value, &Value)| Value::tuple(vec![a.clone(), b.clone()]);
@@ -56,6 +71,7 @@ impl Elaborator<'_> {
             },
             ("skip" | "take" | "step_by", 1) => match arguments.remove(0) {
                 (Value::Integer(n), place) => {
+                    self.is_of(&Value::Integer(n), TypeOf::USIZE);
                     let n = usize::try_from(n.value).unwrap_or(0);
                     match text.as_str() {
                         "skip" => items.iter().skip(n).cloned().collect(),
@@ -75,11 +91,24 @@ impl Elaborator<'_> {
         self.bounded(Value::Sequence(Rc::new(made)), name.span())
     }
 
+    /// `(0..n).contains(&i)`.
+    fn contains(&mut self, items: &[Value], (value, place): Argument) -> Value {
+        self.all_of_one_type(&[items.first().cloned().unwrap_or(Value::Unset), value.clone()]);
+        match value {
+            Value::Poison => Value::Poison,
+            Value::Integer(i) => {
+                let found = items.iter().any(|item| matches!(item, Value::Integer(j) if j.value == i.value));
+                Value::Condition(Condition::Known(found))
+            }
+            other => self.fail(place, &messages::expected_shape("an integer", other.shape())),
+        }
+    }
+
     /// `.sum()`.
     fn total(&mut self, items: &[Value], name: &Ident) -> Value {
         let mut items = items.iter().cloned();
         // The sum of nothing has the type that rustc infers for it; zero of scalars is the only one that loops over numbers can mean.
-        let mut sum = items.next().unwrap_or_else(|| Value::integer(0));
+        let mut sum = items.next().unwrap_or_else(|| self.integer_literal(0, ""));
         for item in items {
             sum = self.arithmetic(Operator::Add, sum, item, name.span());
         }

@@ -46,10 +46,7 @@ impl<'a> Elaborator<'a> {
                     let value = self.expression(expr);
                     if semicolon.is_some() { Value::unit() } else { value }
                 }
-                Stmt::Macro(call) => {
-                    let name = crate::syntax::path_text(&call.mac.path);
-                    self.fail(Place::of(&call.mac.path), &messages::macro_in_model(name))
-                }
+                Stmt::Macro(call) => self.macro_call(&call.mac),
             };
             if self.frame().flow.is_some() || self.exhausted {
                 return Value::Poison;
@@ -78,6 +75,7 @@ impl<'a> Elaborator<'a> {
         match item {
             Item::Const(constant) => {
                 let value = self.expression(&constant.expr);
+                self.declared_as(&value, &constant.ty);
                 self.frame().declare(constant.ident.to_string(), value);
             }
             Item::Use(_) => {}
@@ -137,6 +135,7 @@ impl<'a> Elaborator<'a> {
     pub(super) fn assign_compound(&mut self, op: Operator, place: &'a Expr, value: &'a Expr, at: Span) -> Value {
         let right = self.expression(value);
         let left = self.expression(place);
+        self.note_term(Some(place), op, value, &right);
         let new = self.arithmetic(op, left, right, at);
         self.store(place, new)
     }
@@ -147,6 +146,10 @@ impl<'a> Elaborator<'a> {
         let Some(old) = self.frame().find(&name.to_string()).cloned() else {
             return self.unknown_variable(&name);
         };
+        // A variable keeps its type.
+        if steps.is_empty() {
+            self.all_of_one_type(&[old.clone(), new.clone()]);
+        }
         let written = self.written(old, &steps, new);
         if let Some(variable) = self.frame().find_mut(&name.to_string()) {
             *variable = written;
@@ -227,7 +230,10 @@ impl<'a> Elaborator<'a> {
     /// A name that nothing in scope has.
     pub(super) fn unknown_variable(&mut self, name: &syn::Ident) -> Value {
         let known = self.frame().names();
-        let hint = crate::suggest::did_you_mean_only(&name.to_string(), known.iter().map(String::as_str));
+        let hint = match crate::suggest::nearest(&name.to_string(), known.iter().map(String::as_str)) {
+            Some(best) => format!("did you mean `{best}`?"),
+            None => "declare what stands outside of the `impl` as a constant of the `impl`, `Self::NAME`".into(),
+        };
         self.fail(name.span(), &messages::unknown_name(name, hint))
     }
 }

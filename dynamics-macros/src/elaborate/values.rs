@@ -6,6 +6,9 @@ use dynamics_symbolic::check::units::UnitExpr;
 use dynamics_symbolic::graph::{Comparison, FunctionId, NodeId};
 use proc_macro2::Span;
 
+use super::integers::TypeOf;
+use crate::diagnostics::Place;
+
 /// The unit of a value; `None`: any unit at all, as for the literal 0, or no unit is declared in the model.
 pub(super) type UnitOf = Option<Rc<UnitExpr>>;
 
@@ -22,6 +25,7 @@ pub(super) struct Integer {
     pub(super) value: i128,
     /// The division that dropped a remainder on the way here.
     pub(super) truncated: Option<Span>,
+    pub(super) ty: TypeOf,
 }
 
 /// A condition: decided now, or by the values at run time.
@@ -36,8 +40,8 @@ pub(super) enum Condition {
 /// A term of a force.
 #[derive(Clone, Debug)]
 pub(super) enum Term {
-    At { point: Vec<Scalar>, vector: Vec<Scalar> },
-    Along { expression: Scalar, magnitude: Scalar },
+    At { point: Vec<Scalar>, vector: Vec<Scalar>, place: Place },
+    Along { expression: Scalar, magnitude: Scalar, place: Place },
 }
 
 /// A value of a library type.
@@ -86,8 +90,9 @@ impl Value {
     pub(super) fn unit() -> Self {
         Self::Tuple(Rc::default())
     }
-    pub(super) fn integer(value: i128) -> Self {
-        Self::Integer(Integer { value, truncated: None })
+    /// A `usize`.
+    pub(super) fn count(value: usize) -> Self {
+        Self::Integer(Integer { value: value as i128, truncated: None, ty: TypeOf::USIZE })
     }
     pub(super) fn array(values: Vec<Value>) -> Self {
         Self::Array(Rc::new(values))

@@ -10,6 +10,7 @@ use syn::Ident;
 use super::Elaborator;
 use super::calls::Argument;
 use super::dimensions::power;
+use super::integers::TypeOf;
 use super::operators::Operator;
 use super::rotations::{Components, Rows};
 use super::values::{Scalar, Value};
@@ -119,6 +120,7 @@ impl Elaborator<'_> {
             "rotational_energy" => self.rotational_energy(&m, arguments.remove(0), name),
             "row" | "column" => {
                 let (index, place) = arguments.remove(0);
+                self.is_of(&index, TypeOf::USIZE);
                 let k = match index {
                     Value::Integer(i) => match usize::try_from(i.value).ok().filter(|k| *k < 3) {
                         Some(k) => k,

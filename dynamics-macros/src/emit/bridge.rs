@@ -6,8 +6,8 @@
 //! it says in its own words; the names of what it then speaks of are chosen so that these words say what to do.
 
 use proc_macro2::{Span, TokenStream};
-use quote::{format_ident, quote};
-use syn::{Ident, Path};
+use quote::{ToTokens, format_ident, quote};
+use syn::{Ident, Path, Visibility};
 
 use super::Surface;
 use crate::messages;
@@ -15,15 +15,18 @@ use crate::messages;
 /// The macro that carries `item`, the struct without attributes of other macros.
 pub(crate) fn bridge(surface: &Surface, item: &TokenStream) -> TokenStream {
     let private = surface.private();
-    define(&surface.name, &quote!(#private::__model! { { #item } { $($implementation)* } }))
+    define(&surface.name, &surface.vis, &quote!(#private::__model! { { #item } { $($implementation)* } }))
 }
 
 /// The macro of a struct that cannot be read: it drops the impl block.
-pub(crate) fn dead_bridge(name: &Ident) -> TokenStream {
-    define(name, &TokenStream::new())
+pub(crate) fn dead_bridge(name: &Ident, vis: &Visibility) -> TokenStream {
+    define(name, vis, &TokenStream::new())
 }
 
-fn define(name: &Ident, body: &TokenStream) -> TokenStream {
+/// Visible where the struct is, and no further: who imports a private struct is told so, instead of getting the macro alone. (A macro without `#[macro_export]`
+/// cannot be public.)
+fn define(name: &Ident, vis: &Visibility, body: &TokenStream) -> TokenStream {
+    let vis = if matches!(vis, Visibility::Public(_)) { quote!(pub(crate)) } else { vis.to_token_stream() };
     let hidden = format_ident!("__dynamics_model_{}", name);
     quote! {
         #[doc(hidden)]
@@ -33,7 +36,7 @@ fn define(name: &Ident, body: &TokenStream) -> TokenStream {
         }
         #[doc(hidden)]
         #[allow(unused_imports)]
-        pub(crate) use #hidden as #name;
+        #vis use #hidden as #name;
     }
 }
 

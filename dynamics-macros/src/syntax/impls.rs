@@ -146,7 +146,9 @@ pub(crate) fn implementation(mut item: ItemImpl, d: &mut Diagnostics) -> Option<
             ImplItem::Const(constant) => {
                 constants.push(Constant { name: constant.ident.clone(), item: constant.clone() });
             }
-            ImplItem::Macro(call) => d.error(Place::of(&call.mac), &messages::macro_in_model(path(&call.mac.path))),
+            ImplItem::Macro(call) => {
+                d.error(Place::of(&call.mac), &messages::macro_in_model(path(&call.mac.path), "write its code out"))
+            }
             _ => {}
         }
     }

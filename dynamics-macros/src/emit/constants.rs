@@ -1,0 +1,90 @@
+//! Assertions that constants are for rustc what they were for the equations.
+//!
+//! The macro sees no names outside of the block. Where it took a path for a constant of std's, the function or constant that holds the path asserts it,
+//! among the names that are in scope there; and each constant of the block that the model uses is compared with the value that was derived with.
+
+use proc_macro2::{Group, Span, TokenStream, TokenTree};
+use quote::quote;
+use syn::spanned::Spanned;
+use syn::{ImplItem, ItemImpl, Stmt};
+
+use super::Surface;
+use crate::elaborate::{Followed, FollowedConstant, TakenForStd, Within};
+use crate::messages;
+use crate::syntax::Implementation;
+
+/// Puts an assertion beside each path of the user's that was taken for a constant of std's.
+pub(crate) fn assert_std(
+    item: &mut ItemImpl,
+    implementation: &Implementation,
+    taken: &[TakenForStd],
+    surface: &Surface,
+) {
+    for constant in taken {
+        let asserted = std_constant(constant, surface);
+        let name = match constant.within {
+            Within::Function(index) => implementation.functions.get(index).map(|f| &f.name),
+            Within::Constant(index) => implementation.constants.get(index).map(|c| &c.name),
+        };
+        for entry in &mut item.items {
+            match entry {
+                ImplItem::Fn(function) if Some(&function.sig.ident) == name => {
+                    function.block.stmts.insert(0, Stmt::Item(syn::Item::Verbatim(asserted.clone())));
+                }
+                ImplItem::Const(constant) if Some(&constant.ident) == name => {
+                    let value = &constant.expr;
+                    constant.expr = syn::Expr::Verbatim(quote!({ #asserted #value }));
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// `const _: () = expect_std(path, value, remedy);` at the path.
+fn std_constant(constant: &TakenForStd, surface: &Surface) -> TokenStream {
+    let TakenForStd { text, path, name, value, .. } = constant;
+    let message = messages::not_the_constant_of_std(text, name).to_string();
+    let (private, at) = (surface.private(), path.span());
+    let call = located(quote!(#private::expect_std), at);
+    let mut arguments = Group::new(proc_macro2::Delimiter::Parenthesis, quote!(#path, #value, #message));
+    arguments.set_span(Span::call_site().located_at(at));
+    quote! {
+        #[allow(unused, unused_qualifications, deprecated, clippy::all, clippy::pedantic, clippy::nursery)]
+        const _: () = #call #arguments;
+    }
+}
+
+/// The constants of the block, each beside what the equations have for it.
+pub(crate) fn followed(surface: &Surface, constants: &[FollowedConstant]) -> TokenStream {
+    let (private, target, quiet) = (surface.private(), &surface.target, super::quiet());
+    let mut asserted = TokenStream::new();
+    for FollowedConstant { name, parts } in constants {
+        let message = messages::constant_differs(name).to_string();
+        for (access, number) in parts {
+            let access = quote!(<#target>::#name #access);
+            let call = match number {
+                Followed::Real(value) => quote!(#private::expect_near(#access, #value, #message)),
+                Followed::Integer(value) => {
+                    let value = proc_macro2::Literal::i128_unsuffixed(*value);
+                    quote!(#private::expect(#access == #value, #message))
+                }
+            };
+            let call = located(call, name.span());
+            asserted.extend(quote!(const _: () = #call;));
+        }
+    }
+    if asserted.is_empty() { asserted } else { quote!(#quiet const _: () = { #asserted };) }
+}
+
+/// Tokens that are shown at the user's, and mean what they mean in generated code.
+fn located(tokens: TokenStream, at: Span) -> TokenStream {
+    let tokens = tokens.into_iter().map(|mut tree| {
+        if let TokenTree::Group(group) = &mut tree {
+            *group = Group::new(group.delimiter(), located(group.stream(), at));
+        }
+        tree.set_span(tree.span().located_at(at));
+        tree
+    });
+    tokens.collect()
+}

@@ -1,0 +1,47 @@
+//! What generated code asserts of constants while it is compiled.
+
+/// A constant of std's, which `found` was taken for.
+///
+/// # Panics
+/// Where it is another number: the build stops with `remedy`.
+#[track_caller]
+pub const fn expect_std(found: f64, expected: f64, remedy: &str) {
+    expect(found.to_bits() == expected.to_bits(), remedy);
+}
+
+/// Relative difference by which sums and products of constants may differ, exact in the equations and rounded where they run.
+const ROUNDING: f64 = 1e-12;
+
+/// A constant of the model and the number that its equations have for it.
+///
+/// # Panics
+/// Where they differ by more than rounding: the build stops with `remedy`.
+#[track_caller]
+pub const fn expect_near(found: f64, derived: f64, remedy: &str) {
+    expect((found - derived).abs() <= ROUNDING * found.abs(), remedy);
+}
+
+/// What has to hold of a constant.
+///
+/// # Panics
+/// Where it does not: the build stops with `remedy`.
+#[track_caller]
+pub const fn expect(holds: bool, remedy: &str) {
+    assert!(holds, "{}", remedy);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{expect_near, expect_std};
+
+    /// Rounding is no difference.
+    const _: () = expect_near(0.1 + 0.2, 0.3, "");
+    const _: () = expect_near(0.0, 0.0, "");
+    const _: () = expect_std(core::f64::consts::PI, 3.141_592_653_589_793, "");
+
+    #[test]
+    #[should_panic(expected = "choose another")]
+    fn another_number_stops_the_build() {
+        expect_near(3.0, core::f64::consts::PI, "choose another");
+    }
+}

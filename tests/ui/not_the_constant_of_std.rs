@@ -1,0 +1,26 @@
+use dynamics::prelude::*;
+
+/// Young's modulus.
+const E: f64 = 2.1e11;
+
+#[derive(Dynamics)]
+#[coordinates(x, y)]
+struct Oscillator {
+    m: f64,
+    k: f64,
+}
+
+#[dynamics]
+impl Oscillator {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        E * self.k * q.x * q.y
+    }
+}
+
+fn main() {}

@@ -1,0 +1,27 @@
+use dynamics::prelude::*;
+
+const PI: f64 = 3.0;
+
+#[derive(Dynamics)]
+#[coordinates(x, y)]
+struct Oscillator {
+    m: f64,
+    k: f64,
+}
+
+#[dynamics]
+impl Oscillator {
+    const CIRCLE: f64 = 2.0 * PI;
+
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        Self::CIRCLE * self.k * q.x * q.y
+    }
+}
+
+fn main() {}

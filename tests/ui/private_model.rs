@@ -1,0 +1,23 @@
+mod oscillator {
+    use dynamics::prelude::*;
+
+    #[derive(Dynamics)]
+    #[coordinates(x)]
+    struct Oscillator {
+        m: f64,
+    }
+
+    #[dynamics]
+    impl Oscillator {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            0.5 * self.m * q.x.dt().powi(2)
+        }
+    }
+}
+
+use oscillator::Oscillator;
+
+fn main() {
+    let _ = Oscillator { m: 1.0 };
+}

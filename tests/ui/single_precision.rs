@@ -1,0 +1,23 @@
+use dynamics::prelude::*;
+
+#[derive(Dynamics)]
+#[coordinates(x, y)]
+struct Oscillator {
+    m: f64,
+    k: f64,
+}
+
+#[dynamics]
+impl Oscillator {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+    }
+
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        f64::from(0.1_f32) * self.k * q.x * q.y
+    }
+}
+
+fn main() {}
