@@ -27,7 +27,7 @@ use core::fmt;
 
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::integrate::{Knot, Phase, by_state};
-use crate::model::{ModelState, Vector};
+use crate::model::{InputValues, ModelState, Vector};
 use crate::motion::Simulate;
 use crate::motion::{InputLaw, with_inputs};
 
@@ -80,8 +80,8 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
 
     /// Input values as a function of time and state, as of [`crate::motion::Simulation::inputs`].
     #[must_use]
-    pub fn inputs<R: Into<M::Inputs>>(mut self, law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm) -> Self {
-        self.law = Some(Box::new(move |t, state| law(t, state).into()));
+    pub fn inputs<R: InputValues<M::Inputs>>(mut self, law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm) -> Self {
+        self.law = Some(Box::new(move |t, state| law(t, state).values()));
         self
     }
 

@@ -23,7 +23,7 @@ pub(crate) use known::Known;
 pub use modes::Modes;
 pub(crate) use premise::refuted;
 pub use premise::{Claim, Premise, Refuted};
-pub use vector::{Square, Vector};
+pub use vector::{InputValues, Square, Vector};
 
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::lanes::Lanes;

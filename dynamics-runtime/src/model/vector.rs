@@ -25,6 +25,37 @@ pub trait Vector:
     fn as_mut_slice(&mut self) -> &mut [f64];
 }
 
+/// What a law for the inputs may return: their vector, an array of as many numbers, or the number itself where there is one input.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not what the inputs of this model are set to",
+    label = "return a number for each input, `[torque, force]`; for one input `[torque]` or `torque`"
+)]
+pub trait InputValues<V> {
+    /// The values as a vector.
+    fn values(self) -> V;
+}
+
+impl<V: Vector> InputValues<V> for V {
+    #[inline(always)]
+    fn values(self) -> V {
+        self
+    }
+}
+
+impl<const N: usize> InputValues<SVector<f64, N>> for [f64; N] {
+    #[inline(always)]
+    fn values(self) -> SVector<f64, N> {
+        SVector::from_array_storage(nalgebra::ArrayStorage([self]))
+    }
+}
+
+impl InputValues<SVector<f64, 1>> for f64 {
+    #[inline(always)]
+    fn values(self) -> SVector<f64, 1> {
+        InputValues::values([self])
+    }
+}
+
 /// Memory for a square matrix, by rows, whose size is part of its type.
 pub trait Square: Copy + Debug + Send + Sync + 'static {
     /// All elements zero.

@@ -16,7 +16,7 @@ use crate::constrain;
 use crate::constrain::memory::max_abs;
 use crate::integrate::System as _;
 use crate::integrate::{Dense as _, Hermite, Knot, Method, Phase, Step};
-use crate::model::{Branches, Known, Model, ModelState, Vector};
+use crate::model::{Branches, InputValues, Known, Model, ModelState, Vector};
 
 /// Velocities that are solved for differ by no more than this part from those that are interpolated, but where rounding decides them.
 const STRAYS: f64 = 0.01;
@@ -526,13 +526,13 @@ impl<M: Simulate> SimulationError<M> {
 
     /// What was computed before the simulation broke off, with the inputs closure that it ran with.
     #[must_use]
-    pub fn motion_with_inputs<'m, R: Into<M::Inputs>>(
+    pub fn motion_with_inputs<'m, R: InputValues<M::Inputs>>(
         &self,
         model: &'m M,
         law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm,
     ) -> Option<Motion<'m, M>> {
         let mut motion = self.motion(model)?;
-        motion.law = Some(Box::new(move |t, state| law(t, state).into()));
+        motion.law = Some(Box::new(move |t, state| law(t, state).values()));
         Some(motion)
     }
 }

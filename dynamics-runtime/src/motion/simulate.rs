@@ -33,7 +33,7 @@ use crate::constrain::solve_general;
 use crate::error::SolveError;
 use crate::integrate::{Direction, Tolerances};
 use crate::methods::{Any, Radau5};
-use crate::model::{Branches, Constraints, Events, Known, ModelState, Outputs, Powers};
+use crate::model::{Branches, Constraints, Events, InputValues, Known, ModelState, Outputs, Powers};
 
 /// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is wrong more often
 /// than not.
@@ -197,8 +197,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     /// when the motion is asked for states in between, so it should depend on its arguments alone (`Send` and `Sync`, so
     /// that motions may cross threads, keep cells out of it). The inputs of the state that it
     /// gets are those of the start, or what a reset set them to.
-    pub fn inputs<R: Into<M::Inputs>>(mut self, law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm) -> Self {
-        self.law = Some(Box::new(move |t, state| law(t, state).into()));
+    pub fn inputs<R: InputValues<M::Inputs>>(mut self, law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm) -> Self {
+        self.law = Some(Box::new(move |t, state| law(t, state).values()));
         self
     }
 
