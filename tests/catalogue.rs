@@ -17,6 +17,7 @@ const RUSTC: &[(&str, usize, &str)] = &[
     ("no_attribute", 1, "a trait that only the attribute implements; the message has the remedy"),
     ("no_derive", 2, "the attribute calls a macro of the struct's name, which the derive would have left there"),
     ("no_impl", 1, "a trait that only the impl block implements; the message has the remedy"),
+    ("private_model", 1, "the struct is private where it is imported, and so is the macro beside it"),
     ("two_impls", 2, "a module that is made by each block exists twice; the other error is ours, at the second block"),
     ("two_impls_identical", 2, "as of two blocks that differ"),
     ("two_impls_in_two_modules", 14, "whatever a block implements exists twice; the name of a trait says why"),

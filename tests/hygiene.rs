@@ -72,7 +72,7 @@ mod shadowed {
             Self::ONES[1] * self.k * q.x * q.x * (Self::TURN / ::core::f64::consts::TAU)
         }
         const COUNT: ::core::primitive::usize = 1;
-        const ONES: [Real; 2] = [1.0, 0.5 * (Self::COUNT as Real)];
+        const ONES: [Real; 2] = [1.0, 0.5 * (Self::COUNT as ::core::primitive::f64)];
         const TURN: Real = 2.0 * ::core::f64::consts::PI;
     }
 

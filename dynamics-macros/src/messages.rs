@@ -63,6 +63,7 @@ catalogue! {
     reserved_name(name, what) "`{name}` cannot be {what}: the state has something of that name already; choose another name";
     duplicate_name(name, other) "`{name}` is {other} already; choose another name";
     rate_name(name, coordinate) "`{name}` is the name of the rate of `{coordinate}`; choose another name";
+    generated_name(name) "every model has a `{name}` already; choose another name";
     result_name(name, role, other) "results are found by name, and `{name}` is {other} already; choose another name for this `#[{role}]`";
     guess_name(name, coordinate) "`{name}` is the name of the guess of `{coordinate}`; choose another name";
     nested_too_deeply() "this is nested too deeply or chained too long; split it into several `let`s or functions";

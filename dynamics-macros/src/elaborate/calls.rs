@@ -167,6 +167,10 @@ impl<'a> Elaborator<'a> {
         value
     }
 
+    fn has_function(&self, name: &Ident) -> bool {
+        self.implementation.functions.iter().any(|f| f.name == *name)
+    }
+
     /// Some role calls this function.
     pub(super) fn reach(&mut self, index: usize) {
         if self.reached.insert(index) {
@@ -201,7 +205,11 @@ impl<'a> Elaborator<'a> {
             return self.library_call(record, name, arguments, place);
         }
         match segments.as_slice() {
-            [.., ty, name] if *ty == "Self" || **ty == self.declaration.name => self.call_function(name, arguments),
+            [ty, name] if *ty == "Self" || **ty == self.declaration.name => self.call_function(name, arguments),
+            // A longer path may lead to a type of the same name elsewhere: `dynamics::Force::along` in a model called `Force`.
+            [.., ty, name] if **ty == self.declaration.name && self.has_function(name) => {
+                self.call_function(name, arguments)
+            }
             [.., ty, name] => self.associated(ty, name, arguments, place),
             [name] => self.free_function(name, arguments),
             [] => Value::Poison,

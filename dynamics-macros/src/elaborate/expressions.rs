@@ -268,7 +268,7 @@ impl<'a> Elaborator<'a> {
     fn cast(&mut self, e: &'a syn::ExprCast) -> Value {
         let value = self.expression(&e.expr);
         let name = match &*e.ty {
-            Type::Path(path) => path.path.get_ident().map(ToString::to_string).unwrap_or_default(),
+            Type::Path(path) => path.path.segments.last().map(|s| s.ident.to_string()).unwrap_or_default(),
             _ => String::new(),
         };
         match (value, name.as_str(), IntegerType::named(&name)) {

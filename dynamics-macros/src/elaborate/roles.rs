@@ -12,6 +12,11 @@ use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{Function, Quantity, Role};
 
+/// What every model has beside the user's functions: its builder of states.
+const GENERATED_FUNCTION: &str = "state";
+/// And beside the user's constants: its texts.
+const GENERATED_CONSTANTS: &[&str] = &["REPORT", "LISTING", "EQUATIONS", "LATEX"];
+
 impl<'a> Elaborator<'a> {
     /// All functions with a role: the constraints first, since their rows have to be known where a reaction is read.
     pub(super) fn roles(&mut self) {
@@ -86,8 +91,16 @@ impl<'a> Elaborator<'a> {
         taken.extend(declaration.fields.iter().map(|field| (plain(&field.name), "a parameter".to_owned())));
         taken
             .extend([("t".to_owned(), "the time".to_owned()), ("energy".to_owned(), "the energy function".to_owned())]);
+        for constant in &self.implementation.constants {
+            if GENERATED_CONSTANTS.contains(&plain(&constant.name).as_str()) {
+                self.diagnostics.error(constant.name.span(), &messages::generated_name(&constant.name));
+            }
+        }
         for function in &self.implementation.functions {
             let name = plain(&function.name);
+            if name == GENERATED_FUNCTION {
+                self.diagnostics.error(function.name.span(), &messages::generated_name(&name));
+            }
             // An event is asked for where nothing else than events is; beside what moves it would be misread.
             let taken = match function.role {
                 Role::Output => &taken[..],
