@@ -40,7 +40,7 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
         }
         if syntax::is_always_named(&declaration.name) {
             // As would be the functions of the block, which name the type that the struct hides.
-            let bridge = emit::dead_bridge(&declaration.name);
+            let bridge = emit::dead_bridge(&declaration.name, &declaration.visibility);
             return quote!(#errors #types #bridge #mark #fallback);
         }
         quote!(#errors #types #bridge #mark #fallback)
@@ -133,7 +133,7 @@ pub(crate) fn model(input: TokenStream) -> TokenStream {
         Ok(CompiledModel { declaration, implementation, compiled, constants, vectors }) => {
             let surface = surface(&declaration, Some(&implementation), &vectors);
             let (item, traits) = (kept(&implementation, &constants, &surface), emit::traits(&surface, &compiled));
-            let asserted = emit::followed(&surface, &constants.followed);
+            let asserted = emit::followed(&surface, &constants);
             quote!(#item #traits #asserted)
         }
         Err(errors) => {

@@ -9,7 +9,7 @@ use syn::spanned::Spanned;
 use syn::{ImplItem, ItemImpl, Stmt};
 
 use super::Surface;
-use crate::elaborate::{Followed, FollowedConstant, TakenForStd, Within};
+use crate::elaborate::{Constants, Followed, FollowedConstant, TakenForStd, Within};
 use crate::messages;
 use crate::syntax::Implementation;
 
@@ -56,10 +56,15 @@ fn std_constant(constant: &TakenForStd, surface: &Surface) -> TokenStream {
 }
 
 /// The constants of the block, each beside what the equations have for it.
-pub(crate) fn followed(surface: &Surface, constants: &[FollowedConstant]) -> TokenStream {
+pub(crate) fn followed(surface: &Surface, constants: &Constants) -> TokenStream {
+    // One that holds a path of std's is what it was taken for, or an error already.
+    let asserted_already = |index| constants.taken.iter().any(|taken| taken.within == Within::Constant(index));
     let (private, target, quiet) = (surface.private(), &surface.target, super::quiet());
     let mut asserted = TokenStream::new();
-    for FollowedConstant { name, parts } in constants {
+    for (index, FollowedConstant { name, parts }) in constants.followed.iter().enumerate() {
+        if asserted_already(index) {
+            continue;
+        }
         let message = messages::constant_differs(name).to_string();
         for (access, number) in parts {
             let access = quote!(<#target>::#name #access);
