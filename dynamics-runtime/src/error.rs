@@ -60,15 +60,16 @@ pub enum SolveError {
         /// Number of rows that hold.
         active: usize,
     },
-    /// Reaction-dependent forces leave no solution, or several (Painlevé's paradox).
+    /// Reaction-dependent forces leave no solution, or several (Painlevé's paradox). Of no solution it is a proof: the forces are linear for each pattern of signs
+    /// of the reactions, and all patterns were tried.
     Friction {
         /// The reaction that decides, `floor`.
         row: &'static str,
         /// Number of solutions found: 0; more than 1; or 1 that no motion with a contact of any compliance keeps to.
         solutions: usize,
     },
-    /// Forces depend on so many reactions that not all patterns of their signs are tried, and none of those that were has a solution that a contact of any
-    /// compliance keeps to: whether there is one is not known.
+    /// No solution was found that a contact of any compliance keeps to, and whether there is one is not known: forces are not linear in the reactions for a pattern
+    /// of their signs, or depend on so many reactions that not all patterns were tried.
     FrictionUnsolved {
         /// The reaction that decides, `floor[3]`.
         row: &'static str,
@@ -166,11 +167,7 @@ impl fmt::Display for SolveError {
                 }
                 write!(f, "together with the others, whose Jacobian has rank {rank} here")
             }
-            Self::FrictionUnsolved { row, reactions, tried } => write!(
-                f,
-                "no acceleration and reactions that satisfy the equations with friction were found here, of which `{row}` decides: forces depend on {reactions} reactions, and of \
-                 the 2^{reactions} patterns of their signs {tried} were tried, which says nothing of the others; let fewer contacts rub, or make them compliant"
-            ),
+            Self::FrictionUnsolved { row, reactions, tried } => unsolved(f, row, *reactions, *tried),
             Self::Friction { row, solutions } => painleve(f, row, *solutions),
             Self::InputNotSet { input } => {
                 write!(f, "the reactions depend on inputs, and `{input}` has no value; set it in the state")
@@ -221,6 +218,26 @@ impl fmt::Display for SolveError {
 }
 
 /// The three ways in which rigid friction has no answer.
+fn unsolved(f: &mut fmt::Formatter<'_>, row: &str, reactions: usize, tried: u64) -> fmt::Result {
+    let every = reactions < u64::BITS as usize && tried >= 1 << reactions;
+    write!(
+        f,
+        "no acceleration and reactions that satisfy the equations with friction were found here, of which `{row}` decides; this does not prove that there \
+         are none: "
+    )?;
+    match every {
+        true => f.write_str(
+            "the forces are not linear in the reactions, and Newton's method, fixed points and growing friction did not lead to any; see that the force is \
+             finite and continuous in the reactions, or make the contact compliant",
+        ),
+        false => write!(
+            f,
+            "forces depend on {reactions} reactions, and of the 2^{reactions} patterns of their signs {tried} were tried; let fewer contacts rub, or make \
+             them compliant"
+        ),
+    }
+}
+
 fn painleve(f: &mut fmt::Formatter<'_>, row: &str, solutions: usize) -> fmt::Result {
     let remedy = "make the contact compliant, or end the motion before";
     match solutions {

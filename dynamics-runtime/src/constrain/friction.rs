@@ -7,33 +7,51 @@
 //! all distinct solutions are kept: Coulomb's law need not have one, and may have several (Painlevé 1895; Génot & Brogliato, Eur. J. Mech. A/Solids 18
 //! (1999) 653–677; Leine, Brogliato & Nijmeijer, ibid. 21 (2002) 1–22).
 //!
+//! Where Q is linear for each pattern of signs, and all were tried, that none was found is a proof that there is none. Other laws (creep forces of wheels go
+//! with λ^(2/3), their tanh with λ^(-1/3)) are searched further, by damped steps, by fixed points and by growing friction (`search.rs`); what is not found then may exist, and the error says so.
+//!
 //! A single solution counts only where det(I − S ∂Q/∂λ) > 0 (without friction it is 1). Where it is negative, the acceleration along the constraint
 //! answers a growing reaction with the wrong sign: contact of any compliance, however stiff, leaves that solution at once, and a
 //! one-sided contact also has the motion in which it parts. That is reported like the other two, not used.
 
-use super::lu::{self, Lu};
+mod patterns;
+mod search;
+
+use super::lu;
 use super::memory::{Indices, Memory, dot, max_abs};
 use super::system::{self, System};
 use super::{Factored, Outcome, OutcomeOf, check_gradients, contradiction, diagnosis, holds, names, not_a_number};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
+use patterns::patterns;
 
 /// Most reactions whose sign patterns are all tried.
 const EXHAUSTIVE: usize = 6;
-/// Newton steps from one start; piecewise linear laws take two.
-const MOST: usize = 25;
 /// Solutions closer than this, against their size, are one.
 const SAME: f64 = 1e-7;
 /// What the derivative of a force by reactions may have of what constraints that repeat each other leave open.
 const DECIDED: f64 = 1e-9;
 /// Signs of all reactions, and of every second one.
 const SIGNS: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
-/// Rounding errors of a reaction, in parts of what it is the sum of: where it changes its sign it is much smaller than that.
-const NOISE: f64 = 16.0 * f64::EPSILON;
 
 /// Memory that the friction solve takes on top of the factored system: S, ∂Q/∂λ, Newton's matrix, vectors.
 pub(super) const fn memory(n: usize, r: usize) -> usize {
-    2 * n * r + 2 * r * r + 2 * n + 8 * r + lu::memory(r)
+    2 * n * r + 2 * r * r + 3 * n + 8 * r + lu::memory(r)
+}
+
+/// Distinct solutions that were found, up to two.
+struct Solutions<R> {
+    first: Option<R>,
+    /// Whether the determinant is negative at the first.
+    negative: bool,
+    count: usize,
+}
+
+impl<R> Solutions<R> {
+    /// Whether there is one that a contact of any compliance keeps to, and no other.
+    fn is_one(&self) -> bool {
+        self.count == 1 && !self.negative
+    }
 }
 
 /// What one solve works on.
@@ -47,6 +65,8 @@ struct Problem<'w, 'm, M: Constraints> {
     offset: &'w mut [f64],
     /// S, r×n.
     by_force: &'w mut [f64],
+    /// Forces that no reaction decides.
+    free: &'w mut [f64],
     /// Q and ∂Q/∂λ.
     force: &'w mut [f64],
     by_multipliers: &'w mut [f64],
@@ -103,7 +123,8 @@ pub(super) fn solve<M: Constraints>(
             break;
         }
     }
-    Err(SolveError::Friction { row: names::<M>().row(problem.read.get(0)), solutions: 0 })
+    // Which reactions decide changes with them: a search among too few says nothing.
+    Err(problem.unsolved(&M::Rows::zeros()))
 }
 
 /// Memory of the factored system.
@@ -120,6 +141,8 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
     fn new(model: &'m M, state: &'m M::State, factored: &mut Factored<'_>, memory: &mut Memory<'w>) -> Self {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (offset, by_force) = (memory.zeros(r), memory.zeros(r * n));
+        let free = memory.take(n);
+        free.copy_from_slice(factored.force);
         let (force, by_multipliers) = (memory.zeros(n), memory.zeros(n * r));
         let matrix = memory.zeros(r * r);
         let (right, step) = (memory.zeros(r), memory.zeros(r));
@@ -135,7 +158,7 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
             (0..r).for_each(|i| by_force[i * n + j] = lambda[i]);
         }
         let read = memory.indices(r);
-        Self { model, state, read, k: 0, offset, by_force, force, by_multipliers, matrix, right, step }
+        Self { model, state, read, k: 0, offset, by_force, free, force, by_multipliers, matrix, right, step }
     }
 
     /// Rows that Q reads: those with ∂Q/∂λ ≠ 0 at the frictionless reactions, at their size, or at any, with either sign.
@@ -180,33 +203,46 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
             return Err(SolveError::ReactionNotUnique { row: names::<M>().row(row) });
         }
         let frictionless = self.frictionless();
-        let mut found: Option<(M::Rows, bool)> = None;
-        let mut solutions = 0;
+        let mut found = Solutions { first: None, negative: false, count: 0 };
         // The frictionless reactions first, then their size with every pattern of signs.
         for pattern in 0..=patterns(k) {
             let start = if pattern == 0 { frictionless } else { self.start(&frictionless, pattern - 1) };
-            let Some((lambda, negative)) = self.newton(start, work) else { continue };
-            match &mut found {
-                Some((other, folded)) if self.same(other, &lambda) => *folded &= negative,
-                Some(_) => {
-                    solutions += 1;
-                    break;
-                }
-                None => {
-                    found = Some((lambda, negative));
-                    solutions = 1;
-                }
+            let solution = self.newton(start, work);
+            self.add(&mut found, solution);
+            if found.count > 1 {
+                break;
             }
         }
-        match found {
-            Some((lambda, false)) if solutions == 1 => Ok(lambda),
-            // A sample of the patterns does not say that there are no others.
-            _ if k > EXHAUSTIVE && solutions < 2 => {
-                let row = names::<M>().row(self.decisive(&frictionless));
-                Err(SolveError::FrictionUnsolved { row, reactions: k, tried: patterns(k) })
-            }
-            _ => Err(SolveError::Friction { row: names::<M>().row(self.decisive(&frictionless)), solutions }),
+        let complete =
+            k <= EXHAUSTIVE && (found.is_one() || found.count > 1 || self.is_linear_in_patterns(&frictionless));
+        if !found.is_one() && found.count < 2 && !complete {
+            self.search(&frictionless, &mut found, work);
         }
+        match found.first {
+            Some(lambda) if found.is_one() => Ok(lambda),
+            // A search that is not complete does not say that there are no others.
+            _ if found.count < 2 && !complete => Err(self.unsolved(&frictionless)),
+            _ => Err(SolveError::Friction {
+                row: names::<M>().row(self.decisive(&frictionless)),
+                solutions: found.count,
+            }),
+        }
+    }
+
+    /// Counts a solution, unless it is the one that is known.
+    fn add(&self, found: &mut Solutions<M::Rows>, solution: Option<(M::Rows, bool)>) {
+        let Some((lambda, negative)) = solution else { return };
+        match &found.first {
+            Some(first) if self.same(first, &lambda) => found.negative &= negative,
+            Some(_) => found.count = 2,
+            None => *found = Solutions { first: Some(lambda), negative, count: 1 },
+        }
+    }
+
+    /// That no solution was found, which is no proof that there is none.
+    fn unsolved(&self, frictionless: &M::Rows) -> SolveError {
+        let row = names::<M>().row(self.decisive(frictionless));
+        SolveError::FrictionUnsolved { row, reactions: self.k, tried: patterns(self.k) }
     }
 
     /// Whether Q is the same for all reactions that hold the motion alike, though these are not unique: Q(λ + z) = Q(λ) wherever Φ_qᵀz = 0, as where feet
@@ -234,81 +270,18 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
         })
     }
 
-    /// λ₀ + S Q(0).
+    /// λ₀ + S Q(0); without the forces that go by reactions where those are none at no reaction, as N tanh(c N^(-1/3)) is.
     fn frictionless(&mut self) -> M::Rows {
         let n = M::Vector::LEN;
         self.model.friction(self.state, &M::Rows::zeros(), self.force, self.by_multipliers);
+        if !max_abs(self.force).is_finite() {
+            self.force.copy_from_slice(self.free);
+        }
         let mut lambda = M::Rows::zeros();
         for (i, x) in lambda.as_mut_slice().iter_mut().enumerate() {
             *x = self.offset[i] + dot(&self.by_force[i * n..(i + 1) * n], self.force);
         }
         lambda
-    }
-
-    /// Reactions of the frictionless size with the signs of a pattern.
-    fn start(&self, frictionless: &M::Rows, pattern: u64) -> M::Rows {
-        let largest = max_abs(frictionless.as_slice());
-        let mut lambda = *frictionless;
-        for i in 0..self.k {
-            let row = self.read.get(i);
-            let size = lambda[row].abs().max(1e-3 * largest).max(f64::MIN_POSITIVE);
-            lambda[row] = if sign(pattern, i, self.k) { size } else { -size };
-        }
-        lambda
-    }
-
-    /// Newton from a start; the solution, and whether the determinant is negative there.
-    fn newton(&mut self, mut lambda: M::Rows, work: &mut [f64]) -> Option<(M::Rows, bool)> {
-        let (n, r, k) = (M::Vector::LEN, M::Rows::LEN, self.k);
-        for _ in 0..MOST {
-            self.model.friction(self.state, &lambda, self.force, self.by_multipliers);
-            for i in 0..k {
-                let row = self.read.get(i);
-                let influence = &self.by_force[row * n..(row + 1) * n];
-                self.right[i] = self.offset[row] + dot(influence, self.force) - lambda[row];
-                for j in 0..k {
-                    let column = self.read.get(j);
-                    let by = (0..n).map(|l| influence[l] * self.by_multipliers[l * r + column]).sum::<f64>();
-                    self.matrix[i * k + j] = f64::from(u8::from(i == j)) - by;
-                }
-            }
-            let size = (0..k).map(|i| lambda[self.read.get(i)].abs()).fold(0.0, f64::max);
-            let (left, noise) = (max_abs(&self.right[..k]), self.noise());
-            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut Memory::rest(work));
-            let negative = lu.negative;
-            if left <= noise.max(1e-13 * size) {
-                return Some((lambda, negative));
-            }
-            if lu.least.is_nan() || lu.least <= 1e-14 || !left.is_finite() {
-                return None;
-            }
-            lu.solve(&self.right[..k], &mut self.step[..k]);
-            let step = max_abs(&self.step[..k]);
-            (0..k).for_each(|i| lambda[self.read.get(i)] += self.step[i]);
-            // At rounding level: nothing more is gained.
-            if step <= noise.max(1e-15 * size) {
-                return Some((lambda, negative));
-            }
-        }
-        None
-    }
-
-    fn same(&self, a: &M::Rows, b: &M::Rows) -> bool {
-        let rows = || (0..self.k).map(|i| self.read.get(i));
-        let size = rows().map(|row| a[row].abs().max(b[row].abs())).fold(0.0, f64::max);
-        let same = (SAME * size).max(4.0 * self.noise());
-        rows().all(|row| (a[row] - b[row]).abs() <= same)
-    }
-
-    /// Rounding errors of the reactions that are read, at the force evaluated last.
-    fn noise(&self) -> f64 {
-        let n = M::Vector::LEN;
-        let sum = |row: usize| {
-            let influence = &self.by_force[row * n..(row + 1) * n];
-            let terms = influence.iter().zip(self.force.iter()).map(|(x, force)| (x * force).abs());
-            self.offset[row].abs() + terms.sum::<f64>()
-        };
-        NOISE * (0..self.k).map(|i| sum(self.read.get(i))).fold(0.0, f64::max)
     }
 
     /// The row that friction changes most: what a report names.
@@ -326,26 +299,4 @@ fn signed<V: Vector>(sizes: &V, (sign, alternating): (f64, f64)) -> V {
         *x = sign * (1.0 + x.abs()) * if i % 2 == 0 { 1.0 } else { alternating };
     }
     lambda
-}
-
-/// Number of patterns that are tried for k signs.
-fn patterns(k: usize) -> u64 {
-    1 << k.min(EXHAUSTIVE)
-}
-
-/// Sign i of a pattern. Above 2⁶ patterns: all positive, all negative, and a fixed scatter of the others.
-fn sign(pattern: u64, i: usize, k: usize) -> bool {
-    if k <= EXHAUSTIVE {
-        return pattern >> i & 1 == 0;
-    }
-    match pattern {
-        0 => true,
-        1 => false,
-        _ => {
-            (pattern.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (i as u64 + 1).wrapping_mul(0xD134_2543_DE82_EF95))
-                .wrapping_mul(0x2545_F491_4F6C_DD1D)
-                >> 63
-                == 0
-        }
-    }
 }

@@ -3,7 +3,8 @@
 use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
 
-#[path = "models/parcel.rs"]
+mod laws;
+#[path = "../models/parcel.rs"]
 mod parcel;
 
 use parcel::Parcel;

@@ -1,0 +1,78 @@
+//! Patterns of the signs of reactions, and laws that are linear for each of them.
+
+use super::super::memory::max_abs;
+use super::{DECIDED, EXHAUSTIVE, Problem};
+use crate::model::{Constraints, Vector};
+
+/// Sizes of the reactions, of every second one each, at which a force that is linear for a pattern of signs is looked at.
+const SIZES: [(f64, f64); 3] = [(0.37, 2.3), (1e-3, 4e-3), (7e2, 1e3)];
+
+impl<M: Constraints> Problem<'_, '_, M> {
+    /// Whether Q is linear in the reactions for each pattern of their signs, as Coulomb's law is, seen at sizes far apart. Newton from each pattern then
+    /// ends in its one candidate.
+    #[cold]
+    pub(super) fn is_linear_in_patterns(&mut self, frictionless: &M::Rows) -> bool {
+        (0..patterns(self.k)).all(|pattern| {
+            let start = self.start(frictionless, pattern);
+            SIZES.iter().all(|sizes| self.is_linear_between(&start, *sizes))
+        })
+    }
+
+    /// Whether the derivatives at a start are those at reactions of other sizes, and give the force there.
+    fn is_linear_between(&mut self, start: &M::Rows, sizes: (f64, f64)) -> bool {
+        let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+        let mut there = *start;
+        for i in 0..self.k {
+            there[self.read.get(i)] *= if i % 2 == 0 { sizes.0 } else { sizes.1 };
+        }
+        let Some(force) = self.force_at(&there) else { return false };
+        if self.force_at(start).is_none() {
+            return false;
+        }
+        (0..n).all(|j| {
+            let (mut change, mut size) = (0.0, force[j].abs().max(self.force[j].abs()));
+            for i in 0..self.k {
+                let row = self.read.get(i);
+                let part = self.by_multipliers[j * r + row] * (there[row] - start[row]);
+                change += part;
+                size += part.abs();
+            }
+            // Also false where a derivative is not a number.
+            (self.force[j] + change - force[j]).abs() <= DECIDED * size
+        })
+    }
+
+    /// Reactions of the frictionless size with the signs of a pattern.
+    pub(super) fn start(&self, frictionless: &M::Rows, pattern: u64) -> M::Rows {
+        let largest = max_abs(frictionless.as_slice());
+        let mut lambda = *frictionless;
+        for i in 0..self.k {
+            let row = self.read.get(i);
+            let size = lambda[row].abs().max(1e-3 * largest).max(f64::MIN_POSITIVE);
+            lambda[row] = if sign(pattern, i, self.k) { size } else { -size };
+        }
+        lambda
+    }
+}
+
+/// Number of patterns that are tried for k signs.
+pub(super) fn patterns(k: usize) -> u64 {
+    1 << k.min(EXHAUSTIVE)
+}
+
+/// Sign i of a pattern. Above 2⁶ patterns: all positive, all negative, and a fixed scatter of the others.
+fn sign(pattern: u64, i: usize, k: usize) -> bool {
+    if k <= EXHAUSTIVE {
+        return pattern >> i & 1 == 0;
+    }
+    match pattern {
+        0 => true,
+        1 => false,
+        _ => {
+            (pattern.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (i as u64 + 1).wrapping_mul(0xD134_2543_DE82_EF95))
+                .wrapping_mul(0x2545_F491_4F6C_DD1D)
+                >> 63
+                == 0
+        }
+    }
+}

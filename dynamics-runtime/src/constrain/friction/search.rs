@@ -1,0 +1,180 @@
+//! The search for reactions λ = λ₀ + S Q(λ): Newton's method, and what is tried where it finds none.
+//!
+//! Newton's steps in full end in one where Q is piecewise linear, and may go anywhere where it is not. Then, in this order: Newton's steps, halved until ‖G‖ falls (J. E. Dennis &
+//! R. B. Schnabel, *Numerical Methods for Unconstrained Optimization*, 1983, §6.3); the fixed point by λ ← λ + ω (λ₀ + S Q(λ) − λ), which a weak friction has; and the path from the frictionless
+//! reactions λ_f on which friction grows, G_s(λ) = λ − (1 − s) λ_f − s (λ₀ + S Q(λ)) = 0 for s from 0 to 1 (E. L. Allgower & K. Georg, *Numerical Continuation Methods*, 1990, §2).
+
+use super::super::lu::Lu;
+use super::super::memory::{Memory, dot, max_abs};
+use super::patterns::patterns;
+use super::{Problem, SAME, Solutions};
+use crate::model::{Constraints, Vector};
+
+/// Newton steps from one start; piecewise linear laws take two.
+const MOST: usize = 25;
+/// Rounding errors of a reaction, in parts of what it is the sum of: where it changes its sign it is much smaller than that.
+const NOISE: f64 = 16.0 * f64::EPSILON;
+/// Damped steps from one start, and halvings of one of them.
+const MOST_DAMPED: usize = 50;
+const HALVINGS: usize = 30;
+/// Part of the foretold decrease that a damped step has to bring.
+const DECREASE: f64 = 1e-4;
+/// What is left of G, beside the reactions, from which Newton's steps in full go on.
+const NEAR: f64 = 1e-6;
+/// Parts of a fixed-point step, and how many of them.
+const RELAXATION: [f64; 3] = [1.0, 0.5, 0.1];
+const MOST_FIXED: usize = 100;
+/// First and smallest step of the friction's strength.
+const STRENGTH: (f64, f64) = (0.125, 1e-4);
+
+impl<M: Constraints> Problem<'_, '_, M> {
+    /// Newton from a start; the solution, and whether the determinant is negative there.
+    pub(super) fn newton(&mut self, mut lambda: M::Rows, work: &mut [f64]) -> Option<(M::Rows, bool)> {
+        let k = self.k;
+        for _ in 0..MOST {
+            self.evaluate(&lambda, None);
+            let (size, noise) = (self.size(&lambda), self.noise());
+            let left = max_abs(&self.right[..k]);
+            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut Memory::rest(work));
+            let negative = lu.negative;
+            if left <= noise.max(1e-13 * size) {
+                return Some((lambda, negative));
+            }
+            if lu.least.is_nan() || lu.least <= 1e-14 || !left.is_finite() {
+                return None;
+            }
+            lu.solve(&self.right[..k], &mut self.step[..k]);
+            let step = max_abs(&self.step[..k]);
+            (0..k).for_each(|i| lambda[self.read.get(i)] += self.step[i]);
+            // At rounding level: nothing more is gained. Not where terms are so large that their rounding exceeds any step.
+            if step <= noise.max(1e-15 * size) && left <= SAME * (noise / NOISE).max(size) {
+                return Some((lambda, negative));
+            }
+        }
+        None
+    }
+
+    /// What else is tried where Newton's method found no solution, or none that counts.
+    #[cold]
+    pub(super) fn search(&mut self, frictionless: &M::Rows, found: &mut Solutions<M::Rows>, work: &mut [f64]) {
+        let ways = 1 + patterns(self.k) + RELAXATION.len() as u64 + 1;
+        for way in 0..ways {
+            let end = match way {
+                0 => self.damped(*frictionless, None, work),
+                way if way <= patterns(self.k) => {
+                    let start = self.start(frictionless, way - 1);
+                    self.damped(start, None, work)
+                }
+                way if way + 1 < ways => {
+                    self.fixed_point(*frictionless, RELAXATION[(way - 1 - patterns(self.k)) as usize])
+                }
+                _ => self.growing_friction(frictionless, work),
+            };
+            let solution = end.and_then(|end| self.newton(end, work));
+            self.add(found, solution);
+            if found.count > 1 || found.is_one() {
+                return;
+            }
+        }
+    }
+
+    /// Damped Newton steps to G_s = 0, where a strength s is given with the frictionless reactions; near to it.
+    fn damped(&mut self, mut lambda: M::Rows, strength: Option<(f64, &M::Rows)>, work: &mut [f64]) -> Option<M::Rows> {
+        let k = self.k;
+        let mut left = self.evaluate(&lambda, strength)?;
+        for _ in 0..MOST_DAMPED {
+            if left <= NEAR * self.size(&lambda) {
+                return Some(lambda);
+            }
+            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut Memory::rest(work));
+            if lu.least > 1e-14 {
+                lu.solve(&self.right[..k], &mut self.step[..k]);
+            } else {
+                // A fixed-point step, where Newton has none.
+                self.step[..k].copy_from_slice(&self.right[..k]);
+            }
+            let (mut part, mut halvings) = (1.0, 0);
+            (lambda, left) = loop {
+                let mut next = lambda;
+                (0..k).for_each(|i| next[self.read.get(i)] += part * self.step[i]);
+                match self.evaluate(&next, strength) {
+                    Some(there) if there <= (1.0 - DECREASE * part) * left => break (next, there),
+                    _ if halvings == HALVINGS => return None,
+                    _ => (part, halvings) = (0.5 * part, halvings + 1),
+                }
+            };
+        }
+        None
+    }
+
+    /// Where λ ← λ + ω (λ₀ + S Q(λ) − λ) goes to.
+    fn fixed_point(&mut self, mut lambda: M::Rows, relaxation: f64) -> Option<M::Rows> {
+        for _ in 0..MOST_FIXED {
+            if self.evaluate(&lambda, None)? <= NEAR * self.size(&lambda) {
+                return Some(lambda);
+            }
+            (0..self.k).for_each(|i| lambda[self.read.get(i)] += relaxation * self.right[i]);
+        }
+        None
+    }
+
+    /// Follows the solution while friction grows from none.
+    fn growing_friction(&mut self, frictionless: &M::Rows, work: &mut [f64]) -> Option<M::Rows> {
+        let (mut lambda, mut strength, mut by) = (*frictionless, 0.0, STRENGTH.0);
+        while strength < 1.0 {
+            let next = f64::min(strength + by, 1.0);
+            match self.damped(lambda, Some((next, frictionless)), work) {
+                Some(there) => (lambda, strength, by) = (there, next, 2.0 * by),
+                None if by <= STRENGTH.1 => return None,
+                None => by *= 0.5,
+            }
+        }
+        Some(lambda)
+    }
+
+    /// −G_s and its derivative by −λ at these reactions; ‖G_s‖, or `None` where it is not finite.
+    fn evaluate(&mut self, lambda: &M::Rows, strength: Option<(f64, &M::Rows)>) -> Option<f64> {
+        let (n, r, k) = (M::Vector::LEN, M::Rows::LEN, self.k);
+        self.model.friction(self.state, lambda, self.force, self.by_multipliers);
+        let s = strength.map_or(1.0, |(s, _)| s);
+        for i in 0..k {
+            let row = self.read.get(i);
+            let influence = &self.by_force[row * n..(row + 1) * n];
+            let with = self.offset[row] + dot(influence, self.force);
+            self.right[i] = match strength {
+                None => with - lambda[row],
+                Some((s, frictionless)) => (1.0 - s) * frictionless[row] + s * with - lambda[row],
+            };
+            for j in 0..k {
+                let column = self.read.get(j);
+                let by = (0..n).map(|l| influence[l] * self.by_multipliers[l * r + column]).sum::<f64>();
+                self.matrix[i * k + j] = f64::from(u8::from(i == j)) - s * by;
+            }
+        }
+        let left = dot(&self.right[..k], &self.right[..k]);
+        left.is_finite().then(|| crate::math::sqrt(left))
+    }
+
+    /// The largest of the reactions that are read.
+    fn size(&self, lambda: &M::Rows) -> f64 {
+        (0..self.k).map(|i| lambda[self.read.get(i)].abs()).fold(0.0, f64::max)
+    }
+
+    pub(super) fn same(&self, a: &M::Rows, b: &M::Rows) -> bool {
+        let rows = || (0..self.k).map(|i| self.read.get(i));
+        let size = rows().map(|row| a[row].abs().max(b[row].abs())).fold(0.0, f64::max);
+        let same = (SAME * size).max(4.0 * self.noise());
+        rows().all(|row| (a[row] - b[row]).abs() <= same)
+    }
+
+    /// Rounding errors of the reactions that are read, at the force evaluated last.
+    fn noise(&self) -> f64 {
+        let n = M::Vector::LEN;
+        let sum = |row: usize| {
+            let influence = &self.by_force[row * n..(row + 1) * n];
+            let terms = influence.iter().zip(self.force.iter()).map(|(x, force)| (x * force).abs());
+            self.offset[row].abs() + terms.sum::<f64>()
+        };
+        NOISE * (0..self.k).map(|i| sum(self.read.get(i))).fold(0.0, f64::max)
+    }
+}
