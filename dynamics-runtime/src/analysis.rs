@@ -35,9 +35,9 @@ pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, Ru
 pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
 pub use page::Page;
 pub use parameters::{
-    EquilibriumChange, Fit, FitError, Fitted, Fitting, FrequencyChange, Gradient, Objective, Resampled, Residuals,
-    RunFailure, Sensitivities, Sensitivity, SensitivityError, Sweep, SweepAxis, SweepError, Sweeping, Variable,
-    VariableError, Vary,
+    EquilibriumChange, Fit, FitError, Fitted, Fitting, FrequencyChange, Gradient, Loss, Objective, Resampled,
+    Residuals, RunFailure, Sensitivities, Sensitivity, SensitivityError, Sweep, SweepAxis, SweepError, Sweeping,
+    Variable, VariableError, Vary,
 };
 pub use periodic::{
     Exponent, ExponentSign, Floquet, FloquetVerdict, Lyapunov, LyapunovExponents, Multiplier, PeriodicError,

@@ -23,6 +23,7 @@ mod turned_hoop;
 #[path = "../models/two_bars.rs"]
 mod two_bars;
 mod weak;
+mod writings;
 #[path = "../models/ziegler.rs"]
 mod ziegler;
 

@@ -1,6 +1,6 @@
 //! Fits that cannot be: an error with what is wrong, and no numbers that look like a result.
 
-use dynamics::analysis::{FitError, SensitivityError, VariableError};
+use dynamics::analysis::{FitError, Loss, SensitivityError, VariableError};
 use dynamics::prelude::*;
 
 use super::models::{Angle, Oscillator};
@@ -106,4 +106,43 @@ fn a_search_that_is_cut_short_is_no_result() {
     let error = model.fit(start).find(["damping", "stiffness"]).data("x", data(60)).iterations(1).run().unwrap_err();
     let FitError::NotSettled { iterations: 1, so_far } = &error else { panic!("{error}") };
     assert!(so_far.found.len() == 2 && so_far.chi_squared > 0.0);
+}
+
+/// One datum that is off by a thousand, or by what no square holds: an error that names it, and no numbers that look like a result.
+#[test]
+fn a_datum_that_is_far_off_is_named() {
+    let (model, start) = asked();
+    for (row, by) in [(3, 1e3), (30, 1e3), (59, -1e3), (17, 1e6), (40, 1e12)] {
+        let mut broken = data(60);
+        broken[row].1 += by;
+        match model.fit(start).find(["damping", "stiffness", "x"]).data("x", broken.clone()).run() {
+            Ok(fit) => {
+                assert_eq!(fit.outlier().map(|(name, at, _)| (name, at)), Some(("x", row)), "{fit}");
+                assert!(fit.to_string().contains(&format!("row {row} of `x` alone")), "{fit}");
+            }
+            Err(FitError::NothingFound { so_far, .. } | FitError::NotSettled { so_far, .. }) => {
+                assert_eq!(so_far.outlier().map(|(name, at, _)| (name, at)), Some(("x", row)), "{so_far}");
+            }
+            Err(error @ (FitError::Indistinguishable { .. } | FitError::Motion(_))) => println!("{row} {by}: {error}"),
+            Err(error) => panic!("{row} {by}: {error}"),
+        }
+        for loss in [Loss::HUBER, Loss::CAUCHY] {
+            let fit = model.fit(start).find(["damping", "stiffness", "x"]).data("x", broken.clone()).loss(loss);
+            let fit = fit.run().unwrap_or_else(|error| panic!("{row} {by} {loss:?}: {error}"));
+            // The mass is a tenth more than that of the data.
+            assert!((fit.get("stiffness").unwrap().value - 55.0).abs() < 1e-4, "{row} {by}: {fit}");
+            assert!(fit.residuals[0].weights[row] < 1e-6 && fit.residuals[0].weights.len() == 60, "{fit}");
+        }
+    }
+    let mut broken = data(20);
+    broken[7].1 = 1e160;
+    for loss in [Loss::Squares, Loss::CAUCHY] {
+        let error = model.fit(start).find(["damping", "stiffness"]).data("x", broken.clone()).loss(loss).run();
+        let error = error.unwrap_err();
+        assert!(matches!(error, FitError::TooLarge { row: 7, value: 1e160, .. }), "{error}");
+    }
+    for limit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = model.fit(start).find(["damping"]).data("x", data(20)).loss(Loss::Huber(limit)).run().unwrap_err();
+        assert!(matches!(error, FitError::Loss { .. }), "{error}");
+    }
 }

@@ -78,6 +78,8 @@ fn a_pendulum_takes_the_elliptic_integral_and_its_family_is_told() {
     let said = model.periodic(start, 2.4).run().unwrap_err();
     let PeriodicError::NotIsolated { conserved, ratio, .. } = &said else { panic!("{said}") };
     assert!(conserved == &["energy"] && *ratio < 1e-9 && said.to_string().contains(".hold_energy("), "{said}");
+    let PeriodicError::NotIsolated { remedies, .. } = &said else { panic!("{said}") };
+    assert_eq!(remedies[..], [".hold_energy(..)", ".hold(\"theta\", ..)", ".hold_period()"], "{said}");
     // Round and round: the angle is a turn further.
     let start = model.state().theta_rate(9.0).build().unwrap();
     let energy = 0.5 * 0.7 * (1.3 * 9.0_f64).powi(2) - 0.7 * 9.81 * 1.3;

@@ -115,7 +115,7 @@ impl<M: Constraints> Soft<'_, M> {
             let change = (&there - &here).abs();
             change.iter().zip(self.noise.iter()).any(|(change, noise)| *change > TOLD * noise)
                 // Large coordinates round more.
-                && self.statics.noise(self.model, beside).is_ok_and(|noise| {
+                && self.statics.noise_of_sums(self.model, beside).is_ok_and(|noise| {
                     change.iter().zip(noise.iter()).any(|(change, noise)| *change > 1e3 * noise)
                 })
         };

@@ -24,6 +24,7 @@ use conserved::{Energy, energy};
 pub use verdict::{Stability, StabilityVerdict, Undecided};
 
 use super::newton::distance;
+use super::rounding::clear_rounding;
 use super::statics::{Statics, scales};
 use super::{EquilibriumError, check_stays};
 use crate::analysis::linearize::{Linearization, LinearizeError, SmallMotions, eigenvector, general};
@@ -42,10 +43,11 @@ struct Linear {
 }
 
 pub(super) fn judge<M: Constraints + Powers>(model: &M, state: &M::State) -> Result<Stability, EquilibriumError> {
-    let linear = model.linearize(state)?;
+    let mut linear = model.linearize(state)?;
     if let Some(reason) = linear.unsteady {
         return Err(reason.into());
     }
+    clear(model, state, &mut linear);
     check_stays(model, state)?;
     refuse_pole(model, state)?;
     let ignorable = ignorable(model, state, &linear);
@@ -62,6 +64,26 @@ pub(super) fn judge<M: Constraints + Powers>(model: &M, state: &M::State) -> Res
         };
     }
     Ok(found)
+}
+
+/// Sets stiffnesses and dampings that are rounding to 0: how a model is written does not decide what resists.
+fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization) {
+    let of_rows = linear.mass.diagonal();
+    let of_columns = linear.coordinates.iter().map(|coordinate| {
+        let rate = linear.velocities.iter().position(|velocity| velocity == coordinate);
+        rate.map_or(0.0, |i| of_rows[i])
+    });
+    let of_columns = DVector::from_iterator(linear.coordinates.len(), of_columns);
+    let names: Vec<&str> = linear.coordinates.iter().map(|coordinate| coordinate.name).collect();
+    let beside = |state: &M::State| {
+        let there = model.linearize_in(state, &names).ok()?;
+        (there.velocities == linear.velocities && there.coordinates == linear.coordinates).then_some(there)
+    };
+    let (mut stiffness, mut damping) = ([linear.stiffness.clone()], [linear.damping.clone()]);
+    clear_rounding::<M, 1>(&mut stiffness, [&of_rows, &of_columns], state, |at| Some([beside(at)?.stiffness]));
+    clear_rounding::<M, 1>(&mut damping, [&of_rows, &of_rows], state, |at| Some([beside(at)?.damping]));
+    [linear.stiffness] = stiffness;
+    [linear.damping] = damping;
 }
 
 /// Refuses to judge what turns in a pole of its coordinates, or next to it by rounding, as a spherical pendulum upright: no momentum of a coordinate that has no inertia holds anything, and the same
@@ -109,15 +131,19 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
     let spread = |i: usize| 0.1 + 0.7 * (1.0 + 0.618 * i as f64).sin();
     beside.q_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, q)| *q += 0.01 * spread(i) * (1.0 + q.abs()));
     beside.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += spread(2 * i + 1));
+    // What cancels here, as forces in balance, does not there.
+    let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let (near, far) = (read(state), read(&beside));
+    let sizes: Vec<f64> = near.iter().zip(&far).map(|(a, b)| most(a).max(most(b))).collect();
     let depends = |at: &M::State, i: usize| {
         let here = read(at);
         [0.37, -1.71, 2.93].into_iter().any(|by| {
             let mut moved = *at;
             moved.q_mut().as_mut_slice()[i] += by;
-            here.iter().zip(&read(&moved)).any(|(a, b)| {
-                let size = a.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-                a.iter().zip(b).any(|(x, y)| (x - y).abs() > 1e-13 * size || (x - y).is_nan())
-            })
+            here.iter()
+                .zip(&read(&moved))
+                .zip(&sizes)
+                .any(|((a, b), size)| a.iter().zip(b).any(|(x, y)| (x - y).abs() > 1e-13 * size || (x - y).is_nan()))
         })
     };
     let free = |j: &usize| {
@@ -180,7 +206,9 @@ fn unsure<M: Constraints>(
     let (mut sizes, mut drift) = (here.stiffness.abs(), here.stiffness.map(|_| 0.0));
     for (j, coordinate) in order.iter().enumerate() {
         let mut slope = here.stiffness.map(|_| 0.0);
-        for part in [-1.0, -0.3, -0.01, 0.01, 0.3, 1.0] {
+        // Not so far that a radius ends where its force has a pole.
+        let reach = if M::COORDINATES[*coordinate].unit == "rad" { 1.0 } else { 0.5 };
+        for part in [-reach, -0.3, -0.01, 0.01, 0.3, reach] {
             let step = part * scales[*coordinate];
             let mut beside = *state;
             let change = here.tangent.positions.column(j) * step;

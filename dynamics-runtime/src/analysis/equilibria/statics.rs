@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
+use super::rounding::clear_rounding;
 pub(in crate::analysis) use crate::analysis::linearize::scales;
 use crate::analysis::linearize::{LinearizeError, Tangent};
 use crate::constrain::held::active_rows;
@@ -76,8 +77,37 @@ fn finite<M: Constraints>(state: &M::State, force: &[f64]) -> Result<(), Equilib
 }
 
 impl<R: Vector> Statics<R> {
-    /// Of a position on the constraints, at the velocities of the state; `preferred` coordinates are independent where they can be.
+    /// Of a position on the constraints, at the velocities of the state; `preferred` coordinates are independent where they can be. Stiffnesses that are rounding are 0.
     pub(in crate::analysis) fn of<M: Constraints<Rows = R>>(
+        model: &M,
+        state: &M::State,
+        preferred: &[usize],
+    ) -> Result<Self, EquilibriumError> {
+        let mut found = Self::as_computed(model, state, preferred)?;
+        found.stiffness = found.without_rounding::<M>(found.stiffness.clone(), state, |beside| {
+            Self::as_computed(model, beside, &found.tangent.coordinates).ok().map(|there| there.stiffness)
+        });
+        Ok(found)
+    }
+
+    /// A stiffness matrix without elements that are rounding; `beside` gives it at another state.
+    fn without_rounding<M: Constraints>(
+        &self,
+        stiffness: DMatrix<f64>,
+        state: &M::State,
+        beside: impl Fn(&M::State) -> Option<DMatrix<f64>>,
+    ) -> DMatrix<f64> {
+        let of_columns = self.tangent.coordinates.iter().map(|i| self.masses[*i]);
+        let of_columns = DVector::from_iterator(self.tangent.coordinates.len(), of_columns);
+        let mut cleared = [stiffness];
+        clear_rounding::<M, 1>(&mut cleared, [&self.inertia, &of_columns], state, |beside_state| {
+            beside(beside_state).map(|there| [there])
+        });
+        let [cleared] = cleared;
+        cleared
+    }
+
+    fn as_computed<M: Constraints<Rows = R>>(
         model: &M,
         state: &M::State,
         preferred: &[usize],
@@ -123,12 +153,26 @@ impl<R: Vector> Statics<R> {
         state: &M::State,
         metric: &[f64],
     ) -> Result<DMatrix<f64>, EquilibriumError> {
-        let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
-        let (d, e) = (&self.tangent.positions, &self.tangent.velocities);
         let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
         if rows.is_empty() {
             return Ok(self.stiffness.clone());
         }
+        let here = self.covariant_as_computed(model, state, metric, &rows)?;
+        Ok(self.without_rounding::<M>(here, state, |beside| {
+            let there = Self::as_computed(model, beside, &self.tangent.coordinates).ok()?;
+            there.covariant_as_computed(model, beside, metric, &rows).ok()
+        }))
+    }
+
+    fn covariant_as_computed<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+        metric: &[f64],
+        rows: &[usize],
+    ) -> Result<DMatrix<f64>, EquilibriumError> {
+        let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
+        let (d, e) = (&self.tangent.positions, &self.tangent.velocities);
         let metric = DMatrix::from_diagonal(&DVector::from_column_slice(metric));
         let square = e.tr_mul(&(&metric * e));
         let read = Read::of(model, state)?;
@@ -168,14 +212,33 @@ impl<R: Vector> Statics<R> {
         model: &M,
         state: &M::State,
     ) -> Result<DVector<f64>, EquilibriumError> {
+        self.noise_by(model, state, state.q().as_slice())
+    }
+
+    /// As [`Self::noise`], where coordinates are added to others of their unit, whose last bits are then theirs: far out along one of them.
+    pub(super) fn noise_of_sums<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+    ) -> Result<DVector<f64>, EquilibriumError> {
+        self.noise_by(model, state, &scales(M::COORDINATES, state.q().as_slice()))
+    }
+
+    /// What F changes by where each coordinate moves by the last bits of a number of this size.
+    fn noise_by<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+        sizes: &[f64],
+    ) -> Result<DVector<f64>, EquilibriumError> {
         let here = self.force_beside(model, state)?;
         let mut most = self.rounding.clone();
         for sample in 0..8_u32 {
             let mut beside = *state;
-            for (j, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+            for (j, (q, size)) in beside.q_mut().as_mut_slice().iter_mut().zip(sizes).enumerate() {
                 // Signs of a Walsh function, so that no two samples are alike, and different numbers of bits.
                 let sign = if (sample >> (j % 3)).is_multiple_of(2) { 1.0 } else { -1.0 };
-                *q += sign * f64::from(1 + (sample + j as u32) % 4) * f64::EPSILON * *q;
+                *q += sign * f64::from(1 + (sample + j as u32) % 4) * f64::EPSILON * size;
             }
             let change = (self.force_beside(model, &beside)? - &here).abs();
             most.zip_apply(&change, |most, change| *most = most.max(change));

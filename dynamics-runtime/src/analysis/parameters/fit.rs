@@ -12,6 +12,7 @@ mod experiment;
 mod levenberg;
 mod resample;
 mod result;
+mod robust;
 mod show;
 
 use alloc::borrow::ToOwned;
@@ -27,6 +28,8 @@ use experiment::{Experiment, Told, named};
 use levenberg::{Levenberg, Outcome};
 pub use resample::Resampled;
 pub use result::{Fit, Fitted, Residuals};
+pub use robust::Loss;
+use robust::Weighed;
 
 use super::sensitivity::SensitivityError;
 use super::variable::{Variable, VariableError};
@@ -39,6 +42,8 @@ const RANK: f64 = 1e-6;
 const TOLERANCE: f64 = 1e-9;
 /// Measured motions may be smaller than others by this part for their tolerance to follow.
 const SPAN: f64 = 1e-6;
+/// Standard errors beyond this many times an unknown, and what it began with, are those of one that ran away: nothing was found.
+const NOTHING: f64 = 1e3;
 /// Errors of motions, in tolerances: what is gained below the square of them is gained by chance.
 const BLUR: f64 = 10.0;
 
@@ -75,6 +80,7 @@ pub struct Fitting<'m, M: Simulate> {
     told: Told<'m, M>,
     tolerance: Option<f64>,
     most: usize,
+    loss: Loss,
 }
 
 /// A fit that was checked.
@@ -85,11 +91,12 @@ pub(super) struct Problem<'a, M: Simulate> {
     pub(super) most: usize,
     /// Whether the noise was given.
     pub(super) absolute: bool,
+    pub(super) loss: Loss,
 }
 
 impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
-        Self { model, before: Vec::new(), told: Told::new(start), tolerance: None, most: 200 }
+        Self { model, before: Vec::new(), told: Told::new(start), tolerance: None, most: 200, loss: Loss::Squares }
     }
 
     /// Parameters, coordinates and velocities of the start that are to be found; they begin with the values of the model and the start that the fit was opened with.
@@ -145,6 +152,13 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         self
     }
 
+    /// What residuals count for: [`Loss::HUBER`] or [`Loss::CAUCHY`] for data with outliers, which decide least squares. The scale beyond which data count for less is the σ of
+    /// [`Fitting::data_with`] where it is given, and else taken from the median of the residuals. Standard errors are those of the residuals in either case.
+    pub fn loss(mut self, loss: Loss) -> Self {
+        self.loss = loss;
+        self
+    }
+
     /// Most iterations, 200 unless set.
     pub fn iterations(mut self, most: usize) -> Self {
         self.most = most;
@@ -154,8 +168,8 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     /// Finds them.
     ///
     /// # Errors
-    /// Names and data that make no sense; fewer data than unknowns; motions that fail at the start of the search; unknowns that the data cannot tell apart; iterations that do not settle. What was
-    /// found up to there is in the error.
+    /// Names and data that make no sense; fewer data than unknowns; motions that fail at the start of the search; unknowns that the data cannot tell apart, or that ran away; iterations that do not
+    /// settle. What was found up to there is in the error.
     pub fn run(&self) -> Result<Fit, FitError> {
         self.problem()?.solve()
     }
@@ -187,8 +201,11 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         if count < needed + usize::from(!absolute) {
             return Err(FitError::TooFewData { data: count, unknowns: needed, noise: !absolute });
         }
+        if let Some(limit) = self.loss.limit().filter(|limit| !(*limit > 0.0 && limit.is_finite())) {
+            return Err(FitError::Loss { limit });
+        }
         let tolerance = self.tolerance.unwrap_or(TOLERANCE);
-        Ok(Problem { experiments, unknowns, tolerance, most: self.most, absolute })
+        Ok(Problem { experiments, unknowns, tolerance, most: self.most, absolute, loss: self.loss })
     }
 
     fn unknowns(&self, told: &[&Told<'m, M>]) -> Result<Vec<Unknown>, FitError> {
@@ -260,9 +277,39 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
         let bounds: Vec<[f64; 2]> = self.unknowns.iter().map(|unknown| unknown.bounds).collect();
         let measured: f64 = self.series().flat_map(|s| s.points.iter().map(|(_, y)| (y / s.sigma).powi(2))).sum();
         let search = Levenberg { bounds: &bounds, most: self.most, blur: measured * (BLUR * self.tolerance).powi(2) };
-        let Outcome { at, residuals, jacobian, iterations, settled } =
-            search.minimize(first, |values, jacobian| self.evaluate(values, jacobian))?;
-        let fit = Fit::of(self, &at, residuals, &jacobian, iterations)?;
-        if settled { Ok(fit) } else { Err(FitError::NotSettled { iterations, so_far: Box::new(fit) }) }
+        let evaluate = |values: &DVector<f64>, jacobian: bool| self.evaluate(values, jacobian);
+        let (outcome, weighed) = match self.loss {
+            Loss::Squares => {
+                let outcome = search.minimize(first, evaluate)?;
+                let count = outcome.residuals.len();
+                (outcome, Weighed::evenly(count))
+            }
+            loss => {
+                // Residuals that are errors of the motions tell no noise.
+                let count: usize = self.series().map(|s| s.points.len()).sum();
+                let least = BLUR * self.tolerance * (measured / count as f64).sqrt();
+                let scale = self.absolute.then_some(1.0);
+                robust::minimize(&search, (loss, scale, least.max(f64::MIN_POSITIVE)), first, evaluate)?
+            }
+        };
+        let Outcome { at, residuals, jacobian, iterations, settled } = outcome;
+        let fit = Fit::of(self, &at, (residuals, weighed), &jacobian, iterations)?;
+        if !settled {
+            return Err(FitError::NotSettled { iterations, so_far: Box::new(fit) });
+        }
+        self.check_found(fit)
+    }
+
+    /// That every unknown was found: not one whose standard error is a multiple of anything that it could be.
+    fn check_found(&self, fit: Fit) -> Result<Fit, FitError> {
+        let lost = fit.found.iter().zip(&self.unknowns).find(|(found, unknown)| {
+            let size = found.value.abs().max(super::equations::size(unknown.first));
+            // Also true of what is no number.
+            !found.value.is_finite() || found.standard_error.is_some_and(|error| !(error <= NOTHING * size))
+        });
+        match lost.map(|(found, unknown)| (found.name.clone(), unknown.first)) {
+            Some((name, first)) => Err(FitError::NothingFound { name, first, so_far: Box::new(fit) }),
+            None => Ok(fit),
+        }
     }
 }

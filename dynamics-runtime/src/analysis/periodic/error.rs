@@ -119,6 +119,8 @@ pub enum PeriodicError {
         ratio: f64,
         /// What is conserved.
         conserved: Vec<&'static str>,
+        /// Conditions that would choose one and are not set yet, as they are written.
+        remedies: Vec<String>,
         /// The period of the one that was found.
         period: f64,
         /// Its start: coordinates, then velocities.
@@ -229,18 +231,21 @@ impl fmt::Display for PeriodicError {
             Self::Rests { at } => {
                 write!(f, "the search ended at rest, at {at:.4?}, which has every period; start from a larger motion")
             }
-            Self::NotIsolated { coordinate, ratio, conserved, period, .. } => {
+            Self::NotIsolated { coordinate, ratio, conserved, remedies, period, .. } => {
                 write!(
                     f,
                     "closed motions lie side by side (along `{coordinate}`, singular values {ratio:.0e}; one has the period {period:.9})"
                 )?;
-                match conserved.first() {
-                    Some(_) => write!(
+                if !conserved.is_empty() {
+                    write!(f, ", as {} is conserved", conserved.join(", "))?;
+                }
+                match remedies.split_last() {
+                    Some((last, [])) => write!(f, "; choose one by `{last}`"),
+                    Some((last, others)) => write!(f, "; choose one by `{}` or `{last}`", others.join("`, `")),
+                    None => write!(
                         f,
-                        ", as {} is conserved; choose one by `.hold_energy(..)`, `.hold(\"{coordinate}\", ..)` or `.hold_period()`",
-                        conserved.join(", ")
+                        "; what is held does not choose one: hold another coordinate, or hold `{coordinate}` by a constraint"
                     ),
-                    None => write!(f, "; choose one by `.hold(\"{coordinate}\", ..)` or another condition"),
                 }
             }
             Self::NoConvergence { iterations, coordinate, miss, period, because, .. } => {

@@ -11,6 +11,9 @@ use super::experiment::named;
 use crate::model::{ModelState, Parameters};
 use crate::motion::{Motion, Simulate};
 
+/// Largest value, in σ: the sum of squares of more would be infinite.
+const LARGEST: f64 = 1e150;
+
 /// Data as they were given.
 pub(super) struct Given {
     pub(super) name: String,
@@ -48,6 +51,10 @@ pub(super) fn read<M: Simulate>(data: &[Given], start: f64, index: usize) -> Res
         }
         if let Some(sigma) = sigma.filter(|sigma| !(*sigma > 0.0 && sigma.is_finite())) {
             return Err(FitError::Noise { name: name.clone(), sigma });
+        }
+        let too_large = |(_, (_, value)): &(usize, &(f64, f64))| value.abs() / sigma.unwrap_or(1.0) > LARGEST;
+        if let Some((row, (time, value))) = points.iter().enumerate().find(too_large) {
+            return Err(FitError::TooLarge { name: name.clone(), row, time: *time, value: *value });
         }
         let (points, sigma, unit) = (points.clone(), sigma.unwrap_or(1.0), quantity.unit::<M>());
         found.push(Series { name: name.clone(), unit, quantity, points, sigma });

@@ -54,6 +54,31 @@ pub enum FitError {
         /// Its value.
         value: f64,
     },
+    /// A value of the data is so large that its square is infinite.
+    TooLarge {
+        /// The quantity.
+        name: String,
+        /// The row, from 0.
+        row: usize,
+        /// Its time.
+        time: f64,
+        /// Its value.
+        value: f64,
+    },
+    /// The limit of a loss is not a positive number.
+    Loss {
+        /// What was given.
+        limit: f64,
+    },
+    /// The search settled where an unknown has run away, or is not known to any digit: the data, or an outlier among them, lead nowhere.
+    NothingFound {
+        /// The unknown.
+        name: String,
+        /// What it began with.
+        first: f64,
+        /// Where the search ended.
+        so_far: Box<Fit>,
+    },
     /// A time of the data lies before the start.
     BeforeStart {
         /// The quantity.
@@ -144,6 +169,30 @@ impl fmt::Display for FitError {
             Self::NoData { name } => write!(f, "there are no data of `{name}`; give some, or leave it out"),
             Self::NotANumber { name, row, time, value } => {
                 write!(f, "row {row} of `{name}` is ({time}, {value}); leave out what was not measured")
+            }
+            Self::TooLarge { name, row, time, value } => write!(
+                f,
+                "row {row} of `{name}` is ({time}, {value:e}), too large for a sum of squares; leave it out, or give it in another unit"
+            ),
+            Self::Loss { limit } => {
+                write!(f, "the limit of the loss is {limit}; it has to be a positive number, in multiples of the scale")
+            }
+            Self::NothingFound { name, first, so_far } => {
+                write!(f, "nothing was found: `{name}`, which began at {first}, ended at ")?;
+                match so_far.get(name) {
+                    Some(found) => write!(f, "{:.3e} ± {:.0e}", found.value, found.standard_error.unwrap_or(0.0))?,
+                    None => f.write_str("no number")?,
+                }
+                match so_far.outlier() {
+                    Some((quantity, row, part)) => write!(
+                        f,
+                        "; row {row} of `{quantity}` alone makes {:.1} % of χ²: leave it out, or ask for a loss that outliers do not decide, `.loss(Loss::CAUCHY)`",
+                        (100.0 * part).min(99.9)
+                    ),
+                    None => {
+                        f.write_str("; begin nearer, give bounds by `.find_within(..)`, or measure what depends on it")
+                    }
+                }
             }
             Self::BeforeStart { name, row, time, start } => write!(
                 f,

@@ -101,6 +101,7 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
             tolerance: problem.tolerance,
             most: problem.most,
             absolute: problem.absolute,
+            loss: problem.loss,
         };
         let found = again.solve_from(&at).map_err(|error| error.to_string())?;
         Ok(found.found.iter().map(|fitted| fitted.value).collect())

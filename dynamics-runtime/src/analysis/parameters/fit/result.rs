@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::size;
+use super::robust::{Loss, Weighed};
 use super::{FitError, Problem, RANK};
 use crate::model::Parameters;
 use crate::motion::Simulate;
@@ -35,6 +36,8 @@ pub struct Residuals {
     pub unit: String,
     /// (t, model − measured), in the order in which the data were given.
     pub points: Vec<(f64, f64)>,
+    /// What each of them counted for, 1 at most: all 1 in least squares.
+    pub weights: Vec<f64>,
     /// Their root mean square.
     pub rms: f64,
     /// How much of the scatter of the data the model explains: 1 − Σ residual² / Σ (y − ȳ)²; NaN of data that do not scatter.
@@ -52,8 +55,12 @@ pub struct Fit {
     pub covariance: DMatrix<f64>,
     /// Correlations, between −1 and 1; likewise.
     pub correlation: DMatrix<f64>,
-    /// Σ (residual/σ)², σ = 1 where none was given.
+    /// Σ w (residual/σ)², σ = 1 where none was given, and the weights w all 1 in least squares.
     pub chi_squared: f64,
+    /// What residuals counted for.
+    pub loss: Loss,
+    /// The scale of the noise that the loss went by, in σ: 1 in least squares and where σ was given, else from the median of the residuals.
+    pub scale: f64,
     /// Data less unknowns that lie on no bound.
     pub freedom: usize,
     /// Whether the noise was given: the covariance is then not scaled by what is left of the data.
@@ -75,6 +82,19 @@ impl Fit {
         self.found.iter().find(|fitted| fitted.name == name)
     }
 
+    /// The datum that alone makes more than half of Σ residual² of its quantity, of ten data or more: the quantity, the row from 0, and its part. An outlier, or what the model lacks.
+    #[must_use]
+    pub fn outlier(&self) -> Option<(&str, usize, f64)> {
+        let of = |left: &'_ Residuals| {
+            let squares: f64 = left.points.iter().map(|(_, r)| r * r).sum();
+            let worst = left.points.iter().enumerate().max_by(|a, b| a.1.1.abs().total_cmp(&b.1.1.abs()));
+            let (row, (_, r)) = worst?;
+            let part = r * r / squares;
+            (left.points.len() >= 10 && part > 0.5).then_some((row, part))
+        };
+        self.residuals.iter().find_map(|left| of(left).map(|(row, part)| (left.name.as_str(), row, part)))
+    }
+
     /// χ² per degree of freedom: near 1 where model and given noise are right; `None` where no freedom is left.
     #[must_use]
     pub fn reduced_chi_squared(&self) -> Option<f64> {
@@ -84,7 +104,7 @@ impl Fit {
     pub(super) fn of<M: Simulate + Parameters + Clone>(
         problem: &Problem<'_, M>,
         at: &DVector<f64>,
-        residuals: DVector<f64>,
+        (residuals, weighed): (DVector<f64>, Weighed),
         jacobian: &DMatrix<f64>,
         iterations: usize,
     ) -> Result<Self, FitError> {
@@ -101,7 +121,7 @@ impl Fit {
                 of_free.column_mut(k).fill(0.0);
             }
         }
-        let chi_squared = residuals.norm_squared();
+        let chi_squared: f64 = residuals.iter().zip(&weighed.weights).map(|(r, w)| w * r * r).sum();
         let freedom = residuals.len() - free.len();
         let factored = match factor(&of_free) {
             Ok(factored) => factored,
@@ -111,7 +131,11 @@ impl Fit {
                 return Err(FitError::Indistinguishable { groups, values, chi_squared });
             }
         };
-        let variance = if problem.absolute { 1.0 } else { chi_squared / freedom as f64 };
+        let variance = match weighed.loss {
+            Loss::Squares if problem.absolute => 1.0,
+            Loss::Squares => chi_squared / freedom as f64,
+            _ => weighed.variance(&residuals, free.len()).unwrap_or(f64::INFINITY),
+        };
         let mut covariance = DMatrix::zeros(count, count);
         for (a, i) in free.iter().enumerate() {
             for (b, j) in free.iter().enumerate() {
@@ -144,17 +168,25 @@ impl Fit {
             absolute: problem.absolute,
             rank: free.len(),
             independence: factored.least,
-            residuals: by_quantity(problem, &residuals),
+            residuals: by_quantity(problem, &residuals, &weighed.weights),
+            loss: weighed.loss,
+            scale: weighed.scale,
             iterations,
         })
     }
 }
 
-fn by_quantity<M: Simulate + Parameters + Clone>(problem: &Problem<'_, M>, residuals: &DVector<f64>) -> Vec<Residuals> {
+fn by_quantity<M: Simulate + Parameters + Clone>(
+    problem: &Problem<'_, M>,
+    residuals: &DVector<f64>,
+    weights: &[f64],
+) -> Vec<Residuals> {
     let mut rest = residuals.as_slice();
+    let mut rest_of_weights = weights;
     let of_series = |series: &super::Series| {
         let (own, after) = rest.split_at(series.points.len());
-        rest = after;
+        let (weights, weights_after) = rest_of_weights.split_at(series.points.len());
+        (rest, rest_of_weights) = (after, weights_after);
         let points: Vec<_> = series.points.iter().zip(own).map(|((t, _), r)| (*t, r * series.sigma)).collect();
         let count = points.len() as f64;
         let squares: f64 = points.iter().map(|(_, r)| r * r).sum();
@@ -167,6 +199,7 @@ fn by_quantity<M: Simulate + Parameters + Clone>(problem: &Problem<'_, M>, resid
             name: series.name.clone(),
             unit: series.unit.clone(),
             points,
+            weights: weights.to_vec(),
             rms: (squares / count).sqrt(),
             explained: if scatter > 0.0 { 1.0 - squares / scatter } else { f64::NAN },
             neighbours: if squares > 0.0 { beside / squares } else { 0.0 },

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::Fit;
+use super::{Fit, Loss};
 
 /// One line for each unknown, then correlations that matter, then one line for each quantity.
 impl fmt::Display for Fit {
@@ -33,6 +33,20 @@ impl fmt::Display for Fit {
                 write!(f, "; neighbours are alike ({:.2}), as the model lacks something", left.neighbours)?;
             }
             writeln!(f)?;
+        }
+        // Of data without noise the errors of motions are left.
+        let exact = self.residuals.iter().all(|left| left.explained == 1.0);
+        if let Some((quantity, row, part)) = self.outlier().filter(|_| !exact) {
+            writeln!(
+                f,
+                "row {row} of `{quantity}` alone makes {:.1} % of the squares of its residuals: an outlier?",
+                100.0 * part
+            )?;
+        }
+        if self.loss != Loss::Squares {
+            let all = self.residuals.iter().flat_map(|left| &left.weights);
+            let light = all.filter(|weight| **weight < 0.5).count();
+            writeln!(f, "{:?}, scale {:.3e}: {light} data count for less than half", self.loss, self.scale)?;
         }
         let noise = if self.absolute { "noise given" } else { "noise from the residuals" };
         write!(f, "χ² = {:.6e} with {} degrees of freedom ({noise}), ", self.chi_squared, self.freedom)?;

@@ -1,6 +1,7 @@
 //! Newton's method on what segments miss.
 
 use alloc::boxed::Box;
+use alloc::string::String;
 use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
@@ -254,13 +255,25 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
             return Ok(solved);
         }
         let frame = &shots.frames[0];
+        let coordinate = frame.name::<M>(solved.along.rows(0, frame.len()).iamax());
         Err(PeriodicError::NotIsolated {
-            coordinate: frame.name::<M>(solved.along.rows(0, frame.len()).iamax()),
+            coordinate,
             ratio: solved.least / solved.most,
             conserved: self.conserved.clone(),
+            remedies: self.remedies(coordinate),
             period: shots.period,
             at: stacked(&shots.nodes[0]).as_slice().into(),
         })
+    }
+
+    /// Conditions that could choose one of a family of closed motions and are not set yet.
+    fn remedies(&self, coordinate: &str) -> Vec<String> {
+        let holds_energy = self.asked.holds.iter().any(|hold| matches!(hold, Hold::Energy(_)));
+        let holds_place = self.asked.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
+        let energy = (!holds_energy && !self.conserved.is_empty()).then(|| String::from(".hold_energy(..)"));
+        let place = (!holds_place).then(|| alloc::format!(".hold(\"{coordinate}\", ..)"));
+        let period = (!self.asked.hold_period && self.autonomous).then(|| String::from(".hold_period()"));
+        energy.into_iter().chain(place).chain(period).collect()
     }
 
     /// Shoots from all nodes.

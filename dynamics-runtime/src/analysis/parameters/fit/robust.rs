@@ -1,0 +1,197 @@
+//! Losses that outliers do not decide.
+//!
+//! Instead of Σ r² the sum Σ s² ρ(r/s) is made smallest, s the scale of the noise: σ where it is given, else 1.4826 times the median of |r|, which half of the data may miss without moving it far. Each
+//! round fits by weights w = ψ(r/s)/(r/s), ψ = ρ'/2, and takes scale and weights anew (P. W. Holland & R. E. Welsch, Comm. Statist. A 6 (1977) 813). The first weights are those of the first
+//! values, so that no outlier draws the search away. Cauchy's loss has several minima: it begins where Huber's ends.
+//!
+//! Covariance after P. J. Huber, *Robust Statistics* (1981), §7.6: κ² s² [Σ ψ²/(n − p)]/(mean ψ')² (JᵀJ)⁻¹, κ = 1 + (p/n) var ψ'/(mean ψ')².
+
+use alloc::vec::Vec;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::sensitivity::SensitivityError;
+use super::levenberg::{Levenberg, Outcome};
+
+/// What a residual counts for: how a fit weighs data that the model misses.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Loss {
+    /// ρ = r²: least squares. One datum that is far off decides the fit.
+    #[default]
+    Squares,
+    /// ρ = r² up to this many times the scale, linear from there on: an outlier pulls with a constant force. One minimum, where least squares have one.
+    Huber(f64),
+    /// ρ = c² ln(1 + (r/c)²), c this many times the scale: an outlier pulls the less the farther it is off.
+    Cauchy(f64),
+}
+
+impl Loss {
+    /// Huber's, with 1.345 times the scale: standard errors 2.5 % larger than those of least squares where the noise is normal.
+    pub const HUBER: Self = Self::Huber(1.345);
+    /// Cauchy's, with 2.385 times the scale: likewise.
+    pub const CAUCHY: Self = Self::Cauchy(2.385);
+
+    /// The limit of the loss; `None` of least squares.
+    #[must_use]
+    pub fn limit(self) -> Option<f64> {
+        match self {
+            Self::Squares => None,
+            Self::Huber(limit) | Self::Cauchy(limit) => Some(limit),
+        }
+    }
+
+    /// ψ(x)/x.
+    fn weight(self, x: f64) -> f64 {
+        match self {
+            Self::Squares => 1.0,
+            Self::Huber(k) => {
+                if x.abs() <= k {
+                    1.0
+                } else {
+                    k / x.abs()
+                }
+            }
+            Self::Cauchy(c) => 1.0 / (1.0 + (x / c).powi(2)),
+        }
+    }
+
+    /// ψ'(x).
+    fn slope(self, x: f64) -> f64 {
+        match self {
+            Self::Squares => 1.0,
+            Self::Huber(k) => {
+                if x.abs() <= k {
+                    1.0
+                } else {
+                    0.0
+                }
+            }
+            Self::Cauchy(c) => {
+                let square = (x / c).powi(2);
+                (1.0 - square) / (1.0 + square).powi(2)
+            }
+        }
+    }
+}
+
+/// Standard deviation of normal noise in medians of its size.
+const NORMAL: f64 = 1.4826;
+/// Most rounds; each takes a third of the error or more.
+const MOST_ROUNDS: usize = 100;
+/// The rounds have settled where scale and weighted residuals change by less than this part.
+const SETTLED: f64 = 1e-6;
+
+/// How a fit weighed its data.
+#[derive(Clone, Debug)]
+pub(super) struct Weighed {
+    pub(super) loss: Loss,
+    /// s, in σ; 1 where σ is given or the loss is that of least squares.
+    pub(super) scale: f64,
+    /// One for each datum.
+    pub(super) weights: Vec<f64>,
+}
+
+impl Weighed {
+    pub(super) fn evenly(count: usize) -> Self {
+        Self { loss: Loss::Squares, scale: 1.0, weights: alloc::vec![1.0; count] }
+    }
+
+    fn of(loss: Loss, scale: f64, residuals: &DVector<f64>) -> Self {
+        Self { loss, scale, weights: residuals.iter().map(|r| loss.weight(r / scale)).collect() }
+    }
+
+    /// What (JᵀJ)⁻¹ is multiplied by, of p unknowns; `None` where the data say nothing, as most of them lie beyond the limit.
+    pub(super) fn variance(&self, residuals: &DVector<f64>, unknowns: usize) -> Option<f64> {
+        let (n, p) = (residuals.len() as f64, unknowns as f64);
+        let slopes: Vec<f64> = residuals.iter().map(|r| self.loss.slope(r / self.scale)).collect();
+        let mean = slopes.iter().sum::<f64>() / n;
+        let scatter = slopes.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / n;
+        let pulls: f64 = residuals.iter().zip(&self.weights).map(|(r, w)| (r * w).powi(2)).sum();
+        let larger = 1.0 + p / n * scatter / (mean * mean);
+        let found = larger * larger * pulls / ((n - p) * mean * mean);
+        (mean > 0.0 && n > p).then_some(found)
+    }
+}
+
+/// Residuals, and their Jacobian where it is asked for.
+type Evaluated = Result<(DVector<f64>, Option<DMatrix<f64>>), SensitivityError>;
+
+/// Makes the sum of losses smallest. The scale is found along the way where it is not given, and is no less than `least`.
+pub(super) fn minimize(
+    search: &Levenberg<'_>,
+    (loss, scale, least): (Loss, Option<f64>, f64),
+    first: &DVector<f64>,
+    evaluate: impl Fn(&DVector<f64>, bool) -> Evaluated,
+) -> Result<(Outcome, Weighed), SensitivityError> {
+    let scale_of = |residuals: &DVector<f64>| scale.unwrap_or_else(|| median_size(residuals).max(least));
+    let mut at = first.clone();
+    let (mut residuals, _) = evaluate(&at, false)?;
+    let mut iterations = 0;
+    let mut last = None;
+    let limit = loss.limit().unwrap_or(1.0);
+    for (stage, stages) in [Loss::Huber(limit.min(1.345)), loss].into_iter().zip([MOST_ROUNDS / 5, MOST_ROUNDS]) {
+        for round in 0..stages {
+            let weighed = Weighed::of(stage, scale_of(&residuals), &residuals);
+            let roots = DVector::from_iterator(residuals.len(), weighed.weights.iter().map(|w| w.sqrt()));
+            let found = search.minimize(&at, |at, jacobian| {
+                let (residuals, by) = evaluate(at, jacobian)?;
+                Ok((residuals.component_mul(&roots), by.map(|by| by_rows(by, &roots))))
+            })?;
+            iterations += found.iterations;
+            let before = residuals;
+            at = found.at;
+            residuals = evaluate(&at, false)?.0;
+            let again = Weighed::of(stage, scale_of(&residuals), &residuals);
+            // What the weights admit has stopped to move.
+            let moved = (&residuals - &before).component_mul(&roots).norm();
+            let settles = moved <= SETTLED * residuals.component_mul(&roots).norm().max(least)
+                && (again.scale - weighed.scale).abs() <= SETTLED * weighed.scale;
+            last = Some((again, found.settled && settles));
+            if settles || (!found.settled && round > 3) {
+                break;
+            }
+        }
+    }
+    let (weighed, settled) = last.unwrap_or_else(|| (Weighed::evenly(residuals.len()), false));
+    let (residuals, jacobian) = evaluate(&at, true)?;
+    let jacobian = jacobian.unwrap_or_else(|| DMatrix::zeros(0, 0));
+    Ok((Outcome { at, residuals, jacobian, iterations, settled }, weighed))
+}
+
+fn by_rows(mut matrix: DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
+    matrix.row_iter_mut().zip(factors.iter()).for_each(|(mut row, factor)| row *= *factor);
+    matrix
+}
+
+/// 1.4826 times the median of |r|.
+fn median_size(residuals: &DVector<f64>) -> f64 {
+    let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let middle = sizes.len() / 2;
+    match sizes.len() {
+        0 => 0.0,
+        odd if odd % 2 == 1 => NORMAL * sizes[middle],
+        _ => NORMAL * 0.5 * (sizes[middle - 1] + sizes[middle]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ψ' by differences of ψ, and weights that fall with the size.
+    #[test]
+    fn slopes_are_those_of_the_pulls() {
+        for loss in [Loss::Squares, Loss::HUBER, Loss::CAUCHY, Loss::Huber(0.3), Loss::Cauchy(7.0)] {
+            for x in [-9.0, -1.0, -0.1, 0.2, 1.1, 3.0, 40.0] {
+                let pull = |x: f64| x * loss.weight(x);
+                let slope = (pull(x + 1e-6) - pull(x - 1e-6)) / 2e-6;
+                assert!((slope - loss.slope(x)).abs() < 1e-8, "{loss:?} {x}");
+                assert!(loss.weight(x) <= loss.weight(0.9 * x));
+            }
+        }
+        assert_eq!(median_size(&DVector::from_row_slice(&[1.0, -2.0, 900.0])), 2.0 * NORMAL);
+        assert_eq!(median_size(&DVector::from_row_slice(&[1.0, -2.0, 4.0, 900.0])), 3.0 * NORMAL);
+    }
+}
