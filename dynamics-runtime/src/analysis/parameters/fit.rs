@@ -275,7 +275,13 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
 
     pub(super) fn solve_from(&self, first: &DVector<f64>) -> Result<Fit, FitError> {
         let bounds: Vec<[f64; 2]> = self.unknowns.iter().map(|unknown| unknown.bounds).collect();
-        let measured: f64 = self.series().flat_map(|s| s.points.iter().map(|(_, y)| (y / s.sigma).powi(2))).sum();
+        let values = self.series().flat_map(|s| s.points.iter().map(|(_, y)| y / s.sigma));
+        let values = DVector::from_iterator(self.series().map(|s| s.points.len()).sum(), values);
+        // Outliers say nothing of the size of what was measured.
+        let measured = match self.loss {
+            Loss::Squares => values.norm_squared(),
+            _ => values.len() as f64 * robust::median_size(&values).powi(2),
+        };
         let search = Levenberg { bounds: &bounds, most: self.most, blur: measured * (BLUR * self.tolerance).powi(2) };
         let evaluate = |values: &DVector<f64>, jacobian: bool| self.evaluate(values, jacobian);
         let (outcome, weighed) = match self.loss {
@@ -286,8 +292,7 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
             }
             loss => {
                 // Residuals that are errors of the motions tell no noise.
-                let count: usize = self.series().map(|s| s.points.len()).sum();
-                let least = BLUR * self.tolerance * (measured / count as f64).sqrt();
+                let least = BLUR * self.tolerance * (measured / values.len() as f64).sqrt();
                 let scale = self.absolute.then_some(1.0);
                 robust::minimize(&search, (loss, scale, least.max(f64::MIN_POSITIVE)), first, evaluate)?
             }

@@ -165,7 +165,7 @@ fn by_rows(mut matrix: DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
 }
 
 /// 1.4826 times the median of |r|.
-fn median_size(residuals: &DVector<f64>) -> f64 {
+pub(super) fn median_size(residuals: &DVector<f64>) -> f64 {
     let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let middle = sizes.len() / 2;
