@@ -29,6 +29,7 @@ mod kinks;
 mod leave;
 mod locking;
 mod missed;
+pub(crate) mod numbers;
 mod outgrown;
 mod pace;
 mod plant;

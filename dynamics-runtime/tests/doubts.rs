@@ -6,13 +6,13 @@ use common::*;
 use dynamics_runtime::integrate::Direction;
 use dynamics_runtime::methods::{self, Any};
 use dynamics_runtime::model::{ModelState as _, Vector as _};
-use dynamics_runtime::motion::{Motion, Simulate};
+use dynamics_runtime::motion::{Motion, Simulate, SimulationErrorKind};
 
 /// What half steps show at most beside the estimate by a second run: both in permitted errors.
 fn shown_and_measured<M: Simulate>(motion: &Motion<'_, M>) -> [f64; 2] {
     let measured = motion.global_error().unwrap().ratio.unwrap();
     let summary = motion.summary();
-    assert!(!summary.to_string().contains("half steps"), "what is measured is not shown otherwise: {summary}");
+    assert!(!summary.to_string().contains("step doubling"), "what is measured is not shown otherwise: {summary}");
     [summary.doubts.halved_at_most.unwrap(), measured]
 }
 
@@ -75,7 +75,7 @@ fn growth_by_the_motion_is_found() {
     let error = (motion.end().q[0] - 4.0 * (0.5f64.tan() * (-20f64).exp()).atan()).abs();
     assert!(error > 1e3 * 1e-10, "{error:e}");
     let summary = motion.summary();
-    assert!(summary.to_string().contains("errors of steps add up"), "{summary}");
+    assert!(summary.to_string().contains("warning      global error about"), "{summary}");
     let shown = 1e-10 * summary.doubts.halved.unwrap();
     assert!(shown > 0.3 * error && shown < 3.0 * error, "{shown:e} {error:e}");
 }
@@ -87,7 +87,7 @@ fn stiff_motions_raise_no_false_alarm() {
         let simulation = stiff.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).tolerance(1e-6);
         let simulation = if let Some(method) = &method { simulation.method(method) } else { simulation };
         let summary = simulation.run().unwrap().summary();
-        assert!(!summary.to_string().contains("add up"), "{summary}");
+        assert!(!summary.to_string().contains("warning      global error"), "{summary}");
         assert!(summary.doubts.halved.unwrap() < 60.0, "{summary}");
     }
 }
@@ -106,7 +106,7 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
             let summary = run().run().unwrap().summary();
             let shown = summary.doubts.halved.unwrap();
             println!("{method} {tolerance:e} to {until}: {shown:.1} shown, {measured:.1} measured");
-            let warned = summary.to_string().contains("errors of steps add up: half steps go");
+            let warned = summary.to_string().contains("warning      global error about");
             assert_eq!(warned, shown > 60.0, "{summary}");
             match until {
                 // In its jumps, of a millionth of the time, what is off by a small time is off by any value: that does not last, and is told as what it is.
@@ -123,7 +123,10 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
                     assert!(shown > 0.5 * of_amplitude && shown < 2.0 * measured, "{shown} {of_amplitude} {measured}");
                 }
             }
-            assert!(!estimated.summary().to_string().contains("half steps"), "what is measured is not shown otherwise");
+            assert!(
+                !estimated.summary().to_string().contains("step doubling"),
+                "what is measured is not shown otherwise"
+            );
         }
     }
 }
@@ -148,7 +151,7 @@ fn half_steps_show_what_lasts_of_relaxation_oscillations() {
                 shown > 0.3 * lasts && shown < 3.0 * lasts,
                 "{method} {tolerance:e}: {shown:.1} shown, {lasts:.1} true"
             );
-            let says = summary.to_string().contains("errors of steps add up: half steps go");
+            let says = summary.to_string().contains("warning      global error about");
             assert_eq!(says, shown > 60.0, "{summary}");
             let long = lasting(&motion, &reference, tolerance, 0.1);
             assert!(
@@ -235,4 +238,62 @@ fn summaries_say_no_number_that_is_none() {
         }
     }
     assert!(failed > 10 && beyond > 4, "{failed} {beyond}");
+}
+
+/// What is small against its tolerance is no slow motion with short steps, and what damps within a step does work that no state between its ends tells.
+#[test]
+fn small_and_damped_motions_raise_no_false_alarm() {
+    let swing = Closure(|_, q, _| -9.81 * q.sin());
+    for (size, tolerance) in [(1e-3, 1e-5), (1e-5, 1e-7), (1e-7, 1e-8)] {
+        for method in [Any::from(methods::Verner9), methods::Dop853.into(), methods::GraggBulirschStoer.into()] {
+            let run = swing.simulate(at_rest_or_not([size], [0.0])).until(300.0).tolerance(tolerance).method(&method);
+            let summary = run.run().unwrap().summary();
+            assert!(summary.doubts.crawls.is_none() && summary.stiff_at.is_none(), "{size:e} {summary}");
+        }
+    }
+    for c in [1e3, 1e5, 1e7] {
+        let damped = Driven { m: 1.0, k: c, c };
+        let mut start = PlainState::new(0.0, [0.0].into(), [0.0].into(), [0.0].into());
+        for force in [1e-3, 1.0] {
+            start.inputs[0] = force;
+            for method in [None, Some(Any::from(methods::Radau5))] {
+                let run = damped.simulate(start).until(20.0).tolerance(1e-6);
+                let run = if let Some(method) = &method { run.method(method) } else { run };
+                let summary = run.run().unwrap().summary();
+                assert!(summary.warnings().is_empty(), "{summary}");
+            }
+        }
+    }
+}
+
+/// Between ten tolerances and what needs action there is a plain line.
+#[test]
+fn errors_beyond_ten_tolerances_are_told_plainly() {
+    let orbit = at_rest_or_not([0.3, 0.0], [0.0, (1.7f64 / 0.3).sqrt()]);
+    let mut told = 0;
+    for (tolerance, periods) in [(1e-5, 2.0), (1e-7, 3.0), (1e-7, 6.0), (1e-9, 6.0), (1e-9, 12.0)] {
+        for method in [Any::from(methods::DormandPrince5), methods::Dop853.into()] {
+            let run = Kepler.simulate(orbit).until(periods * std::f64::consts::TAU).tolerance(tolerance);
+            let summary = run.method(&method).run().unwrap().summary();
+            let (text, shown) = (summary.to_string(), summary.doubts.halved.unwrap());
+            let plain = text.contains("\n  accuracy     global error about ");
+            assert_eq!(plain, shown > 10.0 && shown <= 300.0, "{shown} {text}");
+            assert_eq!(summary.warnings().is_empty(), shown <= 300.0, "{shown} {text}");
+            told += u32::from(plain);
+        }
+    }
+    assert!(told > 2, "{told}");
+}
+
+/// Growth without bounds is no singularity.
+#[test]
+fn overflow_is_called_by_its_name() {
+    let grows = Closure(|_, q, _| 1e4 * q);
+    for method in [Any::from(methods::Dop853), methods::Verner9.into(), methods::Tsit5.into()] {
+        let run = grows.simulate(at_rest_or_not([1.0], [0.0])).until(60.0).tolerance(1e-6).method(&method).run();
+        let error = run.err().unwrap();
+        assert!(matches!(error.kind, SimulationErrorKind::Overflow { coordinate: "x", .. }), "{error}");
+        assert!(error.to_string().contains("grows beyond all numbers"), "{error}");
+        assert!(error.to_string().lines().all(|line| line.len() < 300), "{error}");
+    }
 }

@@ -77,9 +77,87 @@ impl Controller {
     }
 }
 
+/// Steps become shorter by this factor at most for the sake of [`Share`].
+const SHORTEST: f64 = 2.0;
+/// Relative tolerance of a step below which its rounding errors decide its error estimate.
+const FINEST: f64 = 1e-14;
+/// What rounding errors leave open of a step, where that is known, stays below this part of what it may leave.
+const NOISE: f64 = 0.1;
+/// So often in a row a step is rejected that the tolerance permits as it is. Where something jumps, or rounding decides, shorter ones are no better.
+const REJECTIONS: u32 = 2;
+
+/// What part of the tolerance a step may leave.
+///
+/// Errors of steps add up: where each may leave the tolerance, N steps of a motion that forgets nothing leave N times as much, and a wrong frequency shifts it by N² times: 300 tolerances for a free body in Euler
+/// parameters after 72 steps of DOP853 at 1e-6. So a step of length h in a run of length T may leave h/T of the tolerance, and all of them together leave the tolerance itself (error per unit
+/// step: L. F. Shampine, *Numerical Solution of Ordinary Differential Equations*, 1994, §7.1; Hairer, Nørsett, Wanner, §II.4). What the motion makes of that on its way is its own.
+///
+/// The price are steps that are shorter by (T/h)^(1/p), at order p of the estimate; no more than by [`SHORTEST`], so that the part is 2⁻ᵖ at least, and no more than rounding permits. Over 472 random motions by the methods
+/// that are chosen by themselves 4.7 % are then beyond ten tolerances, amplifying ones all but a few, in place of 29 %, for 1.5 times the evaluations (`tests/judged`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Share {
+    /// The length of the run.
+    span: f64,
+    /// The smallest part is 1 over this.
+    most: f64,
+    /// Steps in a row that were rejected for their share.
+    rejected: u32,
+}
+
+impl Share {
+    /// Every step may leave the tolerance.
+    pub(super) const WHOLE: Self = Self { span: 0.0, most: 1.0, rejected: 0 };
+
+    /// In a run of this length, for an error estimate of the given order.
+    pub(super) fn new(span: f64, error_order: u32, relative: f64) -> Self {
+        let room = relative / FINEST;
+        Self { span, most: math::powi(SHORTEST, error_order as i32).min(room).max(1.0), rejected: 0 }
+    }
+
+    /// By what the tolerance is divided in a step of length h > 0.
+    #[inline(always)]
+    pub(super) fn divisor(&self, h: f64) -> f64 {
+        (self.span / h).min(self.most).max(1.0)
+    }
+
+    /// The error of a step in what it may leave, from that in tolerances and what rounding leaves open of it.
+    #[inline(always)]
+    pub(super) fn of(&mut self, error: f64, noise: f64, h: f64) -> f64 {
+        let shared = error * self.divisor(h).min((NOISE / noise).max(1.0));
+        if !(error <= 1.0 && shared > 1.0) {
+            self.rejected = 0;
+            return shared;
+        }
+        self.rejected += 1;
+        if self.rejected <= REJECTIONS {
+            return shared;
+        }
+        self.rejected = 0;
+        1.0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn steps_share_the_tolerance_by_their_length() {
+        let mut share = Share::new(10.0, 7, 1e-6);
+        assert_eq!([20.0, 10.0, 1.0, 1e-3].map(|h| share.divisor(h)), [1.0, 1.0, 10.0, 128.0]);
+        assert_eq!(share.of(0.05, 0.0, 1.0), 0.5);
+        // Rounding is no error of the method, and at 1e-14 it is all there is.
+        assert_eq!(share.of(0.05, 0.05, 1.0), 0.1);
+        assert_eq!(Share::new(10.0, 7, 1e-14).divisor(1e-3), 1.0);
+        assert_eq!((Share::WHOLE.divisor(1e-3), Share::new(10.0, 7, 0.0).divisor(1e-3)), (1.0, 1.0));
+    }
+
+    #[test]
+    fn a_step_that_the_tolerance_permits_is_not_rejected_for_ever() {
+        let mut share = Share::new(1.0, 7, 1e-6);
+        assert_eq!([0.9; 4].map(|error| share.of(error, 0.0, 0.1)), [9.0, 9.0, 1.0, 9.0]);
+        assert_eq!([2.0; 4].map(|error| share.of(error, 0.0, 0.1)), [20.0; 4]);
+    }
 
     const SETTINGS: ControllerSettings = ControllerSettings { safety: 0.9, beta: 0.04, shrink: 0.2, grow: 10.0 };
 

@@ -1,5 +1,6 @@
 //! One accepted step after another.
 
+use super::controller::Share;
 use super::first_step::first_step;
 use super::landing::Landing;
 use super::{Controller, Hold, Knot, Phase, Scheme, Settled, System, Tolerances};
@@ -138,6 +139,7 @@ pub struct Stepper<V, S> {
     fruitless: u32,
     landing: Landing,
     passing: Passing,
+    share: Share,
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
@@ -178,6 +180,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             fruitless: 0,
             landing: Landing::default(),
             passing: Passing::default(),
+            share: Self::share((limit - t).abs(), &options),
         };
         stepper.h = match (options.fixed, options.first) {
             (Some(h), _) | (None, Some(h)) => h.abs(),
@@ -308,7 +311,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                     self.rejected += 1;
                     continue;
                 }
-                Ok(trial) => match self.judge(trial.error, h.abs()) {
+                Ok(trial) => match self.permits(&trial, h.abs()) {
                     true => {
                         self.landing.made(h.abs());
                         system.accepted();
@@ -416,9 +419,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 continue;
             }
             // An error that is permitted as it is does not buy longer steps.
-            if error > 1.0 && !self.is_fixed() {
+            if error * self.share.divisor(h.abs()) > 1.0 && !self.is_fixed() {
+                kept.between |= error > 1.0;
                 error *= self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
-                kept.between = true;
             }
             let tolerances = &self.options.tolerances;
             let mut apart = self.apart(system, error, &y);
@@ -484,6 +487,21 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let size = |error| tolerances.norm(error, &self.now.y, y);
         let (part, whole) = (size(&lasting), size(&error));
         Ok(if part < whole { part / whole } else { 1.0 })
+    }
+
+    /// What steps may leave of a run of some length. Explicit methods control the error of each step alone; implicit ones are for motions that forget them, and series keep theirs far below it.
+    fn share(span: f64, options: &StepOptions) -> Share {
+        if options.fixed.is_some() || S::PROPOSES || S::CONTROL.is_none() || !Self::is_explicit() {
+            return Share::WHOLE;
+        }
+        Share::new(span, S::ERROR_ORDER, options.tolerances.relative)
+    }
+
+    /// Whether a step is accepted, by its error in what its length permits of the run's.
+    #[inline(always)]
+    fn permits(&mut self, trial: &Trial<V>, h: f64) -> bool {
+        let error = if self.is_fixed() { trial.error } else { self.share.of(trial.error, trial.noise, h) };
+        self.judge(error, h)
     }
 
     #[inline(always)]

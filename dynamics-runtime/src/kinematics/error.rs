@@ -7,6 +7,7 @@ use crate::constrain::Involved;
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::model::{Constraints, Model, ModelState};
 use crate::motion::OptionError;
+use crate::motion::numbers::Readable;
 
 /// A kinematic analysis that stopped before its end. What was computed up to there is still in hand: [`KinematicsError::motion`].
 pub struct KinematicsError<M: Model> {
@@ -166,10 +167,10 @@ impl<M: Constraints> fmt::Display for KinematicsError<M> {
         if self.reached.is_none() {
             return write!(f, "`{}` was not moved: {}", M::NAME, self.kind);
         }
-        write!(f, "`{}` stopped at t = {}: {}", M::NAME, self.time, self.kind)?;
+        write!(f, "`{}` stopped at t = {}: {}", M::NAME, Readable(self.time), self.kind)?;
         write!(f, "\n  position there:")?;
         for (coordinate, q) in M::COORDINATES.iter().zip(crate::model::Vector::as_slice(self.state.q())) {
-            write!(f, "\n    {} = {q}", coordinate.name)?;
+            write!(f, "\n    {} = {}", coordinate.name, Readable(*q))?;
         }
         Ok(())
     }

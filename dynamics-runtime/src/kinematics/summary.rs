@@ -5,6 +5,7 @@ use core::fmt;
 
 use crate::constrain::Involved;
 use crate::motion::Counts;
+use crate::motion::numbers::Rounded;
 
 /// A bifurcation that was passed.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +50,7 @@ impl KinematicSummary {
 
 impl fmt::Display for KinematicSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (start, end) = self.interval;
+        let (start, end) = (Rounded(self.interval.0), Rounded(self.interval.1));
         writeln!(f, "{} driven from t = {start} to {end}", self.model)?;
         let per_step = self.corrections as f64 / (self.steps + self.rejected).max(1) as f64;
         writeln!(
@@ -57,11 +58,17 @@ impl fmt::Display for KinematicSummary {
             "  steps        {} accepted, {} refused, {} Newton corrections ({per_step:.1} per step)",
             self.steps, self.rejected, self.corrections
         )?;
-        write!(f, "  conditioning {:.1e} at most, at t = {}", self.worst_condition, self.worst_condition_time)?;
+        write!(
+            f,
+            "  conditioning {:.1e} at most, at t = {}",
+            self.worst_condition,
+            Rounded(self.worst_condition_time)
+        )?;
         for Passage { time, rows, coordinates } in &self.passages {
             write!(
                 f,
-                "\n  passed       a bifurcation at t = {time}: the rank falls with {rows}, {coordinates} could go either way"
+                "\n  passed       a bifurcation at t = {}: the rank falls with {rows}, {coordinates} could go either way",
+                Rounded(*time)
             )?;
         }
         Ok(())

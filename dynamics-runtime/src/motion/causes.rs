@@ -27,6 +27,8 @@ const PASSES: f64 = 1e-9;
 const TIGHTEST: f64 = 1e-12;
 /// Part of the least inertia at the start below which a motion has run into a place where it has none.
 const VANISHED: f64 = 1e-5;
+/// No motion comes here, in whatever unit; and what forces make of such values, as third powers of them and more, is infinite soon after.
+const BEYOND: f64 = 1e60;
 /// Conditioning of constraints from which on it, and not the inertia of what they leave, is looked at.
 const WEAK: f64 = 1e5;
 
@@ -89,6 +91,9 @@ pub(super) fn explain<M: Constraints>(
     if !(creeps || collapses(&kind)) {
         return kind;
     }
+    if let Some((coordinate, rate, value)) = beyond_numbers(state) {
+        return Kind::Overflow { coordinate: M::COORDINATES[coordinate].name, rate, value, cause: Box::new(kind) };
+    }
     // A step that was not made shorter has the corner somewhere in it; the straight way is not quite its own.
     let reach = match kind {
         Kind::StepDisplaced { .. } | Kind::Drift { .. } => 2.0 * h,
@@ -122,6 +127,14 @@ pub(super) fn explain<M: Constraints>(
         return Kind::InertiaVanishes { coordinates, share, cause: Box::new(kind) };
     }
     idle(model, state, singular::explain(model, start, state, (kind, h), way))
+}
+
+/// The largest element of a state, its coordinate and whether it is a velocity, where it is beyond all use.
+fn beyond_numbers<S: ModelState>(state: &S) -> Option<(usize, bool, f64)> {
+    let parts = [(false, state.q()), (true, state.u())];
+    let all =
+        parts.into_iter().flat_map(|(rate, part)| part.as_slice().iter().enumerate().map(move |(i, x)| (i, rate, *x)));
+    all.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs())).filter(|(_, _, x)| x.abs() > BEYOND)
 }
 
 /// A singular mass matrix with all coordinates that have no inertia at all, and the parameters that may be why; as it is where that says no more.

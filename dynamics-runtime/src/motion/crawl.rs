@@ -9,7 +9,7 @@ use super::driver::Driver;
 use super::query::Motion;
 use super::run::longer;
 use super::simulate::Simulate;
-use crate::integrate::Step;
+use crate::integrate::{Knot, Phase, Step, System as _, zip};
 use crate::methods::Radau5;
 use crate::model::{ModelState as _, Vector};
 
@@ -24,6 +24,14 @@ const BESIDE: usize = 25;
 const OWN: f64 = 0.2;
 /// Implicit steps that are longer by these factors are tried, too: rounding may hold steps far inside the border.
 const MORE: [f64; 3] = [1.0, 5.0, 25.0];
+/// Permitted errors by which a motion has to change for steps to prove that they follow it.
+const MOVES: f64 = 100.0;
+/// What is left of a difference where it dies.
+const DIES: f64 = 0.1;
+/// How large that is at first, in parts of 1 + |value|, and how many steps it is followed for at most.
+const NEAR: f64 = 1e-8;
+const MOST: usize = 200;
+
 impl<M: Simulate> Motion<'_, M> {
     /// The first place at which implicit steps pass over what keeps those of its method short.
     pub(super) fn crawls(&self) -> Option<f64> {
@@ -50,8 +58,48 @@ impl<M: Simulate> Motion<'_, M> {
                 let own = self.trajectory.driver_of(index).map(|driver| driver.maker());
                 let own = own.and_then(|mut own| own.end_of(&mut self.plant(index), &tried(OWN * h), tolerances));
                 let mut implicit = Driver::<M>::maker(&Radau5);
-                !keeps(own) && keeps(implicit.end_of(&mut self.plant(index), &tried(h), tolerances))
+                !keeps(own)
+                    && keeps(implicit.end_of(&mut self.plant(index), &tried(h), tolerances))
+                    && (self.moves(index, h) || self.forgets(index, h))
             })
+    }
+
+    /// Whether the motion moves by more than is permitted in that time: of what hardly moves any step keeps the tolerance.
+    fn moves(&self, index: usize, h: f64) -> bool {
+        let records = &self.trajectory.records;
+        let here = records[index].knot();
+        let within = records[index..].iter().take_while(|record| (record.state.t() - here.t).abs() <= h);
+        within.map(|record| self.most_permitted_errors(&record.knot().y, &here.y)).fold(0.0, f64::max) > MOVES
+    }
+
+    /// Whether differences die within that time, as they do where a motion is stiff.
+    fn forgets(&self, index: usize, h: f64) -> bool {
+        let records = &self.trajectory.records;
+        let (mut at, mut plant) = (self.step(index).start, self.plant(index));
+        let tolerances = &self.trajectory.tolerances;
+        let Some(mut maker) = self.trajectory.driver_of(index).map(|driver| driver.maker()) else { return false };
+        for part in [&mut at.y.q, &mut at.y.u] {
+            part.as_mut_slice().iter_mut().for_each(|x| *x += NEAR * (1.0 + x.abs()));
+        }
+        let size = |at: &Phase<M::Vector>, index: usize| {
+            let there = records[index].knot().y;
+            tolerances.norm(&zip(at, &there, |a, b| a - b), &there, &there)
+        };
+        let before = size(&at.y, index);
+        let most = (index + MOST).min(records.len() - 1);
+        for k in index..most {
+            if (records[k].state.t() - records[index].state.t()).abs() > h || records[k].h == 0.0 {
+                break;
+            }
+            let Ok(a) = plant.accelerations(at.t, &at.y.q, &at.y.u) else { return false };
+            let step = Step { start: Knot { a, ..at }, ..self.step(k) };
+            let Some((y, _)) = maker.end_of(&mut plant, &step, tolerances) else { return false };
+            at = Knot { t: records[k + 1].state.t(), y, a };
+            if size(&at.y, k + 1) < DIES * before {
+                return true;
+            }
+        }
+        false
     }
 
     /// How long steps are about a place, on average.

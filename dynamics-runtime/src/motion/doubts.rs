@@ -1,22 +1,26 @@
 //! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself shows it.
 //!
-//! A step control keeps the error of each step. Five things it does not see are looked for here, at the recorded steps: tolerances that are finer than the
+//! A step control keeps what steps leave. Five things it does not see are looked for here, at the recorded steps: tolerances that are finer than the
 //! rounding of the values they are kept for; energy that drifts by more than so many permitted errors can; forces that its stages miss (`unseen.rs`); instability that long steps pass over (`outgrown.rs`); and what errors of steps add up to, with what the motion makes of them
 //! (`halves.rs`). The last is an estimate of the error, as a rule within a factor of two: [`Simulation::estimate_error`](super::Simulation::estimate_error), by a second run that chooses its own steps, depends on less.
 
 use core::fmt;
 
 use super::halves::Apart;
+use super::numbers::{Part, Rounded, Times};
 use super::outgrown::Outgrown;
 use super::query::Motion;
 use super::simulate::Simulate;
-use super::summary::{Grouped, Rounded};
 use super::unseen::Unseen;
 use crate::integrate::{Method, Tolerances};
 use crate::model::{ModelState, Vector};
 
 /// More permitted errors than this are warned of.
 const MUCH: f64 = 1e3;
+/// More permitted errors than this are told of, in a line that is no warning: what the tolerance was to be is left.
+const TOLD: f64 = 10.0;
+/// Energy that drifts by less than so many permitted errors is no more than the tolerance lets it.
+const DRIFTS: f64 = 10.0;
 /// What half steps show lasts, and is known within a factor: so many permitted errors, and fewer of stiff motions, where errors mostly die.
 const MUCH_SHOWN: (f64, f64) = (300.0, 60.0);
 /// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
@@ -25,6 +29,8 @@ const UNITS: f64 = 10.0;
 const DRIFT: f64 = 0.01;
 /// What a warning begins with, on a line of its own.
 const WARNING: &str = "\n  warning      ";
+/// What a line about the accuracy begins with that is no warning.
+const ACCURACY: &str = "\n  accuracy     ";
 /// Places at which the energy's change by permitted errors is looked at.
 const PLACES: usize = 16;
 
@@ -63,6 +69,8 @@ pub struct Doubts {
     pub stiff: bool,
     /// The method has stages of too low an order to follow a stiff direction that turns.
     pub low_stages: bool,
+    /// Forces, dissipation or explicit time change the energy, and their work enters its drift.
+    pub works: bool,
     /// A force that is over between the stages of a step; `None` with a fixed step.
     pub unseen: Option<Unseen>,
     /// When the motion was first found stiff for a method whose steps do not show it, by implicit steps more than twenty times as long; `None` where they do, and of fewer than 120 steps.
@@ -96,6 +104,7 @@ impl<M: Simulate> Motion<'_, M> {
             halved_at_most: apart.map(|Apart { largest, .. }| largest),
             stiff,
             low_stages: self.method() == Method::Esdirk4,
+            works: !M::POWERS.is_empty(),
             crawls: (repeatable && !stiff).then(|| self.crawls()).flatten(),
             outgrown,
             unseen: repeatable.then(|| self.unseen(stiff)).flatten(),
@@ -178,6 +187,19 @@ impl Doubts {
             f.write_str(WARNING)?;
             outgrown.write(f, self.fixed)?;
         }
+        self.write_energy(f)?;
+        if !estimated {
+            self.write_halved(f)?;
+        }
+        Ok(())
+    }
+
+    /// What the energy shows, unless half steps vouch for the motion where forces work: their work is known to what states between the ends of steps are, and in a step that is
+    /// far longer than a stiff damper needs that is nothing.
+    fn write_energy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.works && self.halved_at_most.is_some_and(|times| times <= TOLD) {
+            return Ok(());
+        }
         if let Some(times) = self.energy.filter(|times| *times > MUCH) {
             write!(
                 f,
@@ -185,69 +207,42 @@ impl Doubts {
                 Times(times)
             )?;
         }
-        if let Some(part) = self.energy_part.filter(|part| *part > DRIFT) {
+        let permitted = self.energy.is_some_and(|times| times <= DRIFTS);
+        if let Some(part) = self.energy_part.filter(|part| *part > DRIFT && !permitted) {
             let remedy = if self.fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
             match part.is_finite() {
-                true => write!(f, "{WARNING}energy drifts by {:.1} % of its scale; {remedy}", 100.0 * part)?,
+                true => write!(f, "{WARNING}energy drifts by {} of its scale; {remedy}", Part(part))?,
                 false => {
                     write!(f, "{WARNING}energy grows beyond all numbers; {remedy}, or end the motion before that")?
                 }
             }
         }
-        if !estimated {
-            self.write_halved(f)?;
-        }
         Ok(())
     }
 
-    /// What half steps show: a warning where it lasts, and another where it passes.
+    /// What half steps show: a warning where it is much, or a plain line; another where it passes.
     fn write_halved(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Some(times), Some(most)) = (self.halved, self.halved_at_most) else { return Ok(()) };
         let much = if self.stiff { MUCH_SHOWN.1 } else { MUCH_SHOWN.0 };
         let instead = if self.low_stages { "use methods::Radau5" } else { "give a smaller tolerance" };
-        let measure = "`.estimate_error()` measures it";
+        let remedy = format_args!("; `.estimate_error()` measures it, or {instead}");
+        let how = "(estimated by step doubling)";
         if times > much {
-            let times = Times(times);
-            write!(
-                f,
-                "{WARNING}errors of steps add up: half steps go {times} times the tolerance beside; {measure}, or {instead}"
-            )
+            write!(f, "{WARNING}global error about {} tolerances {how}{remedy}", Times(times))
         } else if most > MUCH {
-            let most = Times(most);
             write!(
                 f,
-                "{WARNING}errors peak and pass, as where something fast comes early or late: half steps go {most} times the tolerance beside, for less than a \
-                 hundredth of the time; {measure}, or {instead}"
+                "{WARNING}errors peak and pass, as where something fast comes early or late: global error about {} tolerances {how} for less than a \
+                 hundredth of the time{remedy}",
+                Times(most)
             )
+        } else if times > TOLD {
+            write!(f, "{ACCURACY}global error about {} tolerances {how}", Times(times))
+        } else if most > TOLD {
+            let (most, times) = (Times(most), Times(times));
+            write!(f, "{ACCURACY}global error about {most} tolerances for a moment, {times} else {how}")
         } else {
             Ok(())
-        }
-    }
-}
-
-/// How many times, in few digits.
-struct Times(f64);
-
-impl fmt::Display for Times {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            ..1e3 => Grouped((self.0 / 10.0) as u64 * 10).fmt(f),
-            ..1e5 => Grouped((self.0 / 100.0) as u64 * 100).fmt(f),
-            _ => write!(f, "{:.0e}", self.0),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Times;
-    use alloc::string::ToString;
-
-    #[test]
-    fn times_have_two_digits() {
-        let cases = [(75.1, "70"), (134.9, "130"), (3456.0, "3,400"), (2.4e6, "2e6")];
-        for (times, text) in cases {
-            assert_eq!(Times(times).to_string(), text);
         }
     }
 }

@@ -13,6 +13,7 @@ use core::fmt;
 use super::change::ChangeError;
 use super::formulation::Formulation;
 use super::locking::Locking;
+use super::numbers::Readable;
 use super::record::Trajectory;
 use crate::constrain::Involved;
 use crate::error::{SingularMassMatrix, SolveError, StateError, parameter_not_finite};
@@ -135,6 +136,17 @@ pub enum SimulationErrorKind {
         distance: f64,
         /// The largest distance permitted there.
         limit: f64,
+    },
+    /// The motion grows without bounds, to where sums and products of its values are beyond all numbers.
+    Overflow {
+        /// The coordinate that is the largest, or whose velocity is.
+        coordinate: &'static str,
+        /// Whether it is the velocity.
+        rate: bool,
+        /// Its value.
+        value: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
     },
     /// The motion cannot go on from here, and constraints lose rank here or just ahead: a singular position.
     SingularPosition {
@@ -510,13 +522,13 @@ impl fmt::Display for OptionError {
         match self {
             Self::NoEnd => write!(f, "the end is not given; add `.until(t)`"),
             Self::Number { option, value, admissible } => {
-                write!(f, "`.{option}({})` is not possible; give {admissible}", Plain(*value))
+                write!(f, "`.{option}({})` is not possible; give {admissible}", Readable(*value))
             }
             Self::Tolerances { absolute, relative, admissible } => write!(
                 f,
                 "`.tolerances({}, {})` is not possible; give {admissible}",
-                Plain(*absolute),
-                Plain(*relative)
+                Readable(*absolute),
+                Readable(*relative)
             ),
             Self::MethodNumber { method, option, value, admissible } => {
                 write!(f, "`{option}: {value}` of {method} is not possible; give {admissible}")
@@ -590,17 +602,6 @@ impl fmt::Display for OptionError {
     }
 }
 
-/// A number as it was given, without a row of zeros.
-struct Plain(f64);
-
-impl fmt::Display for Plain {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(value) = *self;
-        let short = value == 0.0 || !value.is_finite() || (1e-4..1e7).contains(&value.abs());
-        if short { write!(f, "{value}") } else { write!(f, "{value:e}") }
-    }
-}
-
 fn not_for_guard(
     f: &mut fmt::Formatter<'_>,
     [option, constraint]: [&str; 2],
@@ -625,13 +626,13 @@ impl<M: Dynamics> fmt::Display for SimulationError<M> {
         if matches!(self.kind, SimulationErrorKind::Option(_)) {
             return write!(f, "`{}` was not simulated: {}", M::NAME, self.kind);
         }
-        write!(f, "`{}` stopped at t = {}: {}", M::NAME, self.time, self.kind)?;
+        write!(f, "`{}` stopped at t = {}: {}", M::NAME, Readable(self.time), self.kind)?;
         if self.step != 0.0 {
             write!(f, " (last step tried {:.3e})", self.step)?;
         }
         write!(f, "\n  state there:")?;
         for (i, coordinate) in M::COORDINATES.iter().enumerate() {
-            let (q, u) = (self.state.q()[i], self.state.u()[i]);
+            let (q, u) = (Readable(self.state.q()[i]), Readable(self.state.u()[i]));
             write!(f, "\n    {} = {q}, rate {u}", coordinate.name)?;
         }
         Ok(())

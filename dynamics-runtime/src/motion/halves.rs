@@ -156,7 +156,7 @@ impl<M: Simulate> Motion<'_, M> {
     }
 
     /// The largest difference of an element, in what is permitted of it.
-    fn most_permitted_errors(&self, x: &Phase<M::Vector>, y: &Phase<M::Vector>) -> f64 {
+    pub(super) fn most_permitted_errors(&self, x: &Phase<M::Vector>, y: &Phase<M::Vector>) -> f64 {
         let tolerances = &self.trajectory.tolerances;
         let parts = [(&x.q, &y.q), (&x.u, &y.u)];
         let pairs = parts.into_iter().flat_map(|(x, y)| x.as_slice().iter().zip(y.as_slice()));

@@ -12,10 +12,10 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
 
+use super::numbers::Rounded;
 use super::plant::Plant;
 use super::query::Motion;
 use super::simulate::Simulate;
-use super::summary::Rounded;
 use crate::integrate::linear::{factor, solve};
 use crate::integrate::{Knot, Phase, Step, System as _, Tolerances, zip};
 use crate::math;
@@ -104,7 +104,32 @@ impl<M: Simulate> Motion<'_, M> {
         let mut maker = self.trajectory.driver_of(index)?.maker();
         let (end, _) = maker.end_of(&mut plant, &beside, tolerances)?;
         let shown = size(tolerances, &zip(&end, &step.end.y, |a, b| a - b), &step) / size(tolerances, &apart, &step);
-        shown.is_finite().then_some(Outgrown { during: (step.start.t, step.end.t), by, shown })
+        if !shown.is_finite() || by / shown <= LOST {
+            return Some(Outgrown { during: (step.start.t, step.end.t), by, shown }).filter(|_| shown.is_finite());
+        }
+        // Coefficients that are as they are for a moment, as beside a singular position, grow nothing.
+        let by = by.min(self.growth_in_parts(index, &beside).unwrap_or(f64::INFINITY));
+        (by >= GROWS).then_some(Outgrown { during: (step.start.t, step.end.t), by, shown })
+    }
+
+    /// The growth of the difference between a step and one beside it, by the method in small steps; `None` where these cannot be made.
+    fn growth_in_parts(&self, index: usize, beside: &Step<M::Vector>) -> Option<f64> {
+        let step = self.step(index);
+        let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);
+        let mut end = |mut at: Knot<M::Vector>| {
+            let mut maker = self.trajectory.driver_of(index)?.maker();
+            let h = step.h / PARTS[0] as f64;
+            for _ in 0..PARTS[0] {
+                let part = Step { start: at, end: at, h, kept: step.kept };
+                let (y, _) = maker.end_of(&mut plant, &part, tolerances)?;
+                at = Knot { t: at.t + h, y, a: plant.accelerations(at.t + h, &y.q, &y.u).ok()? };
+            }
+            Some(at.y)
+        };
+        let apart = zip(&end(beside.start)?, &end(step.start)?, |a, b| a - b);
+        let before = zip(&beside.start.y, &step.start.y, |a, b| a - b);
+        let grown = size(tolerances, &apart, &step) / size(tolerances, &before, &step);
+        grown.is_finite().then_some(grown)
     }
 
     /// The growth of a difference by the linearised equations of one place, in time h: from the second quarter of it to the last, squared, as a swing has its velocity larger than its place

@@ -120,13 +120,16 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Permitted local error per step, absolute (in the unit of each coordinate and velocity) and relative alike. Default 1e-9.
+    /// Permitted error, absolute (in the unit of each coordinate and velocity) and relative alike. Default 1e-9.
+    ///
+    /// Explicit methods with step control, those that are chosen by themselves among them, keep what all steps together leave to it, as far as steps need be no shorter than by half for that: motions that do not
+    /// amplify errors end within ten tolerances as a rule, and [`Motion::summary`](super::Motion::summary) tells where they do not. Each step of an implicit method or a series may leave the tolerance.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerances = Some((Tolerances::both(tolerance), "tolerance"));
         self
     }
 
-    /// Permitted local error per step: absolute + relative·|value|, for coordinates and velocities alike.
+    /// Permitted error: absolute + relative·|value|, for coordinates and velocities alike, as [`Simulation::tolerance`] has it; with a relative tolerance of 0 each step may leave it.
     pub fn tolerances(mut self, absolute: f64, relative: f64) -> Self {
         self.tolerances = Some((Tolerances { absolute, relative }, "tolerances"));
         self

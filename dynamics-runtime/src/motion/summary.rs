@@ -14,6 +14,7 @@ use super::estimate::GlobalError;
 use super::fallen::Vanished;
 use super::formulation::Formulation;
 use super::locking::Locking;
+use super::numbers::{Grouped, Part, Rounded};
 use super::pace::Turned;
 use super::query::Motion;
 use super::simulate::{DEFAULT_TOLERANCE, Simulate};
@@ -334,8 +335,8 @@ impl Summary {
         if let Some(Turned { part, time }) = self.upkept.turned.filter(|turned| turned.part > TURNED) {
             write!(
                 f,
-                "\n  warning      drift of the constraints turned the motion by up to {:.2} % at t = {}; use Formulation::Projected",
-                100.0 * part,
+                "\n  warning      drift of the constraints turned the motion by up to {} at t = {}; use Formulation::Projected",
+                Part(part),
                 Rounded(time)
             )?;
         }
@@ -493,59 +494,4 @@ pub(crate) fn names(f: &mut fmt::Formatter<'_>, names: &[&str]) -> fmt::Result {
         write!(f, "{}`{name}`", if k > 0 { ", " } else { "" })?;
     }
     Ok(())
-}
-
-/// A number with seven significant digits at most.
-pub(crate) struct Rounded(pub(crate) f64);
-
-impl fmt::Display for Rounded {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let rounded = alloc::format!("{:.6e}", self.0).parse().unwrap_or(self.0);
-        let plain = rounded == 0.0 || !rounded.is_finite() || (1e-4..1e7).contains(&rounded.abs());
-        if plain { write!(f, "{rounded}") } else { write!(f, "{rounded:e}") }
-    }
-}
-
-/// A number with commas between thousands.
-pub(crate) struct Grouped(pub(crate) u64);
-
-impl fmt::Display for Grouped {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let digits = alloc::format!("{}", self.0);
-        for (i, digit) in digits.chars().enumerate() {
-            if i > 0 && (digits.len() - i) % 3 == 0 {
-                f.write_str(",")?;
-            }
-            write!(f, "{digit}")?;
-        }
-        Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Grouped, Rounded};
-
-    #[test]
-    fn times_are_short() {
-        let cases = [
-            (0.0, "0"),
-            (10.0, "10"),
-            (21600.0, "21600"),
-            (12.644728254874169, "12.64473"),
-            (0.0000007871337039784605, "7.871337e-7"),
-            (-1.0 / 3.0, "-0.3333333"),
-            (f64::NAN, "NaN"),
-        ];
-        for (number, text) in cases {
-            assert_eq!(Rounded(number).to_string(), text);
-        }
-    }
-
-    #[test]
-    fn thousands_are_grouped() {
-        for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1234567, "1,234,567")] {
-            assert_eq!(Grouped(number).to_string(), text);
-        }
-    }
 }

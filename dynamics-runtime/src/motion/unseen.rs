@@ -9,10 +9,10 @@
 use alloc::vec;
 use core::fmt;
 
+use super::numbers::Rounded;
 use super::plant::Plant;
 use super::query::Motion;
 use super::simulate::Simulate;
-use super::summary::Rounded;
 use crate::integrate::linear::{factor, solve};
 use crate::integrate::{Dense as _, Hermite, Knot, Method, Step, System as _};
 use crate::model::Vector;
@@ -30,6 +30,8 @@ const LONG: f64 = 2e-3;
 const MUCH: f64 = 100.0;
 /// The same of what damping and stiffness leave in a step that is far longer than they need.
 const MUCH_LEFT: f64 = 3.0;
+/// Part of what is told that the step in parts has to be off by, too.
+const CONFIRMED: f64 = 0.1;
 /// So many evaluations for each of the run, and how many at least, of small models, and at most.
 const EFFORT: (u64, u64, u64) = (2, 4000, 8000);
 
@@ -71,8 +73,26 @@ impl<M: Simulate> Motion<'_, M> {
         // Steps of orders to 20 and more are as long as many derivatives allow.
         let seen = if matches!(self.method(), Method::Taylor | Method::GraggBulirschStoer) { 3 } else { 1 };
         let parts = [seen, (points / (NODES.len() * long().count().max(1))).max(2 * seen)];
-        let found = long().filter_map(|index| self.unseen_in(index, parts, stiff));
-        found.max_by(|a, b| a.times.total_cmp(&b.times))
+        let found = long().filter_map(|index| Some((index, self.unseen_in(index, parts, stiff)?)));
+        let (index, found) = found.max_by(|(_, a), (_, b)| a.times.total_cmp(&b.times))?;
+        (self.apart_from_parts(index, parts[1]) > CONFIRMED * MUCH).then_some(found)
+    }
+
+    /// How far a step ends from where it does in parts, in permitted errors: the path by which a force is looked for is not the motion, and in a long step may swing where that does not.
+    fn apart_from_parts(&self, index: usize, parts: usize) -> f64 {
+        let step = self.step(index);
+        let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);
+        let Some(mut maker) = self.trajectory.driver_of(index).map(|driver| driver.maker()) else { return 0.0 };
+        let (mut at, h) = (step.start, step.h / parts as f64);
+        for _ in 0..parts {
+            let part = Step { start: at, end: at, h, kept: step.kept };
+            let made = maker.end_of(&mut plant, &part, tolerances);
+            let made = made.and_then(|(y, _)| Some((y, plant.accelerations(at.t + h, &y.q, &y.u).ok()?)));
+            // What cannot be made in parts is not refuted by them.
+            let Some((y, a)) = made else { return f64::INFINITY };
+            at = Knot { t: at.t + h, y, a };
+        }
+        self.most_permitted_errors(&at.y, &step.end.y)
     }
 
     /// What the step that leaves a record has not seen; `None` where it cannot be evaluated.

@@ -140,6 +140,9 @@ macro_rules! by_hand {
     };
 }
 
+#[allow(unused_imports, reason = "for models of one test file")]
+pub(crate) use by_hand;
+
 /// Quantities without units.
 pub const fn names<const K: usize>(names: [&'static str; K]) -> [Quantity; K] {
     let mut out = [Quantity { name: "", unit: "" }; K];

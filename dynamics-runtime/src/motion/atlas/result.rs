@@ -6,10 +6,11 @@ use core::fmt;
 use core::time::Duration;
 
 use super::super::error::{MotionError, suggest};
+use super::super::numbers::{Grouped, Rounded};
 use super::super::query::Motion;
 use super::super::record::EventRecord;
 use super::super::simulate::Simulate;
-use super::super::summary::{Grouped, Rounded, Summary};
+use super::super::summary::Summary;
 use super::{Atlas, CHANGE};
 use crate::model::AngleSet;
 

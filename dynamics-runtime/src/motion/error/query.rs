@@ -4,6 +4,7 @@ use alloc::string::String;
 use core::fmt;
 
 use crate::error::SolveError;
+use crate::motion::numbers::Readable;
 
 /// Why a motion has no answer to a question.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +41,7 @@ impl fmt::Display for MotionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::OutOfRange { time, start, end } => {
+                let [time, start, end] = [*time, *start, *end].map(Readable);
                 write!(f, "t = {time} lies outside the motion, which goes from {start} to {end}")
             }
             Self::UnknownOutput { name, suggestion: Some(near) } => {

@@ -3,7 +3,7 @@
 use alloc::string::String;
 use core::fmt;
 
-use super::super::summary::Rounded;
+use super::super::numbers::Rounded;
 use super::{Jumping, Over, SimulationErrorKind};
 use crate::error::SolveError;
 
@@ -39,8 +39,9 @@ impl fmt::Display for SimulationErrorKind {
             ),
             Self::TooManySteps { limit, slides_at: Some(t), .. } => write!(
                 f,
-                "it takes more than {limit} steps: from t = {t} on the motion slides along a jump of its accelerations, which lead to it from both \
-                 sides; let what sticks there be a switched constraint, or smooth the jump"
+                "it takes more than {limit} steps: from t = {} on the motion slides along a jump of its accelerations, which lead to it from both \
+                 sides; let what sticks there be a switched constraint, or smooth the jump",
+                Rounded(*t)
             ),
             Self::TooManySteps { limit, gain: Some(gain), .. } => write!(
                 f,
@@ -53,8 +54,9 @@ impl fmt::Display for SimulationErrorKind {
             }
             Self::TooManySteps { limit, stiff_at: Some(t), .. } => write!(
                 f,
-                "more than {limit} steps; the problem is stiff from t = {t} on: stability, not accuracy, bounds the \
-                 step of this explicit method; use methods::Radau5"
+                "more than {limit} steps; the problem is stiff from t = {} on: stability, not accuracy, bounds the \
+                 step of this explicit method; use methods::Radau5",
+                Rounded(*t)
             ),
             Self::Cancelled => write!(f, "cancelled"),
             Self::EventNotANumber { event } => write!(f, "the function of event `{event}` is not a number"),
@@ -84,6 +86,7 @@ impl fmt::Display for SimulationErrorKind {
                 let else_stop =
                     "let its action return `Flow::Stop` once the speed is small, and go on from there without it";
                 let way_out = guard_way_out(event).unwrap_or_else(|| else_stop.into());
+                let at = Rounded(*at);
                 write!(f, "event `{event}` happens in ever shorter time and accumulates at about t = {at}; {way_out}")
             }
             Self::EventRepeats { event } => match guard_way_out(event) {
@@ -100,6 +103,11 @@ impl fmt::Display for SimulationErrorKind {
                 f,
                 "constraint `{row}` has drifted in its {what} to {residual:e}, a distance of {distance:e} where {limit:e} is the limit; choose \
                  `Formulation::Projected`, tighten the tolerance, or raise `.drift_limit(..)`"
+            ),
+            Self::Overflow { coordinate, rate, value, .. } => write!(
+                f,
+                "the motion grows beyond all numbers: {}`{coordinate}` is {value:.1e}; end it before, or look for what feeds it, as a force or a damper of the wrong sign",
+                if *rate { "the velocity of " } else { "" }
             ),
             Self::SingularPosition { rows, coordinates, condition, met } => {
                 write!(

@@ -3,8 +3,8 @@
 use core::fmt;
 
 use super::{GlobalError, MUCH, Shift};
+use crate::motion::numbers::{Grouped, Rounded};
 use crate::motion::second::SecondRun;
-use crate::motion::summary::{Grouped, Rounded};
 
 impl GlobalError {
     /// Whether the error is too large to pass unnoticed: more than a thousand permitted ones, no digit left, or an event in one run alone.
