@@ -9,7 +9,7 @@ use super::driver::Driver;
 use super::query::Motion;
 use super::run::longer;
 use super::simulate::Simulate;
-use crate::integrate::{Knot, Phase, Step, System as _, zip};
+use crate::integrate::{Knot, Step, System as _, zip};
 use crate::methods::Radau5;
 use crate::model::{ModelState as _, Vector};
 
@@ -72,30 +72,28 @@ impl<M: Simulate> Motion<'_, M> {
         within.map(|record| self.most_permitted_errors(&record.knot().y, &here.y)).fold(0.0, f64::max) > MOVES
     }
 
-    /// Whether differences die within that time, as they do where a motion is stiff.
+    /// Whether differences die within that time, as they do where a motion is stiff; in quarters of its steps, as whole ones may damp what swings.
     fn forgets(&self, index: usize, h: f64) -> bool {
-        let records = &self.trajectory.records;
-        let (mut at, mut plant) = (self.step(index).start, self.plant(index));
-        let tolerances = &self.trajectory.tolerances;
+        let (step, tolerances) = (self.step(index), &self.trajectory.tolerances);
         let Some(mut maker) = self.trajectory.driver_of(index).map(|driver| driver.maker()) else { return false };
-        for part in [&mut at.y.q, &mut at.y.u] {
-            part.as_mut_slice().iter_mut().for_each(|x| *x += NEAR * (1.0 + x.abs()));
-        }
-        let size = |at: &Phase<M::Vector>, index: usize| {
-            let there = records[index].knot().y;
-            tolerances.norm(&zip(at, &there, |a, b| a - b), &there, &there)
+        let (mut plant, part) = (self.plant(index), (0.25 * self.usual(index)).copysign(step.h));
+        let mut next = |at: &Knot<M::Vector>| {
+            let step = Step { start: *at, end: *at, h: part, ..step };
+            let (y, _) = maker.end_of(&mut plant, &step, tolerances)?;
+            Some(Knot { t: at.t + part, y, a: plant.accelerations(at.t + part, &y.q, &y.u).ok()? })
         };
-        let before = size(&at.y, index);
-        let most = (index + MOST).min(records.len() - 1);
-        for k in index..most {
-            if (records[k].state.t() - records[index].state.t()).abs() > h || records[k].h == 0.0 {
-                break;
-            }
-            let Ok(a) = plant.accelerations(at.t, &at.y.q, &at.y.u) else { return false };
-            let step = Step { start: Knot { a, ..at }, ..self.step(k) };
-            let Some((y, _)) = maker.end_of(&mut plant, &step, tolerances) else { return false };
-            at = Knot { t: records[k + 1].state.t(), y, a };
-            if size(&at.y, k + 1) < DIES * before {
+        let (mut at, mut beside) = (step.start, step.start);
+        for values in [&mut beside.y.q, &mut beside.y.u] {
+            values.as_mut_slice().iter_mut().for_each(|x| *x += NEAR * (1.0 + x.abs()));
+        }
+        let apart = |at: &Knot<M::Vector>, beside: &Knot<M::Vector>| {
+            tolerances.norm(&zip(&at.y, &beside.y, |a, b| a - b), &at.y, &at.y)
+        };
+        let before = apart(&at, &beside);
+        for _ in 0..((h / part.abs()) as usize).min(MOST) {
+            let (Some(one), Some(other)) = (next(&at), next(&beside)) else { return false };
+            (at, beside) = (one, other);
+            if apart(&at, &beside) < DIES * before {
                 return true;
             }
         }

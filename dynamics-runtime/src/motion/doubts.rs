@@ -207,7 +207,8 @@ impl Doubts {
                 Times(times)
             )?;
         }
-        let permitted = self.energy.is_some_and(|times| times <= DRIFTS);
+        let finite = self.energy_part.is_some_and(f64::is_finite);
+        let permitted = finite && self.energy.is_some_and(|times| times <= DRIFTS);
         if let Some(part) = self.energy_part.filter(|part| *part > DRIFT && !permitted) {
             let remedy = if self.fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
             match part.is_finite() {
