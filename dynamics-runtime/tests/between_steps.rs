@@ -148,7 +148,7 @@ fn apart(one: &State, other: &State, tolerance: f64) -> f64 {
     ((part(&one.q, &other.q) + part(&one.u, &other.u)) / 4.0).sqrt()
 }
 
-/// What 300 random systems of every kind have shown at most, rounded up: the table of docs/when-methods-fail.md.
+/// What 300 random systems of every kind have shown at most, rounded up: the table of docs/guide.md.
 ///
 /// First the error over the larger one at the two ends of the step, or over what is permitted where that is more: of smooth and stiff systems, and of kinked ones. Then the
 /// difference from the method's own step ended there, of smooth and stiff systems: with a kink inside, a single step does not know what it is off.
@@ -276,6 +276,11 @@ fn what_is_damped_hard_is_followed_between_steps() {
         let at_ends = motion.steps().map(|state| off(state.t)).fold(1.0, f64::max);
         let between = (0..1000).map(|k| off(0.01 * f64::from(k))).fold(0.0, f64::max);
         println!("{tolerance:e}: {at_ends} at the ends of the steps, {between} at any time");
+        let estimate = motion.global_error().expect("it was asked for");
+        let told = estimate.between.expect("steps have no fixed size").max(1.0);
+        println!("{estimate}");
+        // The norm above is the mean of the four numbers of a state, this one the largest.
+        assert!(told < 2.5 * between.max(1.0) && told > 0.2 * between, "{told} told, {between} measured");
         assert!(between < 3.0 * at_ends, "{tolerance:e}: {at_ends} at the ends of the steps, {between} at any time");
     }
 }

@@ -11,6 +11,7 @@ use alloc::vec::Vec;
 
 use events::Matched;
 
+use super::query::Motion;
 use super::record::Trajectory;
 use super::second::{Second, SecondRun};
 use super::simulate::Simulate;
@@ -51,7 +52,7 @@ pub struct Shift {
 }
 
 /// The error of a motion, estimated by a second run: [`Simulation::estimate_error`](super::Simulation::estimate_error). It is that at the ends of
-/// the steps; at instants where events change the state the shift of the event is looked at instead.
+/// the steps, and in the middle of up to 256 of them; at instants where events change the state the shift of the event is looked at instead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlobalError {
     /// What the second run did otherwise.
@@ -62,6 +63,8 @@ pub struct GlobalError {
     pub velocities: Largest,
     /// Largest error in parts of what is permitted in one step, absolute + relative·|value|; `None` with a fixed step.
     pub ratio: Option<f64>,
+    /// The same in the middle of steps, as far as it was looked at: what dense output adds. `None` with a fixed step.
+    pub between: Option<f64>,
     /// From when on errors are a tenth of the range of a coordinate or velocity, or more: nothing later can be trusted.
     pub lost_at: Option<f64>,
     /// Time in which errors double, where they grow exponentially: in chaotic and unstable motions.
@@ -79,8 +82,9 @@ pub struct GlobalError {
 }
 
 /// The error of a trajectory by a second run, with steps of order p.
-pub(super) fn compare<M: Simulate>(first: &Trajectory<M>, second: Second<M>, order: u32) -> GlobalError {
-    let Matched { shift, unmatched, between } = Matched::of(first, &second);
+pub(super) fn compare<M: Simulate>(first: &Trajectory<M>, second: &mut Second<M>, order: u32) -> GlobalError {
+    let Matched { shift, unmatched, between } = Matched::of(first, second);
+    second.middles.retain(|state| !between.iter().any(|[a, b]| *a <= state.t() && state.t() <= *b));
     let fixed = matches!(second.run, SecondRun::HalfStep(_));
     let factor = if fixed { 1.0 / (1.0 - math::powi(0.5, order as i32)) } else { 1.0 };
     let [of_q, of_u] = ranges(first);
@@ -108,14 +112,26 @@ pub(super) fn compare<M: Simulate>(first: &Trajectory<M>, second: Second<M>, ord
         coordinates,
         velocities,
         ratio: (!fixed).then_some(ratio),
+        between: None,
         lost_at: history.iter().find(|(_, error)| *error >= LOST).map(|(t, _)| *t),
         doubling_time: doubling_time(&history),
         shift,
         unmatched,
         history,
         evaluations: second.counts.evaluations,
-        broken_off: second.broken_off,
+        broken_off: second.broken_off.clone(),
     }
+}
+
+/// The largest error in the middle of steps in parts of what is permitted.
+pub(super) fn between<M: Simulate>(motion: &Motion<'_, M>, middles: &[M::State]) -> f64 {
+    let (mut sampler, tolerances) = (motion.reader(), motion.trajectory.tolerances);
+    middles.iter().fold(0.0, |most: f64, exact| {
+        let state = sampler.at(exact.t());
+        let parts = [(state.q(), exact.q()), (state.u(), exact.u())];
+        let pairs = parts.into_iter().flat_map(|(x, y)| x.as_slice().iter().zip(y.as_slice()));
+        pairs.fold(most, |most, (x, y)| most.max((x - y).abs() / tolerances.scale(*x, *y)))
+    })
 }
 
 /// What two runs are apart.

@@ -17,6 +17,23 @@ const WORTH: f64 = 3.0;
 /// Where it cannot be smaller, it is larger by this factor: what is then found is mostly the error of the second run.
 const LOOSER: f64 = 10.0;
 
+/// Steps in the middle of which the runs are compared, too: each of them costs the first one a step with dense output.
+const MIDDLES: usize = 256;
+
+/// Where a second run is looked at: the times of the first one's records, with the middles of some of its steps; and which they are.
+pub(super) fn places(times: &[f64], fixed: bool) -> (Vec<f64>, Vec<bool>) {
+    let every = times.len().div_ceil(MIDDLES).max(1);
+    let (mut places, mut middle) = (Vec::new(), Vec::new());
+    for (i, t) in times.iter().enumerate() {
+        places.push(*t);
+        middle.push(false);
+        let Some(next) = times.get(i + 1).filter(|next| *next != t && !fixed && i % every == 0) else { continue };
+        places.push(0.5 * (t + next));
+        middle.push(true);
+    }
+    (places, middle)
+}
+
 /// What the second run did otherwise than the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SecondRun {
@@ -74,6 +91,8 @@ pub(crate) struct Second<M: Model> {
     pub(super) run: SecondRun,
     /// At the times of the first one's records, as far as it went.
     pub(super) states: Vec<M::State>,
+    /// In the middle of some of the first one's steps.
+    pub(super) middles: Vec<M::State>,
     pub(super) events: Vec<EventRecord<M::State>>,
     pub(super) counts: Counts,
     /// Where and why it broke off.

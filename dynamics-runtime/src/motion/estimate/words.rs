@@ -10,9 +10,8 @@ impl GlobalError {
     /// Whether the error is too large to pass unnoticed: more than a thousand permitted ones, no digit left, or an event in one run alone.
     #[must_use]
     pub fn is_large(&self) -> bool {
-        self.ratio.is_some_and(|ratio| ratio.is_nan() || ratio > MUCH)
-            || self.lost_at.is_some()
-            || self.unmatched.is_some()
+        let much = |ratio: Option<f64>| ratio.is_some_and(|ratio| ratio.is_nan() || ratio > MUCH);
+        much(self.ratio) || much(self.between) || self.lost_at.is_some() || self.unmatched.is_some()
     }
 }
 
@@ -33,6 +32,9 @@ impl fmt::Display for GlobalError {
                 ..1e6 => write!(f, ": {} times the tolerance", Grouped(ratio as u64))?,
                 _ => write!(f, ": {ratio:.1e} times the tolerance")?,
             }
+        }
+        if let Some(between) = self.more_between() {
+            write!(f, ", between steps {}", Grouped(between as u64))?;
         }
         let evaluations = Grouped(self.evaluations);
         match self.second {
@@ -57,6 +59,12 @@ impl fmt::Display for GlobalError {
 }
 
 impl GlobalError {
+    /// The error between steps, where it is worth saying: beyond ten permitted ones, and twice that at the ends.
+    fn more_between(&self) -> Option<f64> {
+        let ratio = self.ratio?;
+        self.between.filter(|between| *between > 2.0 * ratio && *between > 10.0)
+    }
+
     fn write_warnings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         const WARNING: &str = "\n  warning      ";
         if let Some((t, why)) = &self.broken_off {
@@ -74,6 +82,10 @@ impl GlobalError {
                 f,
                 "{WARNING}errors as large as the motion from t = {} on: nothing later can be trusted",
                 Rounded(t)
+            )?,
+            (None, _) if self.more_between().is_some_and(|between| between > MUCH) => write!(
+                f,
+                "{WARNING}states between steps are off far beyond the tolerance; shorten the steps by `.max_step(..)`"
             )?,
             (None, Some(ratio)) if ratio.is_nan() || ratio > MUCH => {
                 write!(
