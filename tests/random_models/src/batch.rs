@@ -67,6 +67,9 @@ const DEGENERATE: [&str; 3] = [
     "the parameter `period` has no influence",
 ];
 
+/// Programs of a package: they are compiled side by side.
+const PROGRAMS: usize = 2;
+
 /// What the compiler says of one module.
 #[derive(Clone, Debug, Default)]
 struct Said {
@@ -131,12 +134,12 @@ impl<'a> Batch<'a> {
             if succeeded {
                 tally.accepted += left.len();
                 if self.run {
-                    self.judged(&left, &output, &mut tally)?;
+                    output.iter().try_for_each(|program| self.judged(&left, program, &mut tally))?;
                 }
                 break;
             }
             if refused.is_empty() {
-                return Err(format!("the package does not compile, and no model is why:\n{output}"));
+                return Err(format!("the package does not compile, and no model is why:\n{}", output.concat()));
             }
             left.retain(|case| !refused.contains(&case.module));
         }
@@ -149,7 +152,7 @@ impl<'a> Batch<'a> {
         kind: &str,
         cases: &[&Case],
         build: bool,
-    ) -> Result<(BTreeMap<String, Said>, bool, String), String> {
+    ) -> Result<(BTreeMap<String, Said>, bool, Vec<String>), String> {
         let folder = self.folder.join(kind);
         let source = folder.join("src");
         fs::create_dir_all(&source).map_err(|e| e.to_string())?;
@@ -166,23 +169,27 @@ impl<'a> Batch<'a> {
         let write =
             |path: PathBuf, text: String| fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()));
         write(judge.join("Cargo.toml"), manifest("judge", &format!("[lib]\npath = \"{}\"", judged.display())))?;
-        let batch = manifest(kind, "") + "judge = { path = \"../judge\" }\n[workspace]\n" + profile;
-        write(folder.join("Cargo.toml"), batch)?;
         let lock = self.library.join("Cargo.lock");
         if lock.exists() && !folder.join("Cargo.lock").exists() {
             fs::copy(lock, folder.join("Cargo.lock")).map_err(|e| e.to_string())?;
         }
-        let mut main = String::from("#![allow(mixed_script_confusables)]\nfn main() {\n    judge::run(&[\n");
         for case in cases {
-            let module = &case.module;
-            main += &format!(
-                "        (\"{module}\", &judge::Derived {{ model: {module}::glue::model(), own: {module}::glue::own }}),\n"
-            );
-            write(source.join(format!("{module}.rs")), case.text.clone() + "\n" + &glue(&case.text))?;
+            write(source.join(format!("{}.rs", case.module)), case.text.clone() + "\n" + &glue(&case.text))?;
         }
-        main += "    ]);\n}\n";
-        let modules: String = cases.iter().map(|case| format!("mod {};\n", case.module)).collect();
-        write(source.join("main.rs"), main.replacen("fn main", &format!("{modules}fn main"), 1))?;
+        // Twins stand side by side in one program.
+        let mut groups: Vec<Vec<&Case>> = vec![Vec::new(); if cases.len() > 20 { PROGRAMS } else { 1 }];
+        let count = groups.len();
+        for case in cases {
+            let number = case.module.trim_end_matches("_twin").bytes().map(usize::from).sum::<usize>();
+            groups[number % count].push(case);
+        }
+        let mut programs = String::new();
+        for (k, group) in groups.iter().enumerate() {
+            write(source.join(format!("program_{k}.rs")), program(group))?;
+            programs += &format!("[[bin]]\nname = \"{kind}_{k}\"\npath = \"src/program_{k}.rs\"\n");
+        }
+        let batch = manifest(kind, "") + "judge = { path = \"../judge\" }\n[workspace]\n" + profile + &programs;
+        write(folder.join("Cargo.toml"), batch)?;
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.current_dir(&folder).args([if build { "build" } else { "check" }, "--message-format=short"]);
         command.env("CARGO_INCREMENTAL", "0").env("CARGO_TERM_COLOR", "never").env("CARGO_PROFILE_DEV_DEBUG", "0");
@@ -203,9 +210,10 @@ impl<'a> Batch<'a> {
                 }
             }
         }
-        let executable = Path::new(&target).join("debug").join(kind).display().to_string();
+        let executables =
+            (0..count).map(|k| Path::new(&target).join(format!("debug/{kind}_{k}")).display().to_string());
         let succeeded = output.status.success();
-        Ok((said, succeeded, if succeeded { executable } else { text }))
+        Ok((said, succeeded, if succeeded { executables.collect() } else { vec![text] }))
     }
 
     fn judged(&self, cases: &[&Case], executable: &str, tally: &mut Tally) -> Result<(), String> {
@@ -230,21 +238,46 @@ impl<'a> Batch<'a> {
     }
 }
 
+/// The program that judges these models.
+fn program(cases: &[&Case]) -> String {
+    let mut text = String::from("#![allow(mixed_script_confusables)]\n");
+    for case in cases {
+        text += &format!("mod {};\n", case.module);
+    }
+    text += "fn main() {\n    judge::run(&[\n";
+    for case in cases {
+        let module = &case.module;
+        text += &format!(
+            "        (\"{module}\", &judge::Derived {{ model: {module}::glue::model(), own: {module}::glue::own }}),\n"
+        );
+    }
+    text + "    ]);\n}\n"
+}
+
 /// Counts a refused model, whose error has to be one.
 fn refuse(tally: &mut Tally, case: &Case, said: &Said) {
-    let reason = said.errors[0].split_once("error").map_or(said.errors[0].as_str(), |(_, rest)| rest);
-    // Names are in backticks: without them reasons are few.
-    let reason: String = reason.split('`').enumerate().map(|(i, part)| if i % 2 == 0 { part } else { "`_`" }).collect();
-    *tally.refused.entry(reason.trim_start_matches(": ").to_owned()).or_default() += 1;
+    *tally.refused.entry(reason_of(&said.errors[0])).or_default() += 1;
     // The same mistake may be written several times.
-    let mut different: Vec<&str> =
-        said.errors.iter().map(|e| e.split_once("error").map_or(e.as_str(), |(_, m)| m)).collect();
+    let mut different: Vec<String> = said.errors.iter().map(|e| reason_of(e)).collect();
     different.sort_unstable();
     different.dedup();
+    different.retain(|reason| !DEGENERATE.iter().any(|degenerate| reason.contains(&without_names(degenerate))));
     if different.len() > 1 {
         let errors = said.errors.iter().take(4).map(String::as_str).collect::<Vec<_>>().join("\n    ");
         tally.findings.push(format!("finding {}: {} errors for one:\n    {errors}", case.title, said.errors.len()));
     }
+}
+
+/// What an error says, without place and names.
+fn reason_of(error: &str) -> String {
+    let message = error.split_once("error").map_or(error, |(_, message)| message);
+    let message = message.split(": evaluation of `").next().unwrap_or_default();
+    without_names(message.trim_start_matches(": "))
+}
+
+/// Names are in backticks: without them reasons are few.
+fn without_names(message: &str) -> String {
+    message.split('`').enumerate().map(|(i, part)| if i % 2 == 0 { part } else { "`_`" }).collect()
 }
 
 /// Errors and warnings by module, from lines as `src/case_1.rs:3:5: error: message`.

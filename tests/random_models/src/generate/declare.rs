@@ -106,7 +106,7 @@ impl Draft<'_> {
                 for _ in 0..3 {
                     let name = self.r.pick(NASTY);
                     if self.names.is_free(name)
-                        && !["core", "std", "f64", "usize", "bool", "dynamics", "r#type"].contains(&name)
+                        && !["core", "std", "f64", "usize", "bool", "dynamics", "r#type", "vec2"].contains(&name)
                     {
                         let _ = match self.r.below(3) {
                             0 => writeln!(self.outside, "{allow}static {name}: f64 = 0.5;"),
