@@ -65,7 +65,7 @@ fn main() -> common::Outcome {
     let mut files = common::Files::of("arm");
     let samples: Vec<_> = motion.sample(common::times(DURATION, 600)).collect();
     let panel = |title| Panel::new(Axis::new("time in s"), Axis::new(title));
-    let (mut errors, mut torques) = (panel("error in degrees"), panel("torque in N m"));
+    let (mut errors, mut torques) = (panel("error in degrees"), panel("torque in N·m"));
     for i in [0, 1, 3, 6] {
         let name = format!("joint {}", i + 1);
         errors = errors.line(&name, samples.iter().map(|s| (s.t, error(s, i).to_degrees())));

@@ -140,7 +140,7 @@ fn main() -> common::Outcome {
     };
     let panel = |title| Panel::new(Axis::new("time in s"), Axis::new(title));
     let both = |title, value: fn(&State<Governor>) -> f64| {
-        panel(title).line("dashpot 30 N s/m", of(&settles, value)).line("dashpot 3 N s/m", of(&hunts, value))
+        panel(title).line("dashpot 30 N·s/m", of(&settles, value)).line("dashpot 3 N·s/m", of(&hunts, value))
     };
     Chart::new("Porter's governor after the load has dropped")
         .panel(both("speed in rad/s", |s| s.psi_rate()))

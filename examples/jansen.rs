@@ -326,7 +326,7 @@ fn main() -> common::Outcome {
                 .line("walking", samples.iter().map(|s| (s.t, -walk.foot(s, walk.lowest(s)).y))),
         )
         .panel(
-            Panel::new(Axis::new("time in s"), Axis::new("torque of the drive in N m"))
+            Panel::new(Axis::new("time in s"), Axis::new("torque of the drive in N·m"))
                 .line("twelve legs", samples.iter().map(|s| (s.t, motion.multipliers_of(s)[72]))),
         )
         .write_svg(files.path("jansen.svg"))?;

@@ -155,7 +155,7 @@ fn main() -> common::Outcome {
     Chart::new("A shaping machine")
         .panel(panel("ram in m").line("place", curve(&|s| s.ram())))
         .panel(panel("ram in m/s").line("velocity", curve(&|s| s.ram_rate())))
-        .panel(panel("torque in N m").line("motor", curve(&|s| motion.outputs_of(s)[0])))
+        .panel(panel("torque in N·m").line("motor", curve(&|s| motion.outputs_of(s)[0])))
         .write_svg(files.path("stroke.svg"))?;
     let film = motion.animation().title("A shaping machine").plot(["ram_rate"]);
     film.speed(0.5).write_html(files.path("quick_return.html"))?;

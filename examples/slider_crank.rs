@@ -151,7 +151,7 @@ fn main() -> common::Outcome {
     let across = curve("on the guide", &|now| motion.multipliers_of(now)[1]);
     let angle = || Axis::new("crank angle in degrees");
     Chart::new("What it takes to turn a slider-crank steadily")
-        .panel(Panel::new(angle(), Axis::new("torque in N m")).line(&torque.0, torque.1))
+        .panel(Panel::new(angle(), Axis::new("torque in N·m")).line(&torque.0, torque.1))
         .panel(
             Panel::new(angle(), Axis::new("force of the rod in N")).line(&along.0, along.1).line(&across.0, across.1),
         )

@@ -416,7 +416,8 @@
     if (!(lo <= hi)) { lo = -1; hi = 1; }
     if (lo === hi) { const half = Math.abs(lo) / 2 || 1; lo -= half; hi += half; }
     pen.font = "11px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
-    const labels = [number(lo, 3), number(hi, 3)];
+    // A thousandth of the axis is as fine as a label says: what rounding left of 0 is 0.
+    const labels = [lo, hi].map((v) => number(Math.abs(v) < 5e-4 * (hi - lo) ? 0 : v, 3));
     edge.left = Math.max(40, ...labels.map((label) => pen.measureText(label).width + 12));
     const x = (k) => edge.left + (width - edge.left - edge.right) * (last ? k / last : 0);
     const y = (v) => height - edge.bottom - (height - edge.top - edge.bottom) * (v - lo) / (hi - lo);
@@ -467,8 +468,14 @@
       const v = interpolated(curve.values);
       pen.fillStyle = palette[curve.color];
       if (!Number.isNaN(v)) { pen.beginPath(); pen.arc(x(frame), y(v), 3, 0, 2 * Math.PI); pen.fill(); }
-      curve.shown.textContent = Number.isNaN(v) ? "–" : number(v, 4) + (curve.unit ? " " + curve.unit : "");
+      curve.shown.textContent = Number.isNaN(v) ? "–" : number(known(v, curve), 4) + (curve.unit ? " " + curve.unit : "");
     });
+  }
+
+  // Without the digits that the page does not know: values are multiples of a unit, which is 1 where they stand still.
+  function known(v, curve) {
+    const decimals = -Math.ceil(Math.log10(curve.unit_of_values));
+    return decimals > 0 && decimals <= 100 ? Number(v.toFixed(decimals)) : v;
   }
 
   function interpolated(values) {
