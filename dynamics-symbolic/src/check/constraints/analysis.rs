@@ -15,7 +15,8 @@ use super::manifold::{self, Dependence, Manifold};
 use super::rows::Rows;
 use super::sample::Sample;
 
-/// A set that no start satisfies is called contradictory up to this many rows; with more, Newton's method may well have missed the way.
+/// A set that no start satisfies is called contradictory, and rows that touch others in all states that were found tangent, up to this many rows; with
+/// more, Newton's method may well have missed the way.
 const CERTAIN: usize = 24;
 /// Switched constraints whose manifolds are looked at one by one.
 const SWITCHED: usize = 8;
@@ -324,12 +325,14 @@ impl Set<'_> {
                 self.faults.push(fault);
             } else if !self.redundant(d.row) {
                 let fault = if manifold.tangent.contains(&d.row) {
+                    // A branch on which no row is tangent may have been missed: of many rows the report tells alone.
                     let (name, origin) = self.named(d.row);
-                    ConstraintFinding::Tangent { name, to: of, origin }
+                    let certain = look.order.len() <= CERTAIN;
+                    certain.then_some(ConstraintFinding::Tangent { name, to: of, origin })
                 } else {
-                    self.repeats(d.row, of, true)
+                    Some(self.repeats(d.row, of, true))
                 };
-                self.faults.push(fault);
+                self.faults.extend(fault);
             }
         }
     }

@@ -15,6 +15,9 @@ use super::sample::{Sample, random};
 /// Random starts, and states on the manifold that are enough.
 const STARTS: u64 = 16;
 const ENOUGH: usize = 5;
+/// Further starts, with all angles equal, where rows are tangent in every state that was found. Such states attract Newton's method: of a row of N windows, whose
+/// manifold has 3ᴺ branches, random starts with N = 7 all end on branches with flat windows.
+const ALIGNED: u64 = 8;
 /// Farther from the manifold than this, relative to the size of the parameters, Newton's method is not just slow.
 const APART: f64 = 1e-3;
 /// Rows that are missed by less than this part of what the worst is missed by are fulfilled: descents end there.
@@ -105,9 +108,19 @@ impl Manifold {
         let mut evidence = 0;
         // Who says that rows repeat others means a branch on which they do, and may have to wait for it.
         let mut sought = model.constraints.iter().any(|c| c.redundant);
-        for start in 0..STARTS {
+        for start in 0..STARTS + ALIGNED {
+            let enough = found.samples.len() >= ENOUGH && !sought;
+            if start < STARTS && enough {
+                continue;
+            }
+            if start >= STARTS && !found.is_tangent_everywhere() {
+                break;
+            }
             let scale = coordinate_scales(model, size * [1.0, 0.4, 2.5][start as usize % 3]);
-            let state = start_state(model, &scale, start, if nominal { 0 } else { start });
+            let mut state = start_state(model, &scale, start, if nominal { 0 } else { start });
+            if start >= STARTS {
+                align(model, &mut state, start);
+            }
             let projection = Projection::new(rows, chosen, scale);
             match projection.from(state, start) {
                 // Where a slope is not finite nothing can be said.
@@ -125,9 +138,6 @@ impl Manifold {
                 }
                 End::Stuck(None) => {}
             }
-            if found.samples.len() >= ENOUGH && !sought {
-                break;
-            }
         }
         // What comes close may only come slowly, as near a singular state.
         if found.samples.is_empty() && nominal && evidence >= STARTS / 2 {
@@ -138,6 +148,11 @@ impl Manifold {
         let gone = |r: &usize| !found.samples.is_empty() && found.samples.iter().all(|s| vanishes(rows, s, &scale, *r));
         found.vanishing = chosen.iter().copied().filter(gone).collect();
         found
+    }
+
+    /// Whether states were found, and rows are tangent in all of them.
+    fn is_tangent_everywhere(&self) -> bool {
+        !self.places.is_empty() && self.places.iter().all(|tangent| *tangent)
     }
 
     /// A state on the manifold, or the place beside it where rows are tangent, with what is held there.
@@ -331,6 +346,13 @@ pub(super) fn typical_length(model: &Model, needed: &[u32]) -> f64 {
 pub(super) fn coordinate_scales(model: &Model, size: f64) -> Vec<f64> {
     let angle = |unit: &str| unit == "rad";
     model.coordinates.iter().map(|c| if angle(&c.unit) { core::f64::consts::PI } else { size }).collect()
+}
+
+/// Turns everything alike: all angles get one random value.
+fn align(model: &Model, state: &mut Sample, start: u64) {
+    let angle = core::f64::consts::PI * (2.0 * random(0xb00, start) - 1.0);
+    let angles = state.q.iter_mut().zip(&model.coordinates).filter(|(_, c)| c.unit == "rad");
+    angles.for_each(|(q, _)| *q = angle);
 }
 
 /// A random state; every other one at t = 0, where motions start.
