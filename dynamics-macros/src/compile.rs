@@ -8,7 +8,8 @@ use crate::diagnostics::{Diagnostics, Place};
 use crate::elaborate::{self, Constants};
 use crate::library::{self, Library};
 use crate::messages;
-use crate::syntax::{self, Declaration, Implementation};
+use crate::suggest;
+use crate::syntax::{self, Declaration, Implementation, Role};
 
 /// A model with everything that emission needs.
 #[derive(Clone, Debug)]
@@ -28,6 +29,7 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
     let implementation = syntax::parse_impl(item_impl, &mut diagnostics);
     if let (Some(declaration), Some(implementation)) = (&declaration, &implementation) {
         check_name(declaration, implementation, &mut diagnostics);
+        check_output_units(declaration, implementation, &mut diagnostics);
     }
     diagnostics.checkpoint()?;
     let (Some(declaration), Some(implementation)) = (declaration, implementation) else { return Err(Vec::new()) };
@@ -67,5 +69,19 @@ fn check_name(declaration: &Declaration, implementation: &Implementation, diagno
     let fields = declaration.item.fields.iter().map(|field| field.ty.to_token_stream());
     if of_language && items.chain(fields).any(named) {
         diagnostics.error(declaration.name.span(), &messages::name_of_language(&name));
+    }
+}
+
+/// `#[units(..)]` names fields, and outputs.
+fn check_output_units(declaration: &Declaration, implementation: &Implementation, diagnostics: &mut Diagnostics) {
+    let outputs = || implementation.functions.iter().filter(|f| f.role == Role::Output).map(|f| f.name.to_string());
+    let known: Vec<String> = declaration.fields.iter().map(|f| f.name.to_string()).chain(outputs()).collect();
+    for (i, (name, _)) in declaration.output_units.iter().enumerate() {
+        if !outputs().any(|output| name == output.as_str()) {
+            let hint = suggest::did_you_mean(&name.to_string(), known.iter().map(String::as_str));
+            diagnostics.error(name.span(), &messages::units_of_unknown(name, hint));
+        } else if declaration.output_units[..i].iter().any(|(before, _)| before == name) {
+            diagnostics.error(name.span(), &messages::entry_twice("units", name));
+        }
     }
 }

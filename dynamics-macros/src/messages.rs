@@ -55,6 +55,7 @@ catalogue! {
     attribute_without_list(name, example) "`{name}` needs its entries; write `{example}`";
     attribute_entry(form) "this entry cannot be read; write {form}";
     attribute_of_unknown_field(attribute, name, hint) "`{attribute}` names `{name}`, which is no field of the struct{hint}";
+    units_of_unknown(name, hint) "`units` names `{name}`, which is no field of the struct and no `#[output]`{hint}";
     entry_twice(attribute, name) "`{attribute}` names `{name}` twice; keep one entry";
     nominal_of_function(name) "`{name}` is a smooth function, which has no nominal value; leave it out";
     nominal_shape(name, form) "the nominal value of `{name}` has another shape than the field; write {form}";

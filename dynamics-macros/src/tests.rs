@@ -10,6 +10,7 @@ mod names;
 mod numbers;
 mod robustness;
 mod sizes;
+mod units;
 mod vocabulary;
 
 use crate::compile::{CompiledModel, compile};

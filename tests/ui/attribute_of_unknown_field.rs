@@ -2,7 +2,7 @@ use dynamics::prelude::*;
 
 #[derive(Dynamics)]
 #[coordinates(x, y)]
-#[units(mass: kg, k: N/m)]
+#[nominal(mass = 1.0, k = 2.0)]
 struct Oscillator {
     m: f64,
     k: f64,

@@ -91,12 +91,12 @@ fn low_stages_lose_what_a_stiff_direction_turns() {
     for tolerance in [1e-4, 1e-5, 1e-6] {
         let (error, shown, said) = run(&methods::Esdirk4.into(), tolerance);
         assert!(error > 60.0 && shown > 0.5 * error, "{error} {shown} at {tolerance:e}");
-        assert!(
-            said.contains("warning      global error about") && said.contains("use methods::Radau5"),
-            "{said}"
-        );
+        assert!(said.contains("warning      global error about") && said.contains("use methods::Radau5"), "{said}");
         let (error, shown, said) = run(&methods::Radau5.into(), tolerance);
-        assert!(error < 20.0 && shown < 100.0 && !said.contains("warning      global error"), "{error} {shown} at {tolerance:e}: {said}");
+        assert!(
+            error < 20.0 && shown < 100.0 && !said.contains("warning      global error"),
+            "{error} {shown} at {tolerance:e}: {said}"
+        );
     }
 }
 

@@ -36,6 +36,7 @@ impl Elaborator<'_> {
         let units: Vec<&UnitText> = quantities
             .filter_map(|q| q.unit.as_ref())
             .chain(declaration.fields.iter().filter_map(|f| f.unit.as_ref()))
+            .chain(declaration.output_units.iter().map(|(_, unit)| unit))
             .collect();
         let dimensional =
             |unit: &&UnitText| matches!(Unit::parse_tokens(&unit.tokens()), Ok(Some(unit)) if !unit.dimension.is_one());
@@ -161,6 +162,12 @@ impl Elaborator<'_> {
                 unknown
             }
         }
+    }
+
+    /// A declared unit with its text.
+    pub(super) fn declared_text(&mut self, unit: &UnitText) -> (UnitOf, String) {
+        let Declared { unit, text } = self.declared(Some(unit));
+        (unit, text)
     }
 
     /// A declared unit by itself.

@@ -1,7 +1,8 @@
 //! Functions with a role: their signatures, their values, and what the model makes of them.
 
-use dynamics_symbolic::check::units::Dimension;
-use dynamics_symbolic::mechanics::{Energy, EnergyRole, Event, Force, ForceTerm, Output};
+use dynamics_symbolic::check::units::{Dimension, Unit};
+use dynamics_symbolic::graph::{Dependence, NodeId};
+use dynamics_symbolic::mechanics::{Energy, EnergyRole, Event, Force, ForceTerm, Input, Output};
 use syn::{ReceiverKind, Type};
 
 use super::dimensions::product;
@@ -10,7 +11,7 @@ use super::values::{Scalar, Term, UnitOf, Value};
 use super::{Elaborator, Sums};
 use crate::diagnostics::Place;
 use crate::messages;
-use crate::syntax::{Function, Quantity, Role};
+use crate::syntax::{Function, Quantity, Role, UnitText};
 
 /// What every model has beside the user's functions: its builder of states.
 const GENERATED_FUNCTION: &str = "state";
@@ -260,10 +261,44 @@ impl<'a> Elaborator<'a> {
         if !flatten(&value, "", &mut components, &mut units) {
             return self.wrong_result(function, "a scalar, a vector or an array of them", &value);
         }
-        let unit = self.common_unit(&units);
-        let components = components.into_iter().map(|(suffix, s)| (suffix, s.node)).collect();
+        let components: Vec<(String, NodeId)> = components.into_iter().map(|(suffix, s)| (suffix, s.node)).collect();
+        let declaration = self.declaration;
+        let unit = match declaration.output_units.iter().find(|(name, _)| *name == function.name) {
+            Some((_, unit)) => match self.declared_of_output(function, unit, &units) {
+                Some(text) => text,
+                None => return,
+            },
+            None => self.inferred_of_output(&units, &components),
+        };
         let origin = self.origins.add(place);
         self.model.outputs.push(Output { name: function.name.to_string(), components, unit, origin });
+    }
+
+    /// The unit that `#[units(..)]` gives an output, as text; `None` where its values have another one.
+    fn declared_of_output(&mut self, function: &Function, unit: &UnitText, values: &[UnitOf]) -> Option<String> {
+        let (declared, text) = self.declared_text(unit);
+        for value in values {
+            let what = "what `#[units(..)]` says of it";
+            let message = |found, expected| messages::unit_of_role(&function.name, found, what, expected);
+            self.equate(value, &declared, function.name.span(), message)?;
+        }
+        Some(text)
+    }
+
+    /// The unit that all values of an output have, as text. Moments of forces have the dimension of energies: what depends on reactions, accelerations
+    /// or inputs of that dimension is a moment, since no energy does but by a factor of velocity or displacement.
+    fn inferred_of_output(&self, units: &[UnitOf], components: &[(String, NodeId)]) -> String {
+        let text = self.common_unit(units);
+        if text != "J" {
+            return text;
+        }
+        let moment = |input: &Input| {
+            Unit::parse(&input.unit).is_ok_and(|unit| unit.is_some_and(|unit| unit.dimension == Dimension::ENERGY))
+        };
+        let forces = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
+        let of = if self.model.inputs.iter().any(moment) { forces.with(Dependence::INPUTS) } else { forces };
+        let is_moment = components.iter().all(|(_, node)| self.model.graph.dependence(*node).on(of));
+        if is_moment { "N*m".to_owned() } else { text }
     }
 
     /// The unit that all have, as text; empty where they differ, are unknown or 1.

@@ -320,14 +320,25 @@ fn field<'a>(fields: &'a mut [Field], name: &Ident, attribute: &str, d: &mut Dia
 }
 
 /// Gives every field its unit.
-pub(super) fn attach_units(fields: &mut [Field], units: Vec<(Ident, UnitText)>, d: &mut Diagnostics) {
+///
+/// Names of no field may be those of outputs, which the impl block declares: they are returned.
+pub(super) fn attach_units(
+    fields: &mut [Field],
+    units: Vec<(Ident, UnitText)>,
+    d: &mut Diagnostics,
+) -> Vec<(Ident, UnitText)> {
+    let mut others = Vec::new();
     for (name, unit) in units {
-        let Some(field) = field(fields, &name, "units", d) else { continue };
+        let Some(field) = fields.iter_mut().find(|f| f.name == name) else {
+            others.push((name, unit));
+            continue;
+        };
         if field.unit.is_some() {
             d.error(name.span(), &messages::entry_twice("units", &name));
         }
         field.unit = Some(unit);
     }
+    others
 }
 
 /// Gives every field its nominal values.

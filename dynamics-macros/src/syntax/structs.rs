@@ -29,6 +29,8 @@ pub(crate) struct Declaration {
     pub(crate) inputs: Vec<Quantity>,
     /// Parameters and smooth functions, in the order of the fields.
     pub(crate) fields: Vec<Field>,
+    /// Units of what is no field: of outputs.
+    pub(crate) output_units: Vec<(Ident, UnitText)>,
 }
 
 /// A field: one or more scalar parameters, or a smooth function.
@@ -140,7 +142,7 @@ pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration 
         attributes.units.retain(|(name, _)| fields.iter().any(|f| f.name == *name));
         attributes.nominal.retain(|(name, _)| fields.iter().any(|f| f.name == *name));
     }
-    attributes::attach_units(&mut fields, attributes.units, d);
+    let output_units = attributes::attach_units(&mut fields, attributes.units, d);
     attributes::attach_nominal(&mut fields, attributes.nominal, d);
     let mut declaration = Declaration {
         name: item.ident.clone(),
@@ -151,6 +153,7 @@ pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration 
         speeds: attributes.speeds,
         inputs: attributes.inputs,
         fields,
+        output_units,
         item,
     };
     attributes::check_names(&mut declaration, d);

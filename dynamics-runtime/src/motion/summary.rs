@@ -59,6 +59,8 @@ pub struct Summary {
     pub energy_drift: f64,
     /// Largest of |½ q̇·∂L/∂q̇|, |E − ½ q̇·∂L/∂q̇|, |E| met: of T and V for natural systems.
     pub energy_scale: f64,
+    /// Unit of `energy_scale` and `energy_lost`; empty where the model has no units.
+    pub energy_unit: &'static str,
     /// What drifts: `energy`, `energy function` where that is kept and T + V is not, `energy less work` where something works.
     pub energy_name: &'static str,
     /// Whether forces, dissipation or explicit time change the energy, so that their work enters `energy_drift`.
@@ -143,6 +145,7 @@ impl<M: Simulate> Motion<'_, M> {
             wall_time: counts.wall_time,
             energy_drift: if worst == 0.0 { 0.0 } else { worst / history.scale },
             energy_scale: history.scale,
+            energy_unit: crate::output::names::energy_unit::<M>(),
             energy_name: if M::POWERS.is_empty() { kept.unwrap_or("energy") } else { "energy less work" },
             has_work: !M::POWERS.is_empty(),
             conserved: self.drifts().into_iter().filter(|drift| !is_energy(&drift.name)).collect(),
@@ -284,7 +287,12 @@ impl Summary {
         } else if self.energy_drift.is_nan() {
             write!(f, "  drift        energy cannot be accounted for: inputs or their rates are not known")?;
         } else {
-            write!(f, "  drift        {} {:.1e} of {:.6e}", self.energy_name, self.energy_drift, self.energy_scale)?;
+            let unit = Spaced(self.energy_unit);
+            write!(
+                f,
+                "  drift        {} {:.1e} of {:.6e}{unit}",
+                self.energy_name, self.energy_drift, self.energy_scale
+            )?;
         }
         for Drift { name, largest, scale } in &self.conserved {
             // A quantity whose value is no larger than its drift, such as the momentum of a system at rest, has no scale of its own.
@@ -387,7 +395,8 @@ impl Summary {
         self.write_upkeep(f)?;
         self.write_nearest(f)?;
         if self.impacts > 0 {
-            write!(f, "\n  impacts      {}, {:.6e} of energy lost", Grouped(self.impacts as u64), self.energy_lost)?;
+            let (impacts, unit) = (Grouped(self.impacts as u64), Spaced(self.energy_unit));
+            write!(f, "\n  impacts      {impacts}, {:.6e}{unit} of energy lost", self.energy_lost)?;
         }
         if let Some((constraint, time)) = self.stuck_in_impact {
             write!(
@@ -494,4 +503,13 @@ pub(crate) fn names(f: &mut fmt::Formatter<'_>, names: &[&str]) -> fmt::Result {
         write!(f, "{}`{name}`", if k > 0 { ", " } else { "" })?;
     }
     Ok(())
+}
+
+/// A unit behind a blank; nothing where there is none.
+struct Spaced(&'static str);
+
+impl fmt::Display for Spaced {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() { Ok(()) } else { write!(f, " {}", self.0) }
+    }
 }
