@@ -318,6 +318,26 @@ fn files_are_written_and_errors_name_them() {
     }
     let message = motion.write_csv(folder.join("charts")).unwrap_err().to_string();
     assert!(message.contains("charts"), "{message}");
+    // Another format than the name's is not written.
+    let path = |name: &str| folder.join(format!("other/{name}"));
+    let refused = [
+        (motion.plot(path("q.gif")), "`.svg` or `.png`"),
+        (motion.plot_phase("x", path("p.html")), "`.svg` or `.png`"),
+        (motion.animate(path("run.gif")), "`.html`"),
+        (motion.write_csv(path("run.parquet")), "`.csv`"),
+        (motion.history_chart().write_svg(path("q.png")).map_err(OutputError::File), "`Chart::write`"),
+    ];
+    for (result, remedy) in refused {
+        let message = result.unwrap_err().to_string();
+        assert!(message.contains(remedy), "{message}");
+    }
+    match motion.plot(path("q.png")) {
+        Ok(()) => assert!(std::fs::read(path("q.png")).unwrap().starts_with(b"\x89PNG")),
+        Err(error) => {
+            let missing = if cfg!(feature = "png") { "no font" } else { "feature `png`" };
+            assert!(error.to_string().contains(missing) && !path("").exists(), "{error}");
+        }
+    }
     let mut bytes: Vec<u8> = vec![];
     motion.csv().write_to(&mut bytes).unwrap();
     assert_eq!(bytes, std::fs::read(folder.join("run.csv")).unwrap());
