@@ -9,7 +9,7 @@ use super::driver::Driver;
 use super::query::Motion;
 use super::run::longer;
 use super::simulate::Simulate;
-use crate::integrate::{Knot, Step, System as _, zip};
+use crate::integrate::{Knot, Phase, Step, System as _, zip};
 use crate::methods::Radau5;
 use crate::model::{ModelState as _, Vector};
 
@@ -26,6 +26,8 @@ const OWN: f64 = 0.2;
 const MORE: [f64; 3] = [1.0, 5.0, 25.0];
 /// Permitted errors by which a motion has to change for steps to prove that they follow it.
 const MOVES: f64 = 100.0;
+/// Permitted errors by which an implicit step may miss the motion, whose own errors add up.
+const FOLLOWS: f64 = 30.0;
 /// What is left of a difference where it dies.
 const DIES: f64 = 0.1;
 /// How large that is at first, in parts of 1 + |value|, and how many steps it is followed for at most.
@@ -59,9 +61,22 @@ impl<M: Simulate> Motion<'_, M> {
                 let own = own.and_then(|mut own| own.end_of(&mut self.plant(index), &tried(OWN * h), tolerances));
                 let mut implicit = Driver::<M>::maker(&Radau5);
                 !keeps(own)
-                    && keeps(implicit.end_of(&mut self.plant(index), &tried(h), tolerances))
+                    && self.follows(index, h, implicit.end_of(&mut self.plant(index), &tried(h), tolerances))
                     && (self.moves(index, h) || self.forgets(index, h))
             })
+    }
+
+    /// Whether an implicit step is permitted and ends where the motion goes, as far as its records tell: an error estimate that damps what is fast sees nothing of a swing that is stepped over.
+    fn follows(&self, index: usize, h: f64, end: Option<(Phase<M::Vector>, f64)>) -> bool {
+        let Some((y, error)) = end else { return false };
+        let (records, to) = (&self.trajectory.records, self.step(index).start.t + h.copysign(self.step(index).h));
+        let direction = self.trajectory.direction();
+        let next =
+            records.partition_point(|record| (record.state.t() - to) * direction < 0.0).clamp(1, records.len() - 1);
+        // Between its ends, so that one of them is as near as any place of the step.
+        let near = [next - 1, next].map(|k| self.most_permitted_errors(&y, &records[k].knot().y));
+        let within = self.most_permitted_errors(&records[next - 1].knot().y, &records[next].knot().y);
+        error <= 1.0 && near[0].min(near[1]) <= FOLLOWS + within
     }
 
     /// Whether the motion moves by more than is permitted in that time: of what hardly moves any step keeps the tolerance.
