@@ -343,6 +343,17 @@ pub enum StateError {
         /// The given coordinates that keep it from closing; empty where the given values have no part in it.
         given: Involved,
     },
+    /// The guess leads to no position that fulfils the constraints, and there is one elsewhere.
+    NotReached {
+        /// The row that is missed most where the guess leads.
+        row: &'static str,
+        /// Φ there.
+        residual: f64,
+        /// The coordinate that is farthest from its guess in a position that fulfils them.
+        coordinate: &'static str,
+        /// Its value there.
+        value: f64,
+    },
     /// Where the guess leads, branches of solutions meet, and nothing decides between them.
     SingularGuess {
         /// The row that is missed most there.
@@ -481,6 +492,11 @@ impl fmt::Display for StateError {
             Self::NotAssembled { row, residual, distance, given } => {
                 not_assembled(f, row, [*residual, *distance], given)
             }
+            Self::NotReached { row, residual, coordinate, value } => write!(
+                f,
+                "the guess leads to no position that fulfils the constraints (`{row}` is missed by {residual:e} there), but there is one elsewhere, with \
+                 `{coordinate}` = {value:.4}; give a guess nearer to what is wanted"
+            ),
             Self::SingularGuess { row, residual, coordinates } => write!(
                 f,
                 "the guess leads to a point where branches meet (`{row}` is missed by {residual:e} there) and does not decide between \

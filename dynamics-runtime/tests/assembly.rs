@@ -102,6 +102,13 @@ proptest! {
                     prop_assert!(reach.is_none());
                 }
             }
+            Err(StateError::NotReached { coordinate, .. }) => {
+                prop_assert!(FourBar::COORDINATES[which] != coordinate);
+                if which == 0 {
+                    let reach = freudenstein(&FourBar { ground, crank, coupler, rocker }, guess[0], 1.0);
+                    prop_assert!(reach.is_some());
+                }
+            }
             Err(StateError::SingularGuess { .. } | StateError::VelocityNotAssembled { .. }) => {}
             Err(other) => prop_assert!(false, "{other}"),
         }
@@ -121,6 +128,23 @@ fn a_position_out_of_reach_says_by_how_much() {
         error.to_string().contains("change what is given for `crank`, or the dimensions, or give another guess"),
         "{error}"
     );
+}
+
+/// Whatever the guess, what is missed is told at the closest approach of all: 0.5, as coupler and rocker point to each other.
+#[test]
+fn the_miss_is_that_of_the_closest_approach() {
+    let model = Jets(FourBar { ground: 5.0, crank: 1.0, coupler: 3.0, rocker: 2.5 });
+    for k in 0..60 {
+        let (coupler, rocker) = (0.37 * f64::from(k), 2.0 + 0.61 * f64::from(k * k));
+        let guess = state([std::f64::consts::PI, coupler % 6.283, rocker % 6.283]);
+        match assemble(&model, guess, &[true, false, false], &[false; 3]).unwrap_err() {
+            StateError::NotAssembled { residual, .. } => assert!(residual.abs() < 0.500_001, "{guess:?}: {residual}"),
+            error => assert!(matches!(error, StateError::SingularGuess { .. }), "{error}"),
+        }
+    }
+    let guess = state([std::f64::consts::PI, std::f64::consts::PI, 0.0]);
+    let error = assemble(&model, guess, &[true, false, false], &[false; 3]).unwrap_err();
+    assert!(!matches!(error, StateError::NotAssembled { residual, .. } if residual.abs() > 0.51), "{error}");
 }
 
 /// A point on a circle about the origin, Φ = x² + y² − l², or its square.

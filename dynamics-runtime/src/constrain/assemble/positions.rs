@@ -1,7 +1,7 @@
 //! Positions that fulfil the holonomic constraints: damped Gauss–Newton, then the closest approach, then what is wrong.
 
 use super::room::{self, Room, moved};
-use super::{ASSEMBLED, Violation, size, worst};
+use super::{ASSEMBLED, Violation, own_size, size, worst};
 use crate::constrain::Involved;
 use crate::constrain::held::active_rows;
 use crate::constrain::memory::norm;
@@ -20,6 +20,11 @@ const LEAST_DAMPING: f64 = 1e-4;
 /// The longest step, against ‖w (1 + |q|)‖ of the guess: near a singular configuration Newton steps have any length, and an angle that turns
 /// several times on its way has lost its branch.
 const LONGEST_STEP: f64 = 0.25;
+/// Places from which a closer approach is looked for where the guess leads to none that closes, and steps from each.
+const PLACES: usize = 12;
+const DESCENTS_ELSEWHERE: usize = 60;
+/// Part of the miss by which another place has to be closer.
+const CLOSER: f64 = 1e-2;
 /// Steps of the Levenberg–Marquardt method.
 const MOST_DESCENTS: usize = 300;
 
@@ -48,7 +53,10 @@ pub(super) fn solve<M: Constraints>(
         return Ok(());
     }
     match search.missed(state)? {
-        Some(missed) => Err(search.diagnose(&guess, state, &missed)?),
+        Some(missed) => {
+            let error = search.diagnose(&guess, state, &missed)?;
+            Err(search.look_elsewhere(&guess, state, error)?)
+        }
         // The closest approach is a solution.
         None => Ok(()),
     }
@@ -196,6 +204,63 @@ impl<M: Constraints> Search<'_, '_, M> {
         self.load(state)?;
         let given = self.culprits(state);
         Ok(StateError::NotAssembled { row, residual, distance, given })
+    }
+
+    /// The closest approach from other places, as that from the guess may be one of several: where one closes the guess is at fault, else the least miss is told.
+    #[cold]
+    fn look_elsewhere(
+        &mut self,
+        guess: &M::State,
+        state: &mut M::State,
+        error: StateError,
+    ) -> Result<StateError, StateError> {
+        let StateError::NotAssembled { row, residual, .. } = error else { return Ok(error) };
+        self.linearise(guess)?;
+        let (first, mut best) = (self.load(state)?, *state);
+        let mut least = first;
+        for place in 0..PLACES {
+            // The scales are those of the guess, so that misses can be compared.
+            let mut there = self.place(guess, place);
+            let ends = self.load(&there).is_ok() && self.descend(&mut there, DESCENTS_ELSEWHERE).is_ok();
+            match self.load(&there) {
+                Ok(length) if ends && length < (1.0 - CLOSER) * least => (least, best) = (length, there),
+                _ => {}
+            }
+        }
+        if least == first {
+            return Ok(error);
+        }
+        let mut closed = best;
+        if self.newton(&mut closed).is_ok() && self.missed(&closed).is_ok_and(|missed| missed.is_none()) {
+            let change = |j: &usize| (closed.q().as_slice()[*j] - guess.q().as_slice()[*j]).abs();
+            let most = room::free(self.given).max_by(|i, j| change(i).total_cmp(&change(j)));
+            if let Some(j) = most {
+                let (coordinate, value) = (M::COORDINATES[j].name, closed.q().as_slice()[j]);
+                return Ok(StateError::NotReached { row, residual, coordinate, value });
+            }
+        }
+        let Some(missed) = self.missed(&best)? else { return Ok(error) };
+        self.linearise(guess)?;
+        self.relinearise(&best);
+        self.load(&best)?;
+        let given = self.culprits(&best);
+        *state = best;
+        let (row, residual, distance) = (M::ROWS[missed.row].name, missed.residual, missed.distance);
+        Ok(StateError::NotAssembled { row, residual, distance, given })
+    }
+
+    /// The guess with free angles turned by up to half a turn, and other free coordinates moved by their size.
+    fn place(&self, guess: &M::State, place: usize) -> M::State {
+        let mut there = *guess;
+        for j in room::free(self.given) {
+            let q = guess.q().as_slice()[j];
+            let unit = M::COORDINATES[j].unit;
+            let by = if unit == "rad" { core::f64::consts::PI } else { q.abs().max(own_size(self.model, unit)) };
+            // A scatter between −1 and 1, another for each coordinate and place.
+            let (part, _) = math::sin_cos(1.3 + 2.399_963 * (1 + place + PLACES * j) as f64);
+            there.q_mut()[j] = q + by * part;
+        }
+        there
     }
 
     /// Whether a little off this place along a direction that the constraints leave open there is a way to come closer: a saddle, on
