@@ -498,7 +498,7 @@ impl<V: Vector> Dense<V> for Knots<V> {
     fn slope(&self, theta: f64) -> Option<Phase<V>> {
         let Self { h, start, higher, .. } = self;
         let mut slope = Phase::<V>::zeros();
-        for i in 0..V::LEN {
+        (0..V::LEN).for_each(|i| {
             // What is left of q behind θ², its slope and its curvature.
             let (mut rest, mut first, mut second) = (higher[CONDITIONS - 3][i], 0.0, 0.0);
             for j in (2..CONDITIONS - 1).rev() {
@@ -509,7 +509,7 @@ impl<V: Vector> Dense<V> for Knots<V> {
             }
             slope.q[i] = h * start.u[i] + theta * (2.0 * rest + theta * first);
             slope.u[i] = (2.0 * rest + theta * (4.0 * first + theta * second)) / h;
-        }
+        });
         Some(slope)
     }
 }

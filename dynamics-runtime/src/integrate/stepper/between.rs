@@ -31,6 +31,9 @@ pub(crate) struct Parts<V, D> {
     miss: Phase<V>,
 }
 
+/// What the dense output of parts is off at most, in permitted errors, and the parts.
+type Judged<V, D> = (f64, Parts<V, D>);
+
 impl<V: Vector, D: Dense<V>> Dense<V> for Parts<V, D> {
     fn at(&self, theta: f64) -> Phase<V> {
         let along = theta * self.parts.len() as f64;
@@ -102,7 +105,7 @@ fn parts<V: Vector, S: Scheme<V>, Y: System<V>>(
     step: &Step<V>,
     count: usize,
     tolerances: &Tolerances,
-) -> Result<Option<(f64, Parts<V, S::Dense>)>, Y::Error> {
+) -> Result<Option<Judged<V, S::Dense>>, Y::Error> {
     let (mut start, mut most, mut parts) = (step.start, 0.0f64, Vec::with_capacity(count));
     system.hold_stages(step.kept.stages, tolerances);
     system.hold_branches(&mut start, step.h, step.kept.branches)?;
