@@ -1,4 +1,4 @@
-//! Warnings judged: random motions beside tight references. `docs/when-methods-fail.md` has the table; a seeded share of it is made here.
+//! Warnings judged: random motions beside tight references. `docs/warnings-judged.md` has the table; a seeded share of it is made here.
 //! `JUDGED=4000 cargo test --release -p dynamics-runtime --test judged -- --nocapture` makes as many motions.
 
 #[path = "../common/mod.rs"]
@@ -15,6 +15,8 @@ const SEEDED: u64 = 60;
 const BEYOND: usize = 4;
 const SILENT: usize = 0;
 const ALARMS: usize = 0;
+/// Tolerances by which published motions of bodies in Euler parameters may be off.
+const ATTITUDES: f64 = 10.0;
 
 /// Motion `seed` of a study.
 fn motion(seed: u64) -> Option<Judged> {
@@ -66,5 +68,27 @@ fn singular_positions_are_no_unstable_rests() {
         let motion = parallelogram.simulate(start).until(3.0).tolerance(tolerance).run().expect("it goes through");
         let summary = motion.summary();
         assert!(summary.doubts.outgrown.is_none() && summary.doubts.unseen.is_none(), "{summary}");
+    }
+}
+
+/// Attitudes in Euler parameters, which were off by 300 to 1,400 tolerances: the heavy top of Brüls and Cardona (J. Comput. Nonlinear Dyn. 5 (2010) 031002), its axis level at first, and free bodies, one beside a
+/// turn about its intermediate axis.
+#[test]
+fn attitudes_end_within_some_tolerances() {
+    let body = |a, b, c, weight| EulerBody { inertia: [a, b, c].into(), weight };
+    let top = body(15.234375, 15.234375, 0.46875, 15.0 * 9.81);
+    let scenes = [
+        ("heavy top", top, top.turning([0.0, 4.61538, 150.0], [1.0, 1.0, 0.0, 0.0]), 2.0),
+        ("free body", body(1.0, 2.0, 2.5, 0.0), top.turning([2.0, 0.6, 0.8], [1.0, 0.0, 0.0, 0.0]), 50.0),
+        ("flipping body", body(1.0, 2.0, 3.0, 0.0), top.turning([1e-3, 1.0, 1e-3], [1.0, 0.0, 0.0, 0.0]), 10.0),
+    ];
+    for (name, model, start, until) in scenes {
+        let exact = model.simulate(start).until(until).tolerance(1e-13).run().expect("nothing is singular").end();
+        for tolerance in [1e-6, 1e-8, 1e-10] {
+            let motion = model.simulate(start).until(until).tolerance(tolerance).run().expect("nothing is singular");
+            let (error, steps) = (verdict::apart(&motion.end(), &exact, tolerance), motion.counts().steps);
+            println!("{name} at {tolerance:e}: {error:.1} tolerances, {steps} steps");
+            assert!(error < ATTITUDES, "{name} at {tolerance:e}: {error:.1} tolerances");
+        }
     }
 }

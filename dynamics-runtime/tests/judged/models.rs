@@ -305,8 +305,16 @@ pub fn of_twenty(dice: &mut Dice) -> Scene<Twenty> {
 /// A body about a fixed point by Euler parameters, with weight at c along its third axis: 4 GᵀJG ë = −8 ĠᵀJG ė + Q.
 #[derive(Clone, Copy)]
 pub struct EulerBody {
-    inertia: Vector3<f64>,
-    weight: f64,
+    pub inertia: Vector3<f64>,
+    pub weight: f64,
+}
+
+impl EulerBody {
+    /// In the axes of the world, with this angular velocity.
+    pub fn turning(&self, omega: [f64; 3], turned: [f64; 4]) -> PlainState<4, 0> {
+        let e = SVector::<f64, 4>::from(turned).normalize();
+        state(e.into(), (0.5 * g_of(&e).transpose() * Vector3::from(omega)).into())
+    }
 }
 
 fn g_of(e: &SVector<f64, 4>) -> SMatrix<f64, 3, 4> {

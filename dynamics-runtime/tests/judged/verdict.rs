@@ -112,7 +112,8 @@ fn true_error<M: Simulate>(scene: &Scene<M>, motion: &Motion<'_, M>, tolerance: 
     Some((worst, uncertain))
 }
 
-fn apart<S: dynamics_runtime::model::ModelState>(a: &S, b: &S, tolerance: f64) -> f64 {
+/// The largest difference of two states, in permitted errors.
+pub fn apart<S: dynamics_runtime::model::ModelState>(a: &S, b: &S, tolerance: f64) -> f64 {
     let pairs = [(a.q(), b.q()), (a.u(), b.u())];
     let pairs = pairs.into_iter().flat_map(|(x, y)| x.as_slice().iter().copied().zip(y.as_slice().to_vec()));
     pairs.map(|(x, y)| (x - y).abs() / (tolerance * (1.0 + x.abs().max(y.abs())))).fold(0.0, f64::max)
@@ -125,6 +126,8 @@ pub struct Row {
     pub beyond: usize,
     pub silent: usize,
     pub alarms: usize,
+    /// Told plainly of more than ten tolerances, and within.
+    pub overtold: usize,
     pub undecided: usize,
 }
 
@@ -163,6 +166,7 @@ impl Table {
             row.beyond += usize::from(beyond && !undecided);
             row.silent += usize::from(silent);
             row.alarms += usize::from(alarm);
+            row.overtold += usize::from(!beyond && !undecided && judged.told.is_some());
         }
         if judged.by_default {
             self.cost = (self.cost.0 + (judged.evaluations as f64).ln(), self.cost.1 + 1.0);
@@ -207,13 +211,13 @@ impl fmt::Display for Table {
         }
         writeln!(
             f,
-            "| motions | count | beyond 10 tolerances | of these silent | false alarms | undecided |\n|---|---|---|---|---|---|"
+            "| motions | count | beyond 10 tolerances | of these silent | false alarms | told more than is true | undecided |\n|---|---|---|---|---|---|---|"
         )?;
         for (name, row) in &self.rows {
             writeln!(
                 f,
-                "| {name} | {} | {} | {} | {} | {} |",
-                row.motions, row.beyond, row.silent, row.alarms, row.undecided
+                "| {name} | {} | {} | {} | {} | {} | {} |",
+                row.motions, row.beyond, row.silent, row.alarms, row.overtold, row.undecided
             )?;
         }
         writeln!(f, "alarms by kind: {:?}", self.alarms)?;
