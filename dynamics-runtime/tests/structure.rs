@@ -430,3 +430,19 @@ fn iterations_are_few() {
         assert!(found.0 < four && found.1 < six && found.2 < midpoint, "{found:?}");
     }
 }
+
+/// An angle of many turns is known to its last place alone, and iterations end there: of 5,000 steps of a pendulum that has turned a thousand times and more, hundreds were refused.
+#[test]
+fn implicit_steps_are_made_wherever_an_angle_has_come_to() {
+    fn swings<S: Scheme<V>>(turns: f64, h: f64) {
+        let mut pendula = |_: f64, q: &V, _: &V| Ok::<V, Infallible>(V::new(-q[0].sin(), -100.0 * q[1].sin()));
+        let angle = turns * std::f64::consts::TAU;
+        let start = Phase { q: V::new(angle + 2.0, angle + 2.5), u: V::new(0.5, -1.0) };
+        go::<S, _>(&mut pendula, start, h, 5000.0 * h, |_| {});
+    }
+    for turns in [0.0, 1e3, 1e5, 1e7] {
+        swings::<Gauss4<V>>(turns, 0.1);
+        swings::<Gauss6<V>>(turns, 0.15);
+        swings::<EnergyMidpoint<V>>(turns, 0.05);
+    }
+}

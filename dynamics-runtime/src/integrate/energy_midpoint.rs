@@ -12,7 +12,7 @@
 //! * **Cost**: 1 evaluation of q̈ and 3 of E per iteration, 6 to 15 iterations a step, 1 of q̈ at its end and 1 of E at either.
 //! * **Source**: Gonzalez, J. Nonlinear Sci. 6 (1996) 449; Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §V.5.
 
-use super::fixed_point::{Course, FixedPoint, share};
+use super::fixed_point::{Course, FixedPoint, correction};
 use super::tableau::zip;
 use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
@@ -106,7 +106,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
             }
             let new = Self::end(y0, h, &a, &middle.u, beta);
             let values = (0..V::LEN).map(|l| (end.u[l], new.u[l], y0.u[l]));
-            let next = course.after(share(values));
+            let next = course.after(correction(values, (y0.q.as_slice(), h)));
             (end, iteration) = (new, iteration + 1);
             // What is not finite makes an end that is not, and that is what is said then.
             self.solved = next != Course::Lost || !end.is_finite();

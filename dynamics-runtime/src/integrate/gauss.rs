@@ -20,7 +20,7 @@
 //! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §II.1.3, §VI.4, §VIII.6; Butcher, Math. Comp. 18 (1964) 50.
 
 use super::carry::Carry;
-use super::fixed_point::{Course, FixedPoint, share};
+use super::fixed_point::{Course, FixedPoint, correction};
 use super::linear::{Matrices, factor, solve};
 use super::stormer_verlet::moved;
 use super::{ControllerSettings, Knot, Method, Phase, Scheme, Step, System, Tolerances};
@@ -158,12 +158,17 @@ impl<V: Vector, const S: usize> Gauss<V, S> {
     }
 
     /// Iterates until rounding stops it; `improve` gives new velocities of the stages.
-    fn iterate<E>(&mut self, start: &V, mut improve: impl FnMut(&mut Self) -> Result<[V; S], E>) -> Result<(), E> {
+    fn iterate<E>(
+        &mut self,
+        (start, h): (&Phase<V>, f64),
+        mut improve: impl FnMut(&mut Self) -> Result<[V; S], E>,
+    ) -> Result<(), E> {
         let mut course = FixedPoint::new();
         loop {
             let new = improve(self)?;
             let values = (0..S * V::LEN).map(|k| (k / V::LEN, k % V::LEN));
-            let next = course.after(share(values.map(|(i, l)| (self.u[i][l], new[i][l], start[l]))));
+            let values = values.map(|(i, l)| (self.u[i][l], new[i][l], start.u[l]));
+            let next = course.after(correction(values, (start.q.as_slice(), h)));
             self.u = new;
             let finite = new.iter().all(|u| u.as_slice().iter().all(|x| x.is_finite()));
             // What is not finite makes an end that is not, and that is what is said then.
@@ -177,7 +182,7 @@ impl<V: Vector, const S: usize> Gauss<V, S> {
     /// The step in (q, u).
     fn plain<Y: System<V>>(&mut self, system: &mut Y, start: &Knot<V>, h: f64) -> Result<Phase<V>, Y::Error> {
         let Table { a, b, .. } = Table::<S>::OF;
-        self.iterate(&start.y.u, |this| {
+        self.iterate((&start.y, h), |this| {
             this.evaluate(system, start, h, None)?;
             Ok(core::array::from_fn(|i| Self::along(&start.y.u, h, &a[i], |j| this.k[j + 1].u)))
         })?;
@@ -202,7 +207,7 @@ impl<V: Vector, const S: usize> Gauss<V, S> {
                 return Ok(not_a_number());
             }
         }
-        self.iterate(&start.y.u, |this| {
+        self.iterate((&start.y, h), |this| {
             let mut momenta = [V::zeros(); S];
             this.evaluate(system, start, h, Some(&mut momenta))?;
             Ok(core::array::from_fn(|i| {
