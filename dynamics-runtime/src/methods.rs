@@ -168,6 +168,11 @@ pub struct Taylor {
 impl Choice for Taylor {
     type Scheme<V: Vector> = integrate::Taylor<V>;
     const NEEDS_SERIES: bool = true;
+    fn option(&self, _: bool) -> Option<(&'static str, f64, bool, &'static str)> {
+        let order = self.order?;
+        let admissible = integrate::TAYLOR_ORDERS.contains(&order);
+        Some(("order", order as f64, admissible, "an order from 4 to 30, or none"))
+    }
     #[inline]
     fn scheme<V: Vector>(&self) -> Self::Scheme<V> {
         integrate::Taylor::of_order(self.order)

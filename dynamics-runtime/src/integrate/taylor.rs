@@ -31,6 +31,8 @@ use crate::series::MOST_ORDER;
 const ROWS: usize = MOST_ORDER + 1;
 /// Lowest order: the step control needs two terms.
 const LEAST_ORDER: usize = 4;
+/// The orders that series may have.
+pub(crate) const ORDERS: core::ops::RangeInclusive<usize> = LEAST_ORDER..=MOST_ORDER;
 /// f above.
 const ORDER_FACTOR: f64 = 1.5;
 /// Factor of steps below the longest permitted one.
@@ -153,7 +155,7 @@ impl<V: Vector> Dense<V> for Series<V> {
 }
 
 impl<V: Vector> Taylor<V> {
-    /// Of a fixed order, 4 to [`MOST_ORDER`]; `None`: chosen by the tolerance.
+    /// Of a fixed order, 4 to [`MOST_ORDER`], the nearest of these to any other; `None`: chosen by the tolerance.
     #[must_use]
     pub fn of_order(order: Option<usize>) -> Self {
         Self { asked: order.map(|p| p.clamp(LEAST_ORDER, MOST_ORDER)), ..Self::new() }
