@@ -39,6 +39,8 @@ pub mod rotation;
 pub mod scalar;
 pub mod series;
 pub mod sin_cos;
+#[cfg(feature = "std")]
+mod slow;
 pub mod smooth;
 #[cfg(feature = "alloc")]
 pub mod spline;

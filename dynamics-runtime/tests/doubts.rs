@@ -6,7 +6,7 @@ use common::*;
 use dynamics_runtime::integrate::Direction;
 use dynamics_runtime::methods::{self, Any};
 use dynamics_runtime::model::{ModelState as _, Vector as _};
-use dynamics_runtime::motion::{Motion, Simulate, SimulationErrorKind};
+use dynamics_runtime::motion::{Motion, Simulate, SimulationErrorKind, Unchecked};
 
 /// What half steps show at most beside the estimate by a second run: both in permitted errors.
 fn shown_and_measured<M: Simulate>(motion: &Motion<'_, M>) -> [f64; 2] {
@@ -270,4 +270,50 @@ fn overflow_is_called_by_its_name() {
         assert!(error.to_string().contains("grows beyond all numbers"), "{error}");
         assert!(error.to_string().lines().all(|line| line.len() < 300), "{error}");
     }
+}
+
+/// A summary takes no longer than some runs: of many coordinates some states are looked at, and what would take longer is named.
+#[test]
+fn a_summary_takes_its_share_of_the_run() {
+    let start: [f64; 60] = std::array::from_fn(|i| 1.0 + 0.01 * i as f64);
+    let motion = Sixty.simulate(at_rest_or_not(start, [0.0; 60])).until(100.0).run().unwrap();
+    let summary = motion.summary();
+    let (looked, all) = summary.conditioning.looked_at;
+    assert!(all == motion.steps().len() && all > 150, "{summary}");
+    // n²/8 evaluations each; 32 at least, and as many beside the worst.
+    let share = 8 * motion.counts().evaluations as usize / (60 * 60);
+    assert!(looked <= share.max(32) + 33 && looked < all, "{looked} of {all}, {share}");
+    assert!(summary.to_string().contains(&format!(", of {looked} of {all} states")), "{summary}");
+    assert!(summary.doubts.unchecked.stiffness && summary.warnings().is_empty(), "{summary}");
+    assert!(
+        summary.to_string().ends_with("not checked  whether it is stiff: it takes longer than the run"),
+        "{summary}"
+    );
+    // Of few coordinates all is looked at.
+    let few = DoublePendulum::UNIT.simulate(at_rest_or_not([1.0, 0.0], [0.0, 0.0])).until(20.0).run().unwrap();
+    let summary = few.summary();
+    assert!(summary.conditioning.looked_at.0 == few.steps().len(), "{summary}");
+    assert!(summary.doubts.unchecked == Unchecked::default() && !summary.to_string().contains("not checked"));
+}
+
+/// Van der Pol's equation, μ = 1000, at tolerances at which an explicit method needs a million steps: an implicit one goes on, and who insists on the explicit one is told why it takes so many.
+#[test]
+fn stiff_motions_are_handed_over_at_tight_tolerances_too() {
+    let model = Closure(|_, q, u| 1e3 * (1.0 - q * q) * u - q);
+    let simulate = |tolerance| model.simulate(at_rest_or_not([2.0], [0.0])).until(2000.0).tolerance(tolerance);
+    let fine = simulate(1e-13).run().unwrap();
+    for tolerance in [1e-11, 1e-12, 1e-13] {
+        let motion = simulate(tolerance).run().unwrap();
+        assert!(motion.switched().is_some() && motion.counts().steps < 10_000, "{}", motion.summary());
+        // One jump lies between, which shifts by the error of the way to it.
+        let apart = (motion.at(700.0).q() - fine.at(700.0).q()).amax();
+        assert!(apart < 1e-7, "{tolerance:e}: {apart:e}");
+    }
+    let error = simulate(1e-12).method(methods::Dop853).max_steps(40_000).run().unwrap_err();
+    assert!(matches!(error.kind, SimulationErrorKind::TooManySteps { stiff_at: Some(_), .. }), "{error}");
+    assert!(error.to_string().contains("stiff from t = "), "{error}");
+    // What is not stiff goes on as it began.
+    let oscillator = Oscillator { omega: 1.0 };
+    let motion = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(1000.0).tolerance(1e-13).run().unwrap();
+    assert_eq!(motion.switched(), None);
 }

@@ -83,6 +83,12 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
             other => panic!("output time {time}: {other:?}"),
         }
     }
+    let error = kind(run().method(methods::Taylor { order: Some(40) })).to_string();
+    assert_eq!(error, "`order: 40` of Taylor series is not possible; give an order from 4 to 30, or none");
+    let error = kind(run().output_times([0.2, 1.0, 0.5])).to_string();
+    assert_eq!(error, "output time 1 is followed by 0.5; give them in ascending order");
+    let error = kind(run().until(-1.0).output_times([-0.5, -0.2])).to_string();
+    assert_eq!(error, "output time -0.5 is followed by -0.2; give them in descending order, as the motion runs");
     let error = run().tolerance(0.0).run().unwrap_err();
     assert!(
         error

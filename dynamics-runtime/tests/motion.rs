@@ -3,6 +3,7 @@
 mod common;
 
 use common::*;
+use dynamics_runtime::integrate::Tolerances;
 use dynamics_runtime::methods;
 use dynamics_runtime::model::ModelState;
 use dynamics_runtime::motion::{Flow, Method, Motion, Simulate};
@@ -57,8 +58,8 @@ fn output_times_are_met_and_change_no_step() {
     assert_eq!(times.len(), 11, "{times:?}");
     assert!(times.iter().enumerate().all(|(k, t)| (t - 0.1 * k as f64).abs() < 1e-15));
     assert_eq!((motion.counts().steps, motion.end()), (free.counts().steps, free.end()));
-    let asked = run().output_times([0.7, 0.2, 1.0]).run().unwrap();
-    assert_eq!(asked.states().map(|s| s.t).collect::<Vec<_>>(), [0.2, 0.7, 1.0]);
+    let asked = run().output_times([0.2, 0.7, 0.7, 1.0]).run().unwrap();
+    assert_eq!(asked.states().map(|s| s.t).collect::<Vec<_>>(), [0.2, 0.7, 0.7, 1.0]);
     let backwards = model.simulate(at_rest_or_not([1.0], [0.0])).until(-1.0).every(0.25).run().unwrap();
     assert_eq!(backwards.states().map(|s| s.t).collect::<Vec<_>>(), [0.0, -0.25, -0.5, -0.75, -1.0]);
     let stopped = run()
@@ -272,6 +273,56 @@ fn the_worst_conditioning_is_found_whatever_the_units() {
     let bead = CycloidBead { radius: 1.0, g: 9.81 };
     let error = bead.simulate(cusp).until(1.0).run().unwrap_err();
     assert_eq!(error.motion(&bead).unwrap().summary().conditioning.largest, f64::INFINITY);
+}
+
+/// x = a cos ωt and v/ω sin ωt: from nanometres to metres, in rest or through the middle, fast and slow, errors are parts of the motion.
+#[test]
+fn small_motions_have_the_digits_of_large_ones() {
+    for omega in [1e-3, 1.0, 1e4] {
+        let model = Oscillator { omega };
+        for size in [1.0, 1e-3, 1e-6, 1e-9] {
+            for start in [at_rest_or_not([size], [0.0]), at_rest_or_not([0.0], [size * omega])] {
+                let motion = model.simulate(start).until(20.0 / omega).run().unwrap();
+                let (sin, cos) = 20.0f64.sin_cos();
+                let exact = start.q[0] * cos + start.u[0] / omega * sin;
+                let error = (motion.end().q[0] - exact).abs() / size;
+                // Below a micrometre the absolute tolerance ends at some units in the last place of 1.
+                assert!(error < 1e-7f64.max(1e-13 / size), "{omega} {size}: {error:e}\n{}", motion.summary());
+                let steps = motion.counts().steps;
+                assert!(steps < 100, "{omega} {size}: {steps}");
+            }
+        }
+    }
+}
+
+/// What is at rest, but for rounding, asks for nothing, nor does a motion that dies away; a tolerance that was given in two parts is kept.
+#[test]
+fn absolute_tolerances_follow_motions_and_not_rounding() {
+    let kept = |motion: &Motion<'_, Closure>| motion.summary().tolerances.unwrap();
+    let both = |absolute| Tolerances { absolute, relative: 1e-9 };
+    let rest = Closure(|_, _, _| 0.0);
+    assert_eq!(kept(&rest.simulate(at_rest_or_not([0.0], [0.0])).until(1.0).run().unwrap()), both(1e-9));
+    // A stiff spring whose force is rounding where it rests: 1e8 N/m at 1 m.
+    let stretched = Closure(|_, q, u| -1e8 * (q - 0.3) - 2e3 * u);
+    let rounding = stretched.simulate(at_rest_or_not([0.3 + 1e-16], [0.0])).until(1.0).run().unwrap();
+    assert!(rounding.counts().steps < 5000, "{}", rounding.summary());
+    let damped = Closure(|_, q, u| -q - 0.5 * u);
+    let motion = damped.simulate(at_rest_or_not([1.0], [0.0])).until(60.0).run().unwrap();
+    assert_eq!(kept(&motion), both(1e-9));
+    assert!(motion.counts().steps < 150 && motion.summary().few_digits.is_empty(), "{}", motion.summary());
+    let spring = Closure(|_, q, _| -q);
+    let small = at_rest_or_not([5e-7], [0.0]);
+    let given = spring.simulate(small).until(10.0).tolerances(1e-9, 1e-9).run().unwrap();
+    assert_eq!(kept(&given), both(1e-9));
+    let summary = given.summary();
+    assert_eq!(summary.few_digits.len(), 2, "{summary}");
+    let line = "few digits   x stays within 5e-7, 500 times the absolute tolerance; for more digits of it give";
+    assert!(summary.to_string().contains(line), "{summary}");
+    let own = spring.simulate(small).until(10.0).run().unwrap().summary();
+    // Ten times the size, of places or velocities, in the first steps.
+    let absolute = own.tolerances.unwrap().absolute;
+    assert!((4e-15..=5e-15).contains(&absolute) && own.few_digits.is_empty(), "{own}");
+    assert!(own.to_string().contains("e-15 absolute, 1.0e-9 relative"), "{own}");
 }
 
 proptest! {

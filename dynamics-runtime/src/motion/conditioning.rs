@@ -28,10 +28,16 @@ pub struct Conditioning {
     pub largest: f64,
     /// When it was met first.
     pub time: f64,
+    /// How many of how many accepted states were looked at: not all, where that would take longer than the run did.
+    pub looked_at: (usize, usize),
 }
 
 /// Models of more coordinates are asked at fewer states how near their constraints are to losing rank: it takes 30 n³ operations.
 const MOST_COORDINATES: usize = 32;
+/// A condition number of n coordinates takes as long as n²/8 evaluations of accelerations, where these take time in proportion to n: measured on a chain of 45 masses. So many are found as take as long as the run,
+/// and [`LEAST_STATES`] at least.
+const PER_EVALUATION: f64 = 8.0;
+const LEAST_STATES: usize = 32;
 /// States between which the worst conditioning is looked for, in every step.
 const PARTS: usize = 4;
 /// A position at which the constraints are worse conditioned than this is a singular one.
@@ -108,18 +114,43 @@ impl<M: Simulate> Motion<'_, M> {
     }
 
     pub(super) fn conditioning(&self) -> Conditioning {
-        let mut worst = Conditioning { largest: 0.0, time: self.start_time() };
-        for state in self.steps() {
-            let largest = condition_number(self.model(), &state);
+        let records = &self.trajectory.records;
+        let n = M::COORDINATES.len().max(1);
+        let affordable = PER_EVALUATION * self.counts().evaluations as f64 / (n * n) as f64;
+        // The condition numbers of one matrix are one, and those of a diagonal one are known.
+        let (mut last, mut found) = (Vec::new(), 1.0);
+        let mut at = |index: usize| {
+            let state = self.complete(records[index].state);
+            with_workspace::<M, _>(|workspace| {
+                let mass = mass(self.model(), &state, workspace);
+                if last != mass {
+                    found = condition_of(M::COORDINATES.len(), mass, M::IS_HELD);
+                    last = mass.to_vec();
+                }
+                found
+            })
+        };
+        let mut worst = (0, at(0));
+        let mut looked_at = 1;
+        let mut look = |index: usize, worst: &mut (usize, f64)| {
+            let largest = at(index);
             // A value that is not a number is worse than any.
-            if largest.is_nan() || largest > worst.largest {
-                worst = Conditioning { largest, time: state.t() };
+            if !worst.1.is_nan() && (largest.is_nan() || largest > worst.1) {
+                *worst = (index, largest);
             }
-            if largest.is_nan() {
-                break;
-            }
+            looked_at += 1;
+        };
+        let every = records.len().div_ceil(LEAST_STATES.max(affordable as usize)).max(1);
+        (1..records.len()).filter(|index| index % every == 0).for_each(|index| look(index, &mut worst));
+        if every > 1 {
+            // Beside the worst of those, the others.
+            let beside = worst.0.saturating_sub(every - 1)..(worst.0 + every).min(records.len());
+            let step = beside.len().div_ceil(LEAST_STATES);
+            beside.step_by(step).for_each(|index| look(index, &mut worst));
         }
-        worst
+        let (index, largest) = worst;
+        let time = records[index].state.t();
+        Conditioning { largest, time, looked_at: (looked_at.min(records.len()), records.len()) }
     }
 }
 
@@ -127,7 +158,7 @@ pub(super) fn condition_number<M: Constraints>(model: &M, state: &M::State) -> f
     with_workspace::<M, _>(|workspace| condition_of(M::COORDINATES.len(), mass(model, state, workspace), M::IS_HELD))
 }
 
-/// Of M by rows. Coordinates without any inertia are carried along by constraints, if there are any (`held`); the accelerations of the others are what M
+/// Of M by rows; an exact 1 where it is diagonal. Coordinates without any inertia are carried along by constraints, if there are any (`held`); the accelerations of the others are what M
 /// determines.
 fn condition_of(n: usize, mass: &[f64], held: bool) -> f64 {
     let entry = |i: usize, j: usize| mass[i * n + j];
@@ -139,6 +170,10 @@ fn condition_of(n: usize, mass: &[f64], held: bool) -> f64 {
         return f64::NAN;
     }
     let size = norm(&scaled);
+    if size == 1.0 && scaled.diagonal().iter().all(|x| x.abs() == 1.0) {
+        // Nothing beside a unit diagonal.
+        return 1.0;
+    }
     // By elimination: up to four rows `try_inverse` has closed forms, which make a number of what is singular twice.
     scaled.lu().try_inverse().map_or(f64::INFINITY, |inverse| size * norm(&inverse))
 }

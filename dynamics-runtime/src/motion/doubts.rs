@@ -77,6 +77,38 @@ pub struct Doubts {
     pub crawls: Option<f64>,
     /// An instability that long steps pass over.
     pub outgrown: Option<Outgrown>,
+    /// What was not looked for.
+    pub unchecked: Unchecked,
+}
+
+/// What a summary did not look for, because it would take far longer than the run did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Unchecked {
+    /// Whether implicit steps pass over what keeps steps of an explicit method short.
+    pub stiffness: bool,
+    /// Instability that long steps pass over.
+    pub instability: bool,
+    /// The motion in half steps, from this time on.
+    pub half_steps: Option<f64>,
+}
+
+impl fmt::Display for Unchecked {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const LONGER: &str = "it takes longer than the run";
+        let mut label = "not checked";
+        if self.stiffness {
+            write!(f, "\n  {label:<11}  whether it is stiff: {LONGER}")?;
+            label = "";
+        }
+        if self.instability {
+            write!(f, "\n  {label:<11}  whether steps pass over an instability: {LONGER}")?;
+            label = "";
+        }
+        if let Some(t) = self.half_steps {
+            write!(f, "\n  {label:<11}  what errors add up to from t = {} on: {LONGER}", Rounded(t))?;
+        }
+        Ok(())
+    }
 }
 
 impl<M: Simulate> Motion<'_, M> {
@@ -89,11 +121,25 @@ impl<M: Simulate> Motion<'_, M> {
         let outgrown = repeatable.then(|| self.outgrown()).flatten();
         if fixed || self.trajectory.driver.is_none() {
             let outgrown = outgrown.filter(|_| fixed);
-            return Doubts { energy_part: energy_part.filter(|_| fixed), fixed, outgrown, ..Doubts::default() };
+            let unchecked =
+                Unchecked { instability: fixed && repeatable && !self.affords_growth(), ..Unchecked::default() };
+            return Doubts {
+                energy_part: energy_part.filter(|_| fixed),
+                fixed,
+                outgrown,
+                unchecked,
+                ..Doubts::default()
+            };
         }
         let permitted = self.permitted_energy();
         let stiff = self.is_stiff();
         let apart = repeatable.then(|| self.apart_from_halves());
+        let (asks, affords) = (repeatable && !stiff, self.affords_implicit_steps());
+        let unchecked = Unchecked {
+            stiffness: asks && !affords && self.could_crawl(),
+            instability: repeatable && !self.affords_growth(),
+            half_steps: apart.and_then(|apart| apart.given_up),
+        };
         Doubts {
             below_rounding: self.below_rounding(),
             // What rounds the energy is no drift.
@@ -105,8 +151,9 @@ impl<M: Simulate> Motion<'_, M> {
             stiff,
             low_stages: self.method() == Method::Esdirk4,
             works: !M::POWERS.is_empty(),
-            crawls: (repeatable && !stiff).then(|| self.crawls()).flatten(),
+            crawls: (asks && affords).then(|| self.crawls()).flatten(),
             outgrown,
+            unchecked,
             unseen: repeatable.then(|| self.unseen(stiff)).flatten(),
         }
     }
@@ -218,7 +265,7 @@ impl Doubts {
                 }
             }
         }
-        Ok(())
+        fmt::Display::fmt(&self.unchecked, f)
     }
 
     /// What half steps show: a warning where it is much, or a plain line; another where it passes.

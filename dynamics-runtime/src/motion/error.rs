@@ -357,6 +357,13 @@ pub enum OptionError {
         /// End of the interval.
         end: f64,
     },
+    /// Two output times that follow one another are not in the order of the motion.
+    OutputOrder {
+        /// The two.
+        pair: [f64; 2],
+        /// The motion runs back in time.
+        backwards: bool,
+    },
     /// There is no event of this name.
     UnknownEvent {
         /// What was given.
@@ -535,6 +542,10 @@ impl fmt::Display for OptionError {
             }
             Self::OutputTime { time, start, end } => {
                 write!(f, "output time {time} lies outside the simulated interval from {start} to {end}")
+            }
+            Self::OutputOrder { pair: [first, second], backwards } => {
+                let order = if *backwards { "descending order, as the motion runs" } else { "ascending order" };
+                write!(f, "output time {} is followed by {}; give them in {order}", Readable(*first), Readable(*second))
             }
             Self::UnknownEvent { name, suggestion: Some(near) } => {
                 write!(f, "there is no event `{name}`; did you mean `{near}`?")

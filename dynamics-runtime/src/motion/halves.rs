@@ -32,6 +32,8 @@ pub(super) struct Apart {
     pub(super) lasting: f64,
     /// The largest of all.
     pub(super) largest: f64,
+    /// When steps of the second motion became too many, if they did: from there on it changes as the first does.
+    pub(super) given_up: Option<f64>,
 }
 
 impl<M: Simulate> Motion<'_, M> {
@@ -43,13 +45,15 @@ impl<M: Simulate> Motion<'_, M> {
         let direction = self.trajectory.direction();
         let relayed = |(from, _): &(f64, _)| records.partition_point(|r| (r.state.t() - from) * direction < 0.0);
         let change = self.trajectory.relay.as_ref().map_or(records.len(), relayed);
+        let mut given_up = None;
         for part in [0..change, change..records.len()] {
             if let Some(driver) = (!part.is_empty()).then(|| self.trajectory.driver_of(part.start)).flatten() {
-                self.halve(driver.maker(), part, &mut y, &mut apart);
+                let ended = self.halve(driver.maker(), part, &mut y, &mut apart);
+                given_up = given_up.or(ended);
             }
         }
         let largest = apart.iter().fold(0.0f64, |most, (_, apart)| most.max(*apart));
-        Apart { lasting: lasting(&mut apart), largest }
+        Apart { lasting: lasting(&mut apart), largest, given_up }
     }
 
     /// Changes velocities by a rounding error of their own: what rests where nothing can rest, or stays in a plane that rounding alone would have it leave, has the same halves otherwise.
@@ -62,16 +66,18 @@ impl<M: Simulate> Motion<'_, M> {
         }
     }
 
-    /// Follows the steps that leave some records in halves, beginning and ending at `y`, and notes the length of each and the difference at its end, in permitted errors.
+    /// Follows the steps that leave some records in halves, beginning and ending at `y`, and notes the length of each and the difference at its end, in permitted errors. When that took too
+    /// many steps is returned.
     fn halve(
         &self,
         maker: Box<dyn Maker<M>>,
         part: Range<usize>,
         y: &mut Phase<M::Vector>,
         apart: &mut Vec<(f64, f64)>,
-    ) {
+    ) -> Option<f64> {
         let records = &self.trajectory.records;
-        let (mut a, mut second) = (None, Second { maker, room: Vec::new(), left: MOST_STEPS * part.len() + 1000 });
+        let left = MOST_STEPS * part.len() + 1000;
+        let (mut a, mut second) = (None, Second { maker, room: Vec::new(), left, given_up: None });
         for index in part.filter(|index| index + 1 < records.len()) {
             let [here, there] = [0, 1].map(|i| records[index + i].knot());
             if records[index].kept.branches {
@@ -95,6 +101,7 @@ impl<M: Simulate> Motion<'_, M> {
                 apart.push((records[index].h.abs(), self.most_permitted_errors(y, &there.y)));
             }
         }
+        second.given_up
     }
 
     /// Where two halves of the way to `end_t` end, by what moves the motion after a record; what cannot be made as one step is made as several.
@@ -106,7 +113,11 @@ impl<M: Simulate> Motion<'_, M> {
         end_t: f64,
     ) -> Option<Knot<M::Vector>> {
         let middle = t + 0.5 * (end_t - t);
-        if middle == t || middle == end_t || second.left < 2 {
+        if second.left < 2 {
+            second.given_up = second.given_up.or(Some(t));
+            return None;
+        }
+        if middle == t || middle == end_t {
             return None;
         }
         let mut half = |(t, y, a), end_t| {
@@ -170,6 +181,7 @@ struct Second<M: Simulate> {
     /// What the constraints are kept in.
     room: Vec<f64>,
     left: usize,
+    given_up: Option<f64>,
 }
 
 /// Of differences at the ends of steps of some length: the last one, or what the others exceed for a part of the time that lasts.

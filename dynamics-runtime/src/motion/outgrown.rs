@@ -63,9 +63,14 @@ impl Outgrown {
 }
 
 impl<M: Simulate> Motion<'_, M> {
+    /// Whether growth is looked for: not of larger models.
+    pub(super) fn affords_growth(&self) -> bool {
+        M::Vector::LEN <= MOST_COORDINATES
+    }
+
     /// What grows in the longest steps more than they show.
     pub(super) fn outgrown(&self) -> Option<Outgrown> {
-        if M::Vector::LEN == 0 || M::Vector::LEN > MOST_COORDINATES {
+        if M::Vector::LEN == 0 || !self.affords_growth() {
             return None;
         }
         let records = &self.trajectory.records;

@@ -128,7 +128,7 @@ pub(crate) fn run<M: Simulate>(
     let result = match begun {
         Ok(()) => {
             let touching = Touching::from(&mut plan.plant, &from);
-            let (slide, stiffness) = (Slide::from(from.t()), Stiffness::from(from.t()));
+            let (slide, stiffness) = (Slide::from(from.t()), Stiffness::from(from.t(), driver.method()));
             Flight { plan, stepper, creep: Creep::new(), slide, touching, stiffness }.fly(sink)
         }
         Err(kind) => Err(Halt { kind, h: 0.0 }),
@@ -301,6 +301,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let slides = slides > 0 && self.slide.outlasts((made, limit), (now, self.plan.end), slides);
         if made >= limit || slides {
             let way = [self.plan.start.t(), now];
+            let stiff_at = stiff_at.or(self.stiffness.found);
             let gain = pace::bounding_gain(self.plan.plant.upkeep.formulation, way, made);
             return Err(Kind::TooManySteps { limit, stiff_at, slides_at, gain });
         }

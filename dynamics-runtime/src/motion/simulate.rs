@@ -26,14 +26,15 @@ use super::query::Motion;
 use super::record::{Counts, Record, Trajectory};
 use super::run::{Ended, Halt, Keep, Plan, Show, Sink, run};
 use super::second::{Probe, Second, SecondRun, places};
+use super::sizes::Pilot;
 use super::upkeep::{PlaceError, Upkeep};
 use super::watch::{Action, Flow, Watch};
-use crate::constrain::gradients::is_positive;
+use crate::constrain::gradients::{is_positive, mass};
 use crate::constrain::solve_general;
-use crate::error::SolveError;
+use crate::error::{SingularMassMatrix, SolveError};
 use crate::integrate::{Direction, Tolerances};
 use crate::methods::{Any, Radau5};
-use crate::model::{Branches, Constraints, Events, InputValues, Known, ModelState, Outputs, Powers};
+use crate::model::{Branches, Constraints, Events, InputValues, Known, ModelState, Outputs, Powers, Vector};
 
 /// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is wrong more often
 /// than not.
@@ -124,12 +125,14 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     ///
     /// Explicit methods with step control, those that are chosen by themselves among them, keep what all steps together leave to it, as far as steps need be no shorter than by half for that: motions that do not
     /// amplify errors end within ten tolerances as a rule, and [`Motion::summary`](super::Motion::summary) tells where they do not. Each step of an implicit method or a series may leave the tolerance.
+    ///
+    /// Where all coordinates of one unit, or all of their velocities, stay below 0.1 in the first steps, the absolute tolerance is smaller: ten times that part of the largest of them.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerances = Some((Tolerances::both(tolerance), "tolerance"));
         self
     }
 
-    /// Permitted error: absolute + relative·|value|, for coordinates and velocities alike, as [`Simulation::tolerance`] has it; with a relative tolerance of 0 each step may leave it.
+    /// Permitted error: absolute + relative·|value|, for coordinates and velocities alike of whatever size, as [`Simulation::tolerance`] has it; with a relative tolerance of 0 each step may leave it.
     pub fn tolerances(mut self, absolute: f64, relative: f64) -> Self {
         self.tolerances = Some((Tolerances { absolute, relative }, "tolerances"));
         self
@@ -184,7 +187,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Times at which [`Motion::states`] gives the state; taken from the dense output, they do not change the steps.
+    /// Times at which [`Motion::states`] gives the state, in the order of the motion; taken from the dense output, they do not change the steps.
     pub fn output_times(mut self, times: impl IntoIterator<Item = f64>) -> Self {
         self.output = Output::Times(times.into_iter().collect());
         self
@@ -418,11 +421,31 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 upkeep,
             }
         };
+        let mut options = checked.options;
+        let pilot = checked.by_size.then(|| Pilot::of(&mut plant(Vec::new()), &self.start)).flatten();
+        let looked = pilot.map_or(0, |mut pilot| {
+            let mut plan = Plan {
+                plant: plant(Vec::new()),
+                start: self.start,
+                end: checked.end,
+                options,
+                most_steps: self.most_steps,
+                cancel: self.cancel,
+                watch: Watch::new(self.model, constants, Vec::new(), Vec::new(), Vec::new()),
+                progress: Progress::none(),
+                hands_over: false,
+                resumes: None,
+            };
+            // What ends it early ends the run itself, too, or has been put right there by an event.
+            let (counts, _) = run(&*driver, &mut plan, &mut pilot);
+            options.tolerances.absolute = pilot.absolute(&mut plant(Vec::new()), options.tolerances.absolute);
+            counts.evaluations
+        });
         let mut plan = Plan {
             plant: plant(room),
             start: self.start,
             end: checked.end,
-            options: checked.options,
+            options,
             most_steps: self.most_steps,
             cancel: self.cancel,
             watch: Watch::new(self.model, constants, self.ad_hoc, checked.guards, checked.rules),
@@ -433,11 +456,12 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             hands_over: checked.hands_over,
             resumes: None,
         };
-        let (counts, relay, result) = sail(&driver, &mut plan, sink);
+        let (mut counts, relay, result) = sail(&driver, &mut plan, sink);
+        counts.evaluations += looked;
         let (upkept, kept) = (plan.plant.upkeep.upkept, plan.watch.kept());
         let second = (self.estimates && result.is_ok()).then(|| {
-            let second = SecondRun::of(&checked.options, driver.method());
-            plan.restart(plant(Vec::new()), second.options(checked.options), checked.hands_over);
+            let second = SecondRun::of(&options, driver.method());
+            plan.restart(plant(Vec::new()), second.options(options), checked.hands_over);
             plan.most_steps = self.most_steps.saturating_mul(SecondRun::MORE_STEPS);
             let (times, is_middle) = places(&sink.times(), checked.options.fixed.is_some());
             let mut probe = Probe::at(times);
@@ -453,7 +477,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             driver: Some(driver),
             relay,
             reason,
-            tolerances: checked.options.tolerances,
+            tolerances: options.tolerances,
             records: Vec::new(),
             output_times: checked.output_times,
             events: Vec::new(),
@@ -464,7 +488,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             kept,
             consistent: self.consistent,
             error: None,
-            fixed: checked.options.fixed.is_some(),
+            fixed: options.fixed.is_some(),
         };
         drop(plan);
         Ok((Ran { model: self.model, constants, law, trajectory, second }, result))
@@ -491,7 +515,10 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             Some(SolveError::SingularMassMatrix(error)) if error.negative => {
                 Err(self.refused(SimulationErrorKind::SingularMassMatrix(error)))
             }
-            _ => Ok(()),
+            // Where squares of it overflow, no solution shows the sign.
+            Some(_) => huge_and_negative(self.model, &start, room)
+                .map_or(Ok(()), |error| Err(self.refused(SimulationErrorKind::SingularMassMatrix(error)))),
+            None => Ok(()),
         }
     }
 
@@ -526,13 +553,22 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 }
 
+/// The first coordinate whose inertia is negative, of a size whose square is beyond all numbers.
+fn huge_and_negative<M: Simulate>(model: &M, state: &M::State, room: &mut [f64]) -> Option<SingularMassMatrix> {
+    let mass = mass(model, state, room);
+    let own = |i: usize| mass[i * (M::Vector::LEN + 1)];
+    let coordinate = (0..M::Vector::LEN).find(|&i| own(i) < 0.0 && (own(i) * own(i)).is_infinite())?;
+    let (name, pivot) = (M::COORDINATES[coordinate].name, own(coordinate));
+    Some(SingularMassMatrix { coordinate, name, pivot, negative: true })
+}
+
 /// Counts, when which method took over, how it ended.
 type Sailed<M> = (Counts, Option<(f64, AnyDriver<M>)>, Result<(), Halt>);
 
 /// Runs a plan to its end; over to an implicit method where it is stiff. From when and with which is told.
 fn sail<M: Simulate>(driver: &AnyDriver<M>, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> Sailed<M> {
     #[cfg(feature = "std")]
-    let begun = std::time::Instant::now();
+    let (begun, _watch) = (std::time::Instant::now(), crate::slow::Watch::start());
     #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
     let (mut counts, mut result) = run(&**driver, plan, sink);
     let mut relay = None;

@@ -18,8 +18,9 @@ use super::numbers::{Grouped, Part, Rounded};
 use super::pace::Turned;
 use super::query::Motion;
 use super::simulate::{DEFAULT_TOLERANCE, Simulate};
+use super::sizes::{FewDigits, Sizes};
 use super::upkeep::Upkept;
-use crate::integrate::Method;
+use crate::integrate::{Method, Tolerances};
 use crate::model::{Constraint, ConstraintKind, Known, ModelState, Route};
 
 /// How much a quantity that should stay constant has changed.
@@ -106,15 +107,21 @@ pub struct Summary {
     pub slides_at: Option<f64>,
     /// How many fixed steps were made in parts, to go round positions where constraints nearly lose rank, and when the first began.
     pub parted: (u64, Option<f64>),
+    /// The tolerances that its steps kept; `None` with a fixed step.
+    pub tolerances: Option<Tolerances>,
+    /// Coordinates and velocities that stay within a thousand absolute tolerances, and so have few digits.
+    pub few_digits: Vec<FewDigits>,
     /// What makes its accuracy doubtful.
     pub doubts: Doubts,
 }
 
 impl<M: Simulate> Motion<'_, M> {
     /// Method, costs, drift, conditioning and events. Computes energies, works, condition numbers and the motion in half steps, so it costs three
-    /// to five times as much as the run. Laws of inputs are asked again for that, at times and states that the run has not seen.
+    /// to five times as much as the run, or a few tenths of a second. What would take longer is left out, and the summary says so. Laws of inputs are asked again for that, at times and states that the run has not seen.
     #[must_use]
     pub fn summary(&self) -> Summary {
+        #[cfg(feature = "std")]
+        let _watch = crate::slow::Watch::start();
         let (mut conditions, asks) = (Vec::new(), self.asks_for_nearest());
         let history = self.energy_history(|sampler, index| {
             if asks {
@@ -168,8 +175,23 @@ impl<M: Simulate> Motion<'_, M> {
             error: self.global_error().cloned(),
             slides_at: counts.slides_at,
             parted: counts.parted,
+            tolerances: self.kept_tolerances(),
+            few_digits: self.few_digits(),
             doubts: self.doubts(worst, history.scale),
         }
+    }
+
+    /// The tolerances of its steps, if they depended on any.
+    fn kept_tolerances(&self) -> Option<Tolerances> {
+        let kept = !self.trajectory.fixed && self.trajectory.driver.is_some();
+        kept.then_some(self.trajectory.tolerances)
+    }
+
+    fn few_digits(&self) -> Vec<FewDigits> {
+        let Some(tolerances) = self.kept_tolerances() else { return Vec::new() };
+        let mut sizes = Sizes::of::<M>(&self.trajectory.records[0].state);
+        self.trajectory.records.iter().for_each(|record| sizes.add::<M>(&record.state));
+        sizes.few_digits::<M>(&tolerances)
     }
 
     fn stuck_in_impact(&self) -> Option<(&'static str, f64)> {
@@ -230,6 +252,9 @@ impl fmt::Display for Summary {
         let (start, end) = self.interval;
         writeln!(f, "{} from t = {} to {}", self.model, Rounded(start), Rounded(end))?;
         writeln!(f, "  method       {}, {}", self.method, self.reason)?;
+        if let Some(Tolerances { absolute, relative }) = self.tolerances.filter(|t| t.absolute < t.relative) {
+            writeln!(f, "  tolerances   {absolute:.1e} absolute, {relative:.1e} relative")?;
+        }
         if let Some((from, method)) = self.switched {
             let why = "because stability and not accuracy bounded the steps of the first";
             writeln!(f, "               from t = {} on {method}, {why}", Rounded(from))?;
@@ -258,9 +283,15 @@ impl fmt::Display for Summary {
         }
         self.write_drift(f)?;
         self.write_constraints(f)?;
-        let Conditioning { largest, time } = self.conditioning;
+        let Conditioning { largest, time, looked_at: (seen, all) } = self.conditioning;
         if largest != 1.0 {
             write!(f, "\n  conditioning mass matrix {largest:.1e} at most, at t = {}", Rounded(time))?;
+            if seen < all {
+                write!(f, ", of {} of {} states", Grouped(seen as u64), Grouped(all as u64))?;
+            }
+        }
+        for (k, few) in self.few_digits.iter().enumerate() {
+            write!(f, "\n  {:<11}  {few}", if k == 0 { "few digits" } else { "" })?;
         }
         if let Some(locking) = &self.locking {
             write!(f, "\n               {}, at t = {}", locking.describe(), Rounded(locking.time))?;
@@ -481,7 +512,7 @@ impl Summary {
                 Rounded(*time),
                 rows.rank_loss()
             )?;
-        } else if let Some(Conditioning { largest, time }) = self.upkept.conditioning
+        } else if let Some((largest, time)) = self.upkept.conditioning
             && largest > 1e3
         {
             write!(f, "\n               conditioning {largest:.1e} at most, at t = {}", Rounded(time))?;

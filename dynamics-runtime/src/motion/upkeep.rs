@@ -11,7 +11,6 @@ pub(crate) use contacts::Closing;
 pub(crate) use drifting::{Drift, Drifted};
 pub(crate) use placing::PlaceError;
 
-use super::conditioning::Conditioning;
 use super::error::SimulationErrorKind;
 use super::formulation::Formulation;
 use super::pace::{Pace, Turned};
@@ -48,8 +47,8 @@ pub struct Upkept {
     pub rests: u64,
     /// The largest speed, |Φ̇|, at which one did.
     pub fastest_rest: f64,
-    /// Worst conditioning of the constraints that was met by the general solver.
-    pub conditioning: Option<Conditioning>,
+    /// Worst conditioning of the constraints that was met by the general solver, and when.
+    pub conditioning: Option<(f64, f64)>,
     /// Where drift turned the motion most: where constraints drift, at the ends of those steps that may be near a singular position, and of every
     /// fourth to thirteenth of the others.
     pub turned: Option<Turned>,
@@ -425,8 +424,8 @@ impl<M: Constraints> Upkeep<M> {
             upkept.dependent += 1;
             upkept.dependent_at.get_or_insert(t);
         }
-        if upkept.conditioning.is_none_or(|worst| diagnosis.condition > worst.largest) {
-            upkept.conditioning = Some(Conditioning { largest: diagnosis.condition, time: t });
+        if upkept.conditioning.is_none_or(|worst| diagnosis.condition > worst.0) {
+            upkept.conditioning = Some((diagnosis.condition, t));
         }
     }
 

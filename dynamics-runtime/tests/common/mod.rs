@@ -458,3 +458,19 @@ impl ByHand<1, 0> for Closure {
     }
 }
 by_hand!(Closure, 1, 0, coordinates ["x"], inputs [], conserved [], powers [], outputs [], events []);
+
+/// Sixty oscillators, whose masses hang together and change: a condition number takes as long as hundreds of evaluations, an implicit step as tens of thousands.
+pub struct Sixty;
+
+impl ByHand<60, 0> for Sixty {
+    fn q_ddot(&self, s: &PlainState<60, 0>) -> Result<SVector<f64, 60>, SolveError> {
+        Ok(-s.q)
+    }
+    fn mass(&self, s: &PlainState<60, 0>) -> SMatrix<f64, 60, 60> {
+        SMatrix::from_fn(|i, j| if i == j { 1.0 } else { 0.01 * (s.q[0] + s.q[i] * s.q[j]) })
+    }
+    fn energy(&self, s: &PlainState<60, 0>) -> f64 {
+        0.5 * (s.u.dot(&s.u) + s.q.dot(&s.q))
+    }
+}
+by_hand!(Sixty, 60, 0, coordinates ["x"; 60], inputs [], conserved ["energy"], powers [], outputs [], events []);

@@ -186,8 +186,9 @@ impl Channel {
         let sizes = shifted.map(|x| x.norm());
         // By elimination: up to four rows `try_inverse` has closed forms, which make a number of what is singular twice.
         let inverse = shifted.lu().try_inverse().ok_or(f64::INFINITY)?;
-        let products = inverse.map(|x| x.norm()) * &sizes;
-        let conditioning = products.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
+        // ‖ |A⁻¹| |A| ‖ by rows: the sums of the rows of |A| first, so that no matrices are multiplied.
+        let row_sums = DVector::from_iterator(n, sizes.row_iter().map(|row| row.sum()));
+        let conditioning = (inverse.map(|x| x.norm()) * row_sums).iter().copied().fold(0.0, f64::max);
         if conditioning.is_nan() || conditioning > WORST {
             return Err(conditioning);
         }

@@ -56,6 +56,7 @@ impl StateSpace {
     /// # Errors
     /// As [`StateSpace::frequency_response`], and where something that is reached and seen does not die away: the peak of an undamped mode is infinite.
     pub fn resonances(&self, input: impl Into<Excitation>, output: &str) -> Result<Vec<Peak>, VibrationError> {
+        let _watch = crate::slow::Watch::start();
         let (channel, eigenvalues) = self.dying(&input.into(), output)?;
         let rise = |frequency: f64| self.response_at(&channel, frequency).map(|found| found.rise());
         let (mut grid, mut rises) = (Vec::new(), Vec::new());

@@ -6,7 +6,7 @@
 
 use super::Flight;
 use super::steps::Tally;
-use crate::integrate::{Kept, Step};
+use crate::integrate::{Kept, Method, Step, Tolerances};
 use crate::math;
 use crate::methods::Radau5;
 use crate::model::{Branches, ModelState as _, Vector};
@@ -15,11 +15,19 @@ use crate::motion::driver::Driver;
 use crate::motion::plant::Plant;
 use crate::motion::upkeep::Upkeep;
 
-/// Steps between two trials: one costs as much as some dozens of them.
-const EVERY: u64 = 500;
+/// Steps between two trials: one costs as much as some dozens of them, and of many coordinates as much as so many for the square of their number (1,500 of a chain of 45 masses).
+const EVERY: (u64, u64) = (500, 4);
 /// Steps of Radau IIA that are so many times as long take less time, with matrices of few rows; what factors add to that for each square of their number.
 /// Measured on a stiff spring pendulum (k = 1e8 N/m, c = 2e4 N s/m): at 1e-7 and 1e-9 its steps are 65 and 42 times those of Verner 9(8), and cost as much as two of these.
 const LONGER: (f64, f64) = (20.0, 0.02);
+/// Of runs that are not to go on by an implicit method, whose stiffness is only to be told where they take too many steps.
+const EVERY_TOLD: u64 = 10_000;
+/// Below this tolerance Radau IIA needs so many steps that an explicit method at the border of its stability may be no slower: that border alone says too little, and implicit steps have to show what is won.
+const TIGHT: f64 = 1e-11;
+/// Below this one Newton's iterations of an implicit method leave more than is permitted: what is stiff is told, and runs go on as they are.
+const FINEST: f64 = 1e-13;
+/// At tight tolerances implicit steps that are longer by these factors are tried in turn: rounding may hold the explicit ones far inside the border.
+const MORE: [f64; 3] = [1.0, 5.0, 25.0];
 /// Trials in a row that have to succeed, so that none is deceived by where its stages fall.
 const IN_A_ROW: u32 = 2;
 
@@ -28,20 +36,31 @@ pub(in crate::motion) fn longer(coordinates: usize) -> f64 {
     LONGER.0 + LONGER.1 * math::powi(coordinates as f64, 2)
 }
 
+/// Steps between two trials, so many at least.
+fn every<M: Simulate>(least: u64) -> u64 {
+    least.max(EVERY.1 * (M::Vector::LEN as u64).pow(2))
+}
+
 /// When an implicit step was tried last, and how often in a row with success.
 pub(super) struct Stiffness {
     accepted: u64,
     t: f64,
     passed: u32,
+    /// Which of [`MORE`] is tried next.
+    more: usize,
+    /// The method is explicit.
+    explicit: bool,
+    /// When implicit steps first showed the motion to be stiff, if they did.
+    pub(super) found: Option<f64>,
 }
 
 impl Stiffness {
-    pub(super) fn from(t: f64) -> Self {
-        Self { accepted: 0, t, passed: 0 }
+    pub(super) fn from(t: f64, method: Method) -> Self {
+        Self { accepted: 0, t, passed: 0, more: 0, explicit: !method.is_for_stiff(), found: None }
     }
 
-    fn is_due(&self, tally: &Tally) -> bool {
-        tally.accepted >= self.accepted + EVERY
+    fn is_due(&self, tally: &Tally, every: u64) -> bool {
+        tally.accepted >= self.accepted + every
     }
 }
 
@@ -49,27 +68,47 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// Whether the motion is stiff for its method, and an implicit one is to go on.
     #[inline]
     pub(super) fn is_stiff(&mut self) -> bool {
-        if !self.plan.hands_over {
+        let tally = self.stepper.tally();
+        if tally.t == self.plan.end {
             return false;
         }
-        let tally = self.stepper.tally();
-        tally.t != self.plan.end
-            && (tally.stiff_at.is_some() || self.stiffness.is_due(&tally) && self.steps_over(&tally))
+        let Tolerances { absolute, relative } = self.plan.options.tolerances;
+        let tolerance = absolute.max(relative);
+        if !self.plan.hands_over || tolerance < FINEST {
+            self.note_stiffness(&tally);
+            return false;
+        }
+        tally.stiff_at.is_some() && tolerance >= TIGHT
+            || self.stiffness.is_due(&tally, every::<M>(EVERY.0)) && self.steps_over(&tally, tolerance < TIGHT)
     }
 
-    /// Whether implicit steps that are worth their while pass over what keeps these short.
+    /// Remembers, for what is said where steps become too many, whether the motion is stiff for a method that goes on nevertheless.
+    #[inline]
+    fn note_stiffness(&mut self, tally: &Tally) {
+        let Stiffness { explicit, found, .. } = self.stiffness;
+        let asks = explicit && self.plan.options.fixed.is_none() && tally.stiff_at.is_none() && found.is_none();
+        if asks && self.stiffness.is_due(tally, every::<M>(EVERY_TOLD)) && self.steps_over(tally, true) {
+            self.stiffness.found = Some(tally.t);
+        }
+    }
+
+    /// Whether implicit steps that are worth their while pass over what keeps these short; of several lengths in turn, where `tight`.
     #[cold]
-    fn steps_over(&mut self, tally: &Tally) -> bool {
+    fn steps_over(&mut self, tally: &Tally, tight: bool) -> bool {
         let left = self.plan.end - tally.t;
         let mean = (tally.t - self.stiffness.t).abs() / (tally.accepted - self.stiffness.accepted) as f64;
         let usual = mean.max(tally.proposed);
         (self.stiffness.accepted, self.stiffness.t) = (tally.accepted, tally.t);
         // What is asked for bounds these, or little is left to be gained.
-        if usual > 0.5 * self.plan.options.most || left.abs() < EVERY as f64 * usual {
+        if usual > 0.5 * self.plan.options.most || left.abs() < EVERY.0 as f64 * usual {
             return false;
         }
         let h = longer(M::Vector::LEN) * usual;
-        self.stiffness.passed = if self.would_pass(h.copysign(left)) { self.stiffness.passed + 1 } else { 0 };
+        let h = if tight { MORE[self.stiffness.more % MORE.len()] * h } else { h };
+        let passes = h <= left.abs() && self.would_pass(h.copysign(left));
+        // What has passed is tried again.
+        self.stiffness.more += usize::from(!passes);
+        self.stiffness.passed = if passes { self.stiffness.passed + 1 } else { 0 };
         self.stiffness.passed >= IN_A_ROW
     }
 

@@ -25,8 +25,6 @@ const LOOSE: f64 = 1e-4;
 /// pendulum), 1.2, 1.0 and 0.6 at 1e-6, 1e-9 and 1e-11 (Kepler, e = 0.9), 0.6 at 1e-6 and 1e-9 (Andrews). They are not chosen by themselves: every program would hold their code, beside that of a
 /// method for models and inputs that have no series, and take a sixth (double pendulum) to a third longer (Andrews) to compile.
 const MANY_DIGITS: f64 = 1e-6;
-/// Below this tolerance Radau IIA needs so many steps that an explicit method at the border of its stability is no slower, so runs go on.
-const TIGHT: f64 = 1e-11;
 /// Number of coordinates above which one step of an implicit method, which factors matrices of that size, costs more than thousands of evaluations.
 const LARGE: usize = 100;
 /// Nine digits: far below what a plot shows or a parameter is known to, at less than twice the cost of six with Verner 9(8).
@@ -36,6 +34,8 @@ pub(in crate::motion) const DEFAULT_TOLERANCE: f64 = 1e-9;
 pub(super) struct Checked<'m, M: Simulate> {
     pub(super) end: f64,
     pub(super) options: StepOptions,
+    /// The absolute tolerance is to be that of a motion of this size.
+    pub(super) by_size: bool,
     pub(super) method: (AnyDriver<M>, String),
     /// An implicit method is to go on where the motion is stiff.
     pub(super) hands_over: bool,
@@ -57,12 +57,12 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let output_times = self.output_list()?;
         let formulation = Formulation::choose::<M>(self.formulation)?;
         self.check_series(&method.0, formulation.as_ref().map(|(formulation, _)| *formulation))?;
-        let tightest = options.tolerances.absolute.min(options.tolerances.relative);
-        let hands_over = self.method.is_none() && self.fixed.is_none() && tightest >= TIGHT && M::Vector::LEN <= LARGE;
+        let hands_over = self.method.is_none() && self.fixed.is_none() && M::Vector::LEN <= LARGE;
         number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
         let guards = self.check_guards(end)?;
         let rules = self.check_events(&guards)?;
-        Ok(Checked { end, options, method, hands_over, output_times, formulation, guards, rules })
+        let by_size = self.fixed.is_none() && self.tolerances.is_none_or(|(_, option)| option == "tolerance");
+        Ok(Checked { end, options, by_size, method, hands_over, output_times, formulation, guards, rules })
     }
 
     fn check_start(&self) -> Result<(), OptionError> {
@@ -200,9 +200,10 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 if let Some(time) = times.iter().copied().find(outside) {
                     return Err(OptionError::OutputTime { time, start, end });
                 }
-                let mut times = times.clone();
-                sort_along(&mut times, direction);
-                Ok(Some(times))
+                match times.windows(2).find(|pair| (pair[1] - pair[0]) * direction < 0.0) {
+                    Some(pair) => Err(OptionError::OutputOrder { pair: [pair[0], pair[1]], backwards: end < start }),
+                    None => Ok(Some(times.clone())),
+                }
             }
             Output::Every(interval) => {
                 number("every", *interval, *interval > 0.0 && interval.is_finite(), "an interval above 0")?;
@@ -324,11 +325,6 @@ fn check_tolerances(absolute: f64, relative: f64, one: bool) -> Result<(), Optio
 /// Number of intervals in a span, with a millionth of one as slack: 10 / 0.1 must give the last of its 101 times.
 fn intervals(span: f64, interval: f64) -> u64 {
     (span / interval + 1e-6) as u64
-}
-
-/// Sorts times in a direction.
-fn sort_along(times: &mut [f64], direction: f64) {
-    times.sort_by(|a, b| (a * direction).total_cmp(&(b * direction)));
 }
 
 /// Times at equal intervals from the start, the end included where an interval ends there.
