@@ -276,6 +276,8 @@ impl<'a> Elaborator<'a> {
             (Value::Integer(i), "f64", _) => self.real(i),
             (Value::Integer(i), _, Some(ty)) => self.integer_cast(i, ty, e.as_token.span),
             (value @ Value::Scalar(_), "f64", _) => value,
+            // Single precision is told wherever it is written.
+            (_, "f32", _) => Value::Poison,
             (value, ..) => {
                 let to = e.ty.to_token_stream();
                 self.fail(e.as_token.span, &messages::cast(value.shape(), to))
