@@ -155,6 +155,8 @@ impl<'a> Batch<'a> {
     ) -> Result<(BTreeMap<String, Said>, bool, Vec<String>), String> {
         let folder = self.folder.join(kind);
         let source = folder.join("src");
+        // What an earlier package left would be compiled, too.
+        let _ = fs::remove_dir_all(&source);
         fs::create_dir_all(&source).map_err(|e| e.to_string())?;
         let library = self.library.display();
         let judge = self.folder.join("judge");

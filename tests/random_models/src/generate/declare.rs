@@ -106,7 +106,7 @@ impl Draft<'_> {
                 for _ in 0..3 {
                     let name = self.r.pick(NASTY);
                     if self.names.is_free(name)
-                        && !["core", "std", "f64", "usize", "bool", "dynamics", "r#type", "vec2"].contains(&name)
+                        && !["core", "std", "f64", "usize", "bool", "dynamics", "r#type", "vec2", "q"].contains(&name)
                     {
                         let _ = match self.r.below(3) {
                             0 => writeln!(self.outside, "{allow}static {name}: f64 = 0.5;"),
@@ -136,6 +136,7 @@ impl Draft<'_> {
                 ];
                 if name != self.name && !word.contains(&name) {
                     let _ = writeln!(self.outside, "{allow}struct {name};");
+                    self.scope.taken.push(name.to_owned());
                 }
             }
         }
