@@ -259,14 +259,33 @@ fn program(cases: &[&Case]) -> String {
 /// Counts a refused model, whose error has to be one.
 fn refuse(tally: &mut Tally, case: &Case, said: &Said) {
     *tally.refused.entry(reason_of(&said.errors[0])).or_default() += 1;
-    // The same mistake may be written several times.
-    let mut different: Vec<String> = said.errors.iter().map(|e| reason_of(e)).collect();
-    different.sort_unstable();
-    different.dedup();
-    different.retain(|reason| !DEGENERATE.iter().any(|degenerate| reason.contains(&without_names(degenerate))));
+    // The same mistake may be written several times, and a model that may be refused may have several reasons: each with a place of its own.
+    let several = case.expectation == Expectation::Either;
+    let mut different: Vec<String> = Vec::new();
+    for (k, error) in said.errors.iter().enumerate() {
+        let reason = reason_of(error);
+        let is_apart = several && said.errors[..k].iter().all(|other| !is_beside(error, other));
+        let is_known = DEGENERATE.iter().any(|degenerate| reason.contains(&without_names(degenerate)));
+        let is_rustcs = reason.starts_with("[E") && !reason.starts_with("[E0080]");
+        if !is_known && !different.contains(&reason) && (k == 0 || !is_apart || is_rustcs) {
+            different.push(reason);
+        }
+    }
     if different.len() > 1 {
         let errors = said.errors.iter().take(4).map(String::as_str).collect::<Vec<_>>().join("\n    ");
         tally.findings.push(format!("finding {}: {} errors for one:\n    {errors}", case.title, said.errors.len()));
+    }
+}
+
+/// Whether two errors are told of the same few words.
+fn is_beside(a: &str, b: &str) -> bool {
+    let place = |error: &str| -> Option<(usize, usize)> {
+        let mut parts = error.split(':').skip(1);
+        Some((parts.next()?.parse().ok()?, parts.next()?.trim().parse().ok()?))
+    };
+    match (place(a), place(b)) {
+        (Some(a), Some(b)) => a.0 == b.0 && a.1.abs_diff(b.1) <= 12,
+        _ => true,
     }
 }
 
