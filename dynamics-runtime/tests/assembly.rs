@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::f64::consts::{PI, TAU};
+
 use common::by_jets::{JetState, Jets, Mechanism, holonomic};
 use dynamics_runtime::Expr;
 use dynamics_runtime::constrain::{assemble, check_start};
@@ -58,7 +60,7 @@ const GRASHOF: FourBar = FourBar { ground: 4.0, crank: 1.0, coupler: 3.5, rocker
 fn the_guess_chooses_the_branch_of_a_four_bar() {
     let model = Jets(GRASHOF);
     for step in 0..24 {
-        let crank = f64::from(step) * std::f64::consts::TAU / 24.0;
+        let crank = f64::from(step) * TAU / 24.0;
         for branch in [1.0, -1.0] {
             let rocker = freudenstein(&GRASHOF, crank, branch).unwrap();
             // The guess misses by 30°.
@@ -119,7 +121,7 @@ proptest! {
 fn a_position_out_of_reach_says_by_how_much() {
     // Ground 5, crank 1 pointing away: the loop needs 6, coupler and rocker reach 5.5.
     let model = Jets(FourBar { ground: 5.0, crank: 1.0, coupler: 3.0, rocker: 2.5 });
-    let guess = state([std::f64::consts::PI, 0.1, std::f64::consts::PI - 0.1]);
+    let guess = state([PI, 0.1, PI - 0.1]);
     let error = assemble(&model, guess, &[true, false, false], &[false; 3]).unwrap_err();
     let StateError::NotAssembled { row, residual, given, .. } = error else { panic!("{error}") };
     assert!(row == "loop.x" && given.names().eq(["crank"]));
@@ -136,13 +138,13 @@ fn the_miss_is_that_of_the_closest_approach() {
     let model = Jets(FourBar { ground: 5.0, crank: 1.0, coupler: 3.0, rocker: 2.5 });
     for k in 0..60 {
         let (coupler, rocker) = (0.37 * f64::from(k), 2.0 + 0.61 * f64::from(k * k));
-        let guess = state([std::f64::consts::PI, coupler % 6.283, rocker % 6.283]);
+        let guess = state([PI, coupler % TAU, rocker % TAU]);
         match assemble(&model, guess, &[true, false, false], &[false; 3]).unwrap_err() {
             StateError::NotAssembled { residual, .. } => assert!(residual.abs() < 0.500_001, "{guess:?}: {residual}"),
             error => assert!(matches!(error, StateError::SingularGuess { .. }), "{error}"),
         }
     }
-    let guess = state([std::f64::consts::PI, std::f64::consts::PI, 0.0]);
+    let guess = state([PI, PI, 0.0]);
     let error = assemble(&model, guess, &[true, false, false], &[false; 3]).unwrap_err();
     assert!(!matches!(error, StateError::NotAssembled { residual, .. } if residual.abs() > 0.51), "{error}");
 }

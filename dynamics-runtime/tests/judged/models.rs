@@ -302,7 +302,8 @@ pub fn of_twenty(dice: &mut Dice) -> Scene<Twenty> {
     Scene { name: "row of masses", model: Twenty(free(f, energy)), start, until: dice.power(3.0, 60.0), stiff: false }
 }
 
-/// A body about a fixed point by Euler parameters, with weight at c along its third axis: 4 GᵀJG ë = −8 ĠᵀJG ė + Q.
+/// A body about a fixed point by Euler parameters, with weight at c along its third axis: 4 GᵀJG ë = −8 ĠᵀJG
+/// ė + Q.
 #[derive(Clone, Copy)]
 pub struct EulerBody {
     pub inertia: Vector3<f64>,

@@ -37,27 +37,7 @@ pub struct Judged {
 /// Runs a scene with a random tolerance and method.
 pub fn judge<M: Simulate>(scene: &Scene<M>, dice: &mut Dice) -> Option<Judged> {
     let tolerance = dice.power(1e-12, 1e-4);
-    let named = dice.unit();
-    let method: Option<Any<M>> = if named < 0.6 {
-        None
-    } else {
-        let explicit: [Any<M>; 6] = [
-            methods::Dop853.into(),
-            methods::Verner9.into(),
-            methods::DormandPrince5.into(),
-            methods::Tsit5.into(),
-            methods::GraggBulirschStoer.into(),
-            methods::Radau5.into(),
-        ];
-        let pick = dice.below(6);
-        if scene.stiff && pick < 5 && tolerance > 1e-11 || pick == 5 && tolerance < 1e-9 {
-            None
-        } else if (pick == 2 || pick == 3) && tolerance < 1e-9 {
-            None
-        } else {
-            Some(explicit[pick].clone())
-        }
-    };
+    let method = if dice.unit() < 0.6 { None } else { named_method(scene.stiff, tolerance, dice) };
     let simulation = scene.model.simulate(scene.start).until(scene.until).tolerance(tolerance).max_steps(40_000);
     let simulation = match &method {
         Some(method) => simulation.method(method),
@@ -81,6 +61,26 @@ pub fn judge<M: Simulate>(scene: &Scene<M>, dice: &mut Dice) -> Option<Judged> {
         warnings: summary.warnings(),
         told,
     })
+}
+
+/// A method by hand, where it does not take too many steps: explicit ones on what is stiff, those of low order and implicit
+/// ones at tight tolerances.
+fn named_method<M: Simulate>(stiff: bool, tolerance: f64, dice: &mut Dice) -> Option<Any<M>> {
+    let choices: [Any<M>; 6] = [
+        methods::Dop853.into(),
+        methods::Verner9.into(),
+        methods::DormandPrince5.into(),
+        methods::Tsit5.into(),
+        methods::GraggBulirschStoer.into(),
+        methods::Radau5.into(),
+    ];
+    let pick = dice.below(6);
+    let too_many_steps = match pick {
+        5 => tolerance < 1e-9,
+        2 | 3 => stiff && tolerance > 1e-11 || tolerance < 1e-9,
+        _ => stiff && tolerance > 1e-11,
+    };
+    (!too_many_steps).then(|| choices[pick].clone())
 }
 
 /// The error of a motion at some of its steps, and what two references differ by, in permitted errors.
@@ -181,12 +181,10 @@ impl Table {
             }
         }
         if silent || alarm || undecided {
-            let what = if undecided {
-                "undecided"
-            } else if silent {
-                "silent"
-            } else {
-                "alarm"
+            let what = match (undecided, silent) {
+                (true, _) => "undecided",
+                (false, true) => "silent",
+                (false, false) => "alarm",
             };
             self.notes.push(format!(
                 "{what} #{seed} {} by {} at {:.1e}: {:.1} true (± {:.1}), {:.1} shown, {} steps {:?} {:?}",

@@ -42,7 +42,8 @@ const RANK: f64 = 1e-6;
 const TOLERANCE: f64 = 1e-9;
 /// Measured motions may be smaller than others by this part for their tolerance to follow.
 const SPAN: f64 = 1e-6;
-/// Standard errors beyond this many times an unknown, and what it began with, are those of one that ran away: nothing was found.
+/// An unknown has run away where its standard error is more than so many times its value and what it began with: data that
+/// hardly know an unknown leave it some times its value, an outlier that drew it away 1e9 times and more.
 const NOTHING: f64 = 1e3;
 /// Errors of motions, in tolerances: what is gained below the square of them is gained by chance.
 const BLUR: f64 = 10.0;
@@ -309,8 +310,8 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
     fn check_found(&self, fit: Fit) -> Result<Fit, FitError> {
         let lost = fit.found.iter().zip(&self.unknowns).find(|(found, unknown)| {
             let size = found.value.abs().max(super::equations::size(unknown.first));
-            // Also true of what is no number.
-            !found.value.is_finite() || found.standard_error.is_some_and(|error| !(error <= NOTHING * size))
+            let unknown_to_any_digit = |error: f64| error.is_nan() || error > NOTHING * size;
+            !found.value.is_finite() || found.standard_error.is_some_and(unknown_to_any_digit)
         });
         match lost.map(|(found, unknown)| (found.name.clone(), unknown.first)) {
             Some((name, first)) => Err(FitError::NothingFound { name, first, so_far: Box::new(fit) }),

@@ -7,7 +7,7 @@ use core::fmt;
 
 use super::super::sensitivity::SensitivityError;
 use super::super::variable::VariableError;
-use super::Fit;
+use super::{Fit, Fitted};
 
 /// Why unknowns were not found.
 #[derive(Clone, Debug, PartialEq)]
@@ -180,7 +180,8 @@ impl fmt::Display for FitError {
             Self::NothingFound { name, first, so_far } => {
                 write!(f, "nothing was found: `{name}`, which began at {first}, ended at ")?;
                 match so_far.get(name) {
-                    Some(found) => write!(f, "{:.3e} ± {:.0e}", found.value, found.standard_error.unwrap_or(0.0))?,
+                    Some(Fitted { value, standard_error: Some(error), .. }) => write!(f, "{value:.3e} ± {error:.0e}")?,
+                    Some(Fitted { value, .. }) => write!(f, "{value:.3e}")?,
                     None => f.write_str("no number")?,
                 }
                 match so_far.outlier() {

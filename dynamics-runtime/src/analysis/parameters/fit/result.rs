@@ -85,7 +85,7 @@ impl Fit {
     /// The datum that alone makes more than half of Σ residual² of its quantity, of ten data or more: the quantity, the row from 0, and its part. An outlier, or what the model lacks.
     #[must_use]
     pub fn outlier(&self) -> Option<(&str, usize, f64)> {
-        let of = |left: &'_ Residuals| {
+        let of = |left: &Residuals| {
             let squares: f64 = left.points.iter().map(|(_, r)| r * r).sum();
             let worst = left.points.iter().enumerate().max_by(|a, b| a.1.1.abs().total_cmp(&b.1.1.abs()));
             let (row, (_, r)) = worst?;

@@ -1,10 +1,13 @@
 //! Losses that outliers do not decide.
 //!
-//! Instead of Σ r² the sum Σ s² ρ(r/s) is made smallest, s the scale of the noise: σ where it is given, else 1.4826 times the median of |r|, which half of the data may miss without moving it far. Each
-//! round fits by weights w = ψ(r/s)/(r/s), ψ = ρ'/2, and takes scale and weights anew (P. W. Holland & R. E. Welsch, Comm. Statist. A 6 (1977) 813). The first weights are those of the first
-//! values, so that no outlier draws the search away. Cauchy's loss has several minima: it begins where Huber's ends.
+//! Instead of Σ r² the sum Σ s² ρ(r/s) is made smallest, s the scale of the noise: σ where it is given, else
+//! 1.4826 times the median of |r|, which half of the data may miss without moving it far. Each round fits by
+//! weights w = ψ(r/s)/(r/s), ψ = ρ'/2, and takes scale and weights anew (P. W. Holland & R. E. Welsch, Comm.
+//! Statist. A 6 (1977) 813). The first weights are those of the first values, so that no outlier draws the
+//! search away. Cauchy's loss has several minima: it begins where Huber's ends.
 //!
-//! Covariance after P. J. Huber, *Robust Statistics* (1981), §7.6: κ² s² [Σ ψ²/(n − p)]/(mean ψ')² (JᵀJ)⁻¹, κ = 1 + (p/n) var ψ'/(mean ψ')².
+//! Covariance after P. J. Huber, *Robust Statistics* (1981), §7.6: κ² s² [Σ ψ²/(n − p)]/(mean ψ')² (JᵀJ)⁻¹, κ
+//! = 1 + (p/n) var ψ'/(mean ψ')².
 
 use alloc::vec::Vec;
 
@@ -13,6 +16,9 @@ use nalgebra::{DMatrix, DVector};
 use super::super::sensitivity::SensitivityError;
 use super::levenberg::{Levenberg, Outcome};
 
+/// Limit of Huber's loss at which normal noise costs 5 % of the information (Holland & Welsch, table 1).
+const HUBER_LIMIT: f64 = 1.345;
+
 /// What a residual counts for: how a fit weighs data that the model misses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -20,15 +26,17 @@ pub enum Loss {
     /// ρ = r²: least squares. One datum that is far off decides the fit.
     #[default]
     Squares,
-    /// ρ = r² up to this many times the scale, linear from there on: an outlier pulls with a constant force. One minimum, where least squares have one.
+    /// ρ = r² up to this many times the scale, linear from there on: an outlier pulls with a constant force.
+    /// One minimum, where least squares have one.
     Huber(f64),
     /// ρ = c² ln(1 + (r/c)²), c this many times the scale: an outlier pulls the less the farther it is off.
     Cauchy(f64),
 }
 
 impl Loss {
-    /// Huber's, with 1.345 times the scale: standard errors 2.5 % larger than those of least squares where the noise is normal.
-    pub const HUBER: Self = Self::Huber(1.345);
+    /// Huber's, with 1.345 times the scale: standard errors 2.5 % larger than those of least squares where
+    /// the noise is normal.
+    pub const HUBER: Self = Self::Huber(HUBER_LIMIT);
     /// Cauchy's, with 2.385 times the scale: likewise.
     pub const CAUCHY: Self = Self::Cauchy(2.385);
 
@@ -77,8 +85,12 @@ impl Loss {
 
 /// Standard deviation of normal noise in medians of its size.
 const NORMAL: f64 = 1.4826;
-/// Most rounds; each takes a third of the error or more.
+/// Most rounds of the loss; each takes a third of the error or more. Before it Huber's, which only has to
+/// come near.
 const MOST_ROUNDS: usize = 100;
+const MOST_ROUNDS_BEFORE: usize = 20;
+/// Rounds after which one that does not settle by itself ends the search: the first ones begin far away.
+const UNSETTLED_ROUNDS: usize = 4;
 /// The rounds have settled where scale and weighted residuals change by less than this part.
 const SETTLED: f64 = 1e-6;
 
@@ -101,7 +113,8 @@ impl Weighed {
         Self { loss, scale, weights: residuals.iter().map(|r| loss.weight(r / scale)).collect() }
     }
 
-    /// What (JᵀJ)⁻¹ is multiplied by, of p unknowns; `None` where the data say nothing, as most of them lie beyond the limit.
+    /// What (JᵀJ)⁻¹ is multiplied by, of p unknowns; `None` where the data say nothing, as most of them lie
+    /// beyond the limit.
     pub(super) fn variance(&self, residuals: &DVector<f64>, unknowns: usize) -> Option<f64> {
         let (n, p) = (residuals.len() as f64, unknowns as f64);
         let slopes: Vec<f64> = residuals.iter().map(|r| self.loss.slope(r / self.scale)).collect();
@@ -117,7 +130,8 @@ impl Weighed {
 /// Residuals, and their Jacobian where it is asked for.
 type Evaluated = Result<(DVector<f64>, Option<DMatrix<f64>>), SensitivityError>;
 
-/// Makes the sum of losses smallest. The scale is found along the way where it is not given, and is no less than `least`.
+/// Makes the sum of losses smallest. The scale is found along the way where it is not given, and is no less
+/// than `least`.
 pub(super) fn minimize(
     search: &Levenberg<'_>,
     (loss, scale, least): (Loss, Option<f64>, f64),
@@ -129,9 +143,9 @@ pub(super) fn minimize(
     let (mut residuals, _) = evaluate(&at, false)?;
     let mut iterations = 0;
     let mut last = None;
-    let limit = loss.limit().unwrap_or(1.0);
-    for (stage, stages) in [Loss::Huber(limit.min(1.345)), loss].into_iter().zip([MOST_ROUNDS / 5, MOST_ROUNDS]) {
-        for round in 0..stages {
+    let nearer = Loss::Huber(loss.limit().map_or(HUBER_LIMIT, |limit| limit.min(HUBER_LIMIT)));
+    for (stage, most) in [(nearer, MOST_ROUNDS_BEFORE), (loss, MOST_ROUNDS)] {
+        for round in 1..=most {
             let weighed = Weighed::of(stage, scale_of(&residuals), &residuals);
             let roots = DVector::from_iterator(residuals.len(), weighed.weights.iter().map(|w| w.sqrt()));
             let found = search.minimize(&at, |at, jacobian| {
@@ -143,12 +157,12 @@ pub(super) fn minimize(
             at = found.at;
             residuals = evaluate(&at, false)?.0;
             let again = Weighed::of(stage, scale_of(&residuals), &residuals);
-            // What the weights admit has stopped to move.
+            // What the weights admit no longer moves.
             let moved = (&residuals - &before).component_mul(&roots).norm();
             let settles = moved <= SETTLED * residuals.component_mul(&roots).norm().max(least)
                 && (again.scale - weighed.scale).abs() <= SETTLED * weighed.scale;
             last = Some((again, found.settled && settles));
-            if settles || (!found.settled && round > 3) {
+            if settles || (!found.settled && round > UNSETTLED_ROUNDS) {
                 break;
             }
         }
