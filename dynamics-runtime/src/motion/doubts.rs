@@ -235,14 +235,15 @@ impl Doubts {
             outgrown.write(f, self.fixed)?;
         }
         self.write_energy(f)?;
+        fmt::Display::fmt(&self.unchecked, f)?;
         if !estimated {
             self.write_halved(f)?;
         }
         Ok(())
     }
 
-    /// What the energy shows, unless half steps vouch for the motion where forces work: their work is known to what states between the ends of steps are, and in a step that is
-    /// far longer than a stiff damper needs that is nothing.
+    /// What the energy shows. Where forces work and half steps agree it is not asked: works are integrated over states between
+    /// the ends of steps, which a step far longer than a stiff damper needs does not resolve.
     fn write_energy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.works && self.halved_at_most.is_some_and(|times| times <= TOLD) {
             return Ok(());
@@ -265,7 +266,7 @@ impl Doubts {
                 }
             }
         }
-        fmt::Display::fmt(&self.unchecked, f)
+        Ok(())
     }
 
     /// What half steps show: a warning where it is much, or a plain line; another where it passes.
@@ -288,7 +289,7 @@ impl Doubts {
             write!(f, "{ACCURACY}global error about {} tolerances {how}", Times(times))
         } else if most > TOLD {
             let (most, times) = (Times(most), Times(times));
-            write!(f, "{ACCURACY}global error about {most} tolerances for a moment, {times} else {how}")
+            write!(f, "{ACCURACY}global error about {most} tolerances for a moment, otherwise {times} {how}")
         } else {
             Ok(())
         }

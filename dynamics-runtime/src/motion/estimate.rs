@@ -1,6 +1,6 @@
 //! How far a motion is from the true one: its differences from a second, more accurate run.
 //!
-//! A step control permits an error per step. What becomes of it until the end is the motion's doing: a stable one forgets it, a pendulum or an
+//! A step control bounds what steps leave. What becomes of it until the end is the motion's doing: a stable one forgets it, a pendulum or an
 //! orbit lets it grow with time or its square, a chaotic one doubles it again and again. No step knows; a second run does.
 
 mod events;
@@ -61,7 +61,7 @@ pub struct GlobalError {
     pub coordinates: Largest,
     /// Largest error of a velocity.
     pub velocities: Largest,
-    /// Largest error in parts of what is permitted in one step, absolute + relative·|value|; `None` with a fixed step.
+    /// Largest error in tolerances, absolute + relative·|value|; `None` with a fixed step.
     pub ratio: Option<f64>,
     /// The same in the middle of steps, as far as it was looked at: what dense output adds. `None` with a fixed step.
     pub between: Option<f64>,
@@ -130,7 +130,11 @@ pub(super) fn between<M: Simulate>(motion: &Motion<'_, M>, middles: &[M::State])
         let state = sampler.at(exact.t());
         let parts = [(state.q(), exact.q()), (state.u(), exact.u())];
         let pairs = parts.into_iter().flat_map(|(x, y)| x.as_slice().iter().zip(y.as_slice()));
-        pairs.fold(most, |most, (x, y)| most.max((x - y).abs() / tolerances.scale(*x, *y)))
+        pairs.fold(most, |most, (x, y)| {
+            let error = (x - y).abs() / tolerances.scale(*x, *y);
+            // What is not a number is not small.
+            if error.is_nan() { f64::INFINITY } else { most.max(error) }
+        })
     })
 }
 

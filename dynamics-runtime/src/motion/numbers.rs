@@ -57,12 +57,12 @@ impl fmt::Display for Times {
     }
 }
 
-/// A part of a whole in per cent; from ten times the whole on, as that many times.
+/// A part of a whole in per cent, of two digits from ten times the whole on.
 pub(crate) struct Part(pub(crate) f64);
 
 impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0 < 10.0 { write!(f, "{:.1} %", 100.0 * self.0) } else { write!(f, "{} times", Times(self.0)) }
+        if self.0 < 10.0 { write!(f, "{:.1} %", 100.0 * self.0) } else { write!(f, "{} %", Times(100.0 * self.0)) }
     }
 }
 
@@ -113,8 +113,8 @@ mod tests {
     }
 
     #[test]
-    fn parts_beyond_the_whole_are_multiples() {
-        for (part, text) in [(0.012, "1.2 %"), (3.0, "300.0 %"), (29.9, "29 times"), (3e22, "3e22 times")] {
+    fn parts_far_beyond_the_whole_are_short() {
+        for (part, text) in [(0.012, "1.2 %"), (3.0, "300.0 %"), (29.9, "2,900 %"), (3e22, "3e24 %")] {
             assert_eq!(Part(part).to_string(), text);
         }
     }

@@ -252,12 +252,12 @@ impl fmt::Display for Summary {
         let (start, end) = self.interval;
         writeln!(f, "{} from t = {} to {}", self.model, Rounded(start), Rounded(end))?;
         writeln!(f, "  method       {}, {}", self.method, self.reason)?;
-        if let Some(Tolerances { absolute, relative }) = self.tolerances.filter(|t| t.absolute < t.relative) {
-            writeln!(f, "  tolerances   {absolute:.1e} absolute, {relative:.1e} relative")?;
-        }
         if let Some((from, method)) = self.switched {
             let why = "because stability and not accuracy bounded the steps of the first";
             writeln!(f, "               from t = {} on {method}, {why}", Rounded(from))?;
+        }
+        if let Some(Tolerances { absolute, relative }) = self.tolerances.filter(|t| t.absolute < t.relative) {
+            writeln!(f, "  tolerances   {absolute:.1e} absolute, {relative:.1e} relative")?;
         }
         writeln!(
             f,
@@ -290,11 +290,11 @@ impl fmt::Display for Summary {
                 write!(f, ", of {} of {} states", Grouped(seen as u64), Grouped(all as u64))?;
             }
         }
-        for (k, few) in self.few_digits.iter().enumerate() {
-            write!(f, "\n  {:<11}  {few}", if k == 0 { "few digits" } else { "" })?;
-        }
         if let Some(locking) = &self.locking {
             write!(f, "\n               {}, at t = {}", locking.describe(), Rounded(locking.time))?;
+        }
+        for (k, few) in self.few_digits.iter().enumerate() {
+            write!(f, "\n  {:<11}  {few}", if k == 0 { "few digits" } else { "" })?;
         }
         self.write_events(f)
     }

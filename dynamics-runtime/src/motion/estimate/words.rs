@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::{GlobalError, MUCH, Shift};
-use crate::motion::numbers::{Grouped, Rounded};
+use crate::motion::numbers::{Grouped, Rounded, Times};
 use crate::motion::second::SecondRun;
 
 impl GlobalError {
@@ -34,7 +34,7 @@ impl fmt::Display for GlobalError {
             }
         }
         if let Some(between) = self.more_between() {
-            write!(f, ", between steps {}", Grouped(between as u64))?;
+            write!(f, ", between steps {}", Times(between))?;
         }
         let evaluations = Grouped(self.evaluations);
         match self.second {
