@@ -218,7 +218,7 @@ fn allowed<M: Constraints>(
     state: &M::State,
     statics: &Statics<M::Rows>,
 ) -> Result<DVector<f64>, EquilibriumError> {
-    Ok(statics.noise(model, state)? * 1e3 + statics.force.abs() * 10.0)
+    Ok(statics.noise(model, state)? * rounding::NOISES + statics.force.abs() * 10.0)
 }
 
 /// Whether a row on velocities holds.
@@ -316,7 +316,7 @@ fn check_later<M: Constraints>(
             continue;
         }
         // Terms that vanish here may cancel there, as those with the sine of an angle that is 0 now.
-        let allowed = allowed + there.noise(model, &later)? * 1e3;
+        let allowed = allowed + there.noise(model, &later)? * rounding::NOISES;
         if let Some((i, force)) = excess(&there.force, &allowed) {
             let name = M::COORDINATES[rates[i]].name;
             return Err(match moving {

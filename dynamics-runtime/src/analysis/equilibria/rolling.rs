@@ -12,6 +12,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::rounding::NOISES;
 use super::statics::excess;
 use super::{Equilibrium, EquilibriumError, conditioning, many_times, vector};
 use crate::analysis::linearize::{Linearization, LinearizeError, Read, SmallMotions, Tangent, assemble, scales};
@@ -239,7 +240,7 @@ impl<M: Constraints> Rolling<'_, M> {
         let places = measures(&here.tangent.coordinates, &scales(M::COORDINATES, state.q().as_slice()));
         let rates = measures(&here.tangent.rates, state.u().as_slice());
         let usual = here.linear.stiffness.abs() * places + here.linear.damping.abs() * rates;
-        let allowed = (noise + usual * f64::EPSILON) * 1e3;
+        let allowed = (noise + usual * f64::EPSILON) * NOISES;
         for after in many_times() {
             let there = self.at(&at_time(state, state.t() + after))?;
             if let Some((i, force)) = excess(&(&there.force - &here.force), &allowed) {

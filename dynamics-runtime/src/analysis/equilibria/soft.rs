@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
 use super::newton::Factors;
+use super::rounding::NOISES;
 use super::statics::{Statics, scales};
 use crate::constrain::{project_positions, with_workspace};
 use crate::error::SolveError;
@@ -116,7 +117,7 @@ impl<M: Constraints> Soft<'_, M> {
             change.iter().zip(self.noise.iter()).any(|(change, noise)| *change > TOLD * noise)
                 // Large coordinates round more.
                 && self.statics.noise_of_sums(self.model, beside).is_ok_and(|noise| {
-                    change.iter().zip(noise.iter()).any(|(change, noise)| *change > 1e3 * noise)
+                    change.iter().zip(noise.iter()).any(|(change, noise)| *change > NOISES * noise)
                 })
         };
         if FAR[..4].iter().any(|s| changes(&moved(*s))) {

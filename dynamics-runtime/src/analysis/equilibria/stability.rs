@@ -79,11 +79,10 @@ fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization
         let there = model.linearize_in(state, &names).ok()?;
         (there.velocities == linear.velocities && there.coordinates == linear.coordinates).then_some(there)
     };
-    let (mut stiffness, mut damping) = ([linear.stiffness.clone()], [linear.damping.clone()]);
-    clear_rounding::<M, 1>(&mut stiffness, [&of_rows, &of_columns], state, |at| Some([beside(at)?.stiffness]));
-    clear_rounding::<M, 1>(&mut damping, [&of_rows, &of_rows], state, |at| Some([beside(at)?.damping]));
-    [linear.stiffness] = stiffness;
-    [linear.damping] = damping;
+    let (mut stiffness, mut damping) = (linear.stiffness.clone(), linear.damping.clone());
+    clear_rounding::<M>(&mut stiffness, [&of_rows, &of_columns], state, |at| Some(beside(at)?.stiffness));
+    clear_rounding::<M>(&mut damping, [&of_rows, &of_rows], state, |at| Some(beside(at)?.damping));
+    (linear.stiffness, linear.damping) = (stiffness, damping);
 }
 
 /// Refuses to judge what turns in a pole of its coordinates, or next to it by rounding, as a spherical pendulum upright: no momentum of a coordinate that has no inertia holds anything, and the same

@@ -93,18 +93,14 @@ impl<R: Vector> Statics<R> {
     /// A stiffness matrix without elements that are rounding; `beside` gives it at another state.
     fn without_rounding<M: Constraints>(
         &self,
-        stiffness: DMatrix<f64>,
+        mut stiffness: DMatrix<f64>,
         state: &M::State,
         beside: impl Fn(&M::State) -> Option<DMatrix<f64>>,
     ) -> DMatrix<f64> {
         let of_columns = self.tangent.coordinates.iter().map(|i| self.masses[*i]);
         let of_columns = DVector::from_iterator(self.tangent.coordinates.len(), of_columns);
-        let mut cleared = [stiffness];
-        clear_rounding::<M, 1>(&mut cleared, [&self.inertia, &of_columns], state, |beside_state| {
-            beside(beside_state).map(|there| [there])
-        });
-        let [cleared] = cleared;
-        cleared
+        clear_rounding::<M>(&mut stiffness, [&self.inertia, &of_columns], state, beside);
+        stiffness
     }
 
     fn as_computed<M: Constraints<Rows = R>>(
