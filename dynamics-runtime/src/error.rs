@@ -217,7 +217,7 @@ impl fmt::Display for SolveError {
     }
 }
 
-/// The three ways in which rigid friction has no answer.
+/// That no solution was found, why that proves nothing, and what to do.
 fn unsolved(f: &mut fmt::Formatter<'_>, row: &str, reactions: usize, tried: u64) -> fmt::Result {
     let every = reactions < u64::BITS as usize && tried >= 1 << reactions;
     write!(
@@ -238,6 +238,7 @@ fn unsolved(f: &mut fmt::Formatter<'_>, row: &str, reactions: usize, tried: u64)
     }
 }
 
+/// The three ways in which rigid friction has no answer.
 fn painleve(f: &mut fmt::Formatter<'_>, row: &str, solutions: usize) -> fmt::Result {
     let remedy = "make the contact compliant, or end the motion before";
     match solutions {

@@ -17,7 +17,7 @@ use passing::{Passing, UNCERTAIN, Verdict};
 /// How steps are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepOptions {
-    /// Permitted local error.
+    /// Permitted error: of each step of an implicit method or a series, of all steps up to the limit together of other methods.
     pub tolerances: Tolerances,
     /// Size of every step, for methods without error estimate or to switch step control off.
     pub fixed: Option<f64>,
@@ -208,7 +208,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.h = self.h.max(h.min(self.options.most));
     }
 
-    /// Permitted local error.
+    /// Permitted error, as of [`StepOptions::tolerances`].
     #[must_use]
     pub fn tolerances(&self) -> Tolerances {
         self.options.tolerances

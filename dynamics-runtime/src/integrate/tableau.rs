@@ -82,7 +82,7 @@ pub(crate) fn zip<V: Vector>(x: &Phase<V>, y: &Phase<V>, combine: impl Fn(f64, f
     out
 }
 
-/// How large a local error may be: absolute + relative·max(|y₀|, |y₁|) per element of q and of u.
+/// How large an error may be: absolute + relative·max(|y₀|, |y₁|) per element of q and of u.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerances {
     /// In the unit of each coordinate and velocity.

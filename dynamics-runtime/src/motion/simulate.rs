@@ -123,16 +123,19 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Permitted error, absolute (in the unit of each coordinate and velocity) and relative alike. Default 1e-9.
     ///
-    /// Explicit methods with step control, those that are chosen by themselves among them, keep what all steps together leave to it, as far as steps need be no shorter than by half for that: motions that do not
-    /// amplify errors end within ten tolerances as a rule, and [`Motion::summary`](super::Motion::summary) tells where they do not. Each step of an implicit method or a series may leave the tolerance.
+    /// Of an explicit method with step control it bounds what all steps together leave, as far as steps of half the length
+    /// suffice for that; each step of an implicit method or a series may leave it. A motion that does not amplify errors ends
+    /// within ten tolerances as a rule, and [`Motion::summary`](super::Motion::summary) tells where one does not.
     ///
-    /// Where all coordinates of one unit, or all of their velocities, stay below 0.1 in the first steps, the absolute tolerance is smaller: ten times that part of the largest of them.
+    /// The absolute tolerance of small motions is smaller. Where all coordinates of one unit, or all of their velocities, stay
+    /// below 0.1 in the first steps, it is the tolerance times ten times the largest of them.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerances = Some((Tolerances::both(tolerance), "tolerance"));
         self
     }
 
-    /// Permitted error: absolute + relative·|value|, for coordinates and velocities alike of whatever size, as [`Simulation::tolerance`] has it; with a relative tolerance of 0 each step may leave it.
+    /// Permitted error, absolute + relative·|value|, of coordinates and velocities of whatever size, shared by the steps as
+    /// with [`Simulation::tolerance`]; with a relative tolerance of 0 each step may leave it.
     pub fn tolerances(mut self, absolute: f64, relative: f64) -> Self {
         self.tolerances = Some((Tolerances { absolute, relative }, "tolerances"));
         self

@@ -138,7 +138,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         self
     }
 
-    /// Permitted local error per step. Default 1e-10.
+    /// Permitted error, as of [`Simulation::tolerance`](crate::motion::Simulation::tolerance). Default 1e-10.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
