@@ -1,4 +1,5 @@
-//! Tells the crate whether it is compiled without optimisation, which `debug_assertions` do not: they stay on in a `dev` profile with `opt-level = 3`.
+//! Tells the crate whether it is compiled without optimisation, which `debug_assertions` do not: they stay on
+//! in a `dev` profile with `opt-level = 3`.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

@@ -60,16 +60,17 @@ pub enum SolveError {
         /// Number of rows that hold.
         active: usize,
     },
-    /// Reaction-dependent forces leave no solution, or several (Painlevé's paradox). Of no solution it is a proof: the forces are linear for each pattern of signs
-    /// of the reactions, and all patterns were tried.
+    /// Reaction-dependent forces leave no solution, or several (Painlevé's paradox). Of no solution it is a
+    /// proof: the forces are linear for each pattern of signs of the reactions, and all patterns were tried.
     Friction {
         /// The reaction that decides, `floor`.
         row: &'static str,
         /// Number of solutions found: 0; more than 1; or 1 that no motion with a contact of any compliance keeps to.
         solutions: usize,
     },
-    /// No solution was found that a contact of any compliance keeps to, and whether there is one is not known: forces are not linear in the reactions for a pattern
-    /// of their signs, or depend on so many reactions that not all patterns were tried.
+    /// No solution was found that a contact of any compliance keeps to, and whether there is one is not
+    /// known: forces are not linear in the reactions for a pattern of their signs, or depend on so many
+    /// reactions that not all patterns were tried.
     FrictionUnsolved {
         /// The reaction that decides, `floor[3]`.
         row: &'static str,

@@ -425,8 +425,9 @@ pub trait Scheme<V: Vector>: Clone {
     const STABILITY_BORDER: f64;
     /// Number of parts in which a step is scanned for events.
     const SCAN: usize;
-    /// Places within a step, as parts of it, at which dense output is held against the equations of motion: where what it is off changes fastest, away from its own nodes. None for
-    /// methods with interpolants that they judge themselves, or that are as good as their steps, and for those without error estimate.
+    /// Places within a step, as parts of it, at which dense output is held against the equations of motion:
+    /// where what it is off changes fastest, away from its own nodes. None for methods with interpolants that
+    /// they judge themselves, or that are as good as their steps, and for those without error estimate.
     const PROBES: &'static [f64] = &[];
     /// Whether it makes few and long steps: the first one from rest is then as long as the times of the mechanism permit, where others begin with short ones and soon have longer ones.
     const LONG_STEPS: bool = false;

@@ -1,4 +1,5 @@
-//! What shows a motion: tables (CSV), charts (SVG, and PNG with the feature `png`) and animations (one HTML page without network access).
+//! What shows a motion: tables (CSV), charts (SVG, and PNG with the feature `png`) and animations (one HTML
+//! page without network access).
 //!
 //! Everything renders to a `String` with the feature `alloc`; files are written with `std`. The pictures are built with `libm`
 //! alone, so that the same data give the same bytes on every machine.
@@ -10,8 +11,8 @@
 //! | curves | [`Chart`], [`Panel`] | `motion.plot("run.svg")`, `.png` |
 //! | numbers | [`csv::Csv`] | `motion.write_csv("run.csv")` |
 //!
-//! A path whose extension names another format is an error, before anything is written; a path without an extension gets the first format
-//! of its row.
+//! A path whose extension names another format is an error, before anything is written; a path without an
+//! extension gets the first format of its row.
 
 mod animation;
 mod atlas;

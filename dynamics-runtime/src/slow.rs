@@ -1,7 +1,9 @@
-//! A word about builds without optimisation, where that takes its time: once per program, on the error stream.
+//! A word about builds without optimisation, where that takes its time: once per program, on the error
+//! stream.
 //!
-//! Numerics without optimisation take up to two hundred times as long, and who waits does not see why. What takes some seconds says so at its end. Programs that do not want
-//! to hear it are compiled with the profile that it names, or run with `DYNAMICS_QUIET` in their environment.
+//! Numerics without optimisation take up to two hundred times as long, and who waits does not see why. What
+//! takes some seconds says so at its end. Programs that do not want to hear it are compiled with the profile
+//! that it names, or run with `DYNAMICS_QUIET` in their environment.
 
 /// Watches how long something takes, to its end of life.
 pub(crate) struct Watch {

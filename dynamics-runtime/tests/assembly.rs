@@ -132,7 +132,8 @@ fn a_position_out_of_reach_says_by_how_much() {
     );
 }
 
-/// Whatever the guess, what is missed is told at the closest approach of all: 0.5, as coupler and rocker point to each other.
+/// Whatever the guess, what is missed is told at the closest approach of all: 0.5, as coupler and rocker
+/// point to each other.
 #[test]
 fn the_miss_is_that_of_the_closest_approach() {
     let model = Jets(FourBar { ground: 5.0, crank: 1.0, coupler: 3.0, rocker: 2.5 });

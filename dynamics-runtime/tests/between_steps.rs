@@ -1,8 +1,10 @@
-//! States between steps: every method's dense output against its own step ended there and against a run at the tolerance 1e-13, over random systems that are
-//! smooth, stiff and kinked. Errors are in units of what is permitted, by the norm of the step control.
+//! States between steps: every method's dense output against its own step ended there and against a run at
+//! the tolerance 1e-13, over random systems that are smooth, stiff and kinked. Errors are in units of what is
+//! permitted, by the norm of the step control.
 //!
-//! More systems by hand: `BETWEEN_STEPS=300 cargo test -p dynamics-runtime --release --test between_steps -- --nocapture`. With `BETWEEN_STEPS_LIST=5` states that are off
-//! by more than five times that are listed with their systems.
+//! More systems by hand: `BETWEEN_STEPS=300 cargo test -p dynamics-runtime --release --test between_steps --
+//! --nocapture`. With `BETWEEN_STEPS_LIST=5` states that are off by more than five times that are listed with
+//! their systems.
 
 #[macro_use]
 mod common;
@@ -150,8 +152,9 @@ fn apart(one: &State, other: &State, tolerance: f64) -> f64 {
 
 /// What 300 random systems of every kind have shown at most, rounded up: the table of docs/guide.md.
 ///
-/// First the error over the larger one at the two ends of the step, or over what is permitted where that is more: of smooth and stiff systems, and of kinked ones. Then the
-/// difference from the method's own step ended there, of smooth and stiff systems: with a kink inside, a single step does not know what it is off.
+/// First the error over the larger one at the two ends of the step, or over what is permitted where that is
+/// more: of smooth and stiff systems, and of kinked ones. Then the difference from the method's own step
+/// ended there, of smooth and stiff systems: with a kink inside, a single step does not know what it is off.
 const WORST: [(Method, [f64; 3]); 8] = [
     (Method::DormandPrince5, [1.4, 3.6, 0.5]),
     (Method::Tsit5, [1.4, 2.7, 0.8]),
@@ -259,7 +262,8 @@ fn states_between_steps_are_as_good_as_ends_of_steps() {
     assert!(missed.is_empty(), "{missed:#?}");
 }
 
-/// Stability bounds the steps of DOP853 on what is critically damped: its interpolant of the whole step is off by a thousand times what is permitted.
+/// Stability bounds the steps of DOP853 on what is critically damped: its interpolant of the whole step is
+/// off by a thousand times what is permitted.
 #[test]
 fn what_is_damped_hard_is_followed_between_steps() {
     let follower = System {

@@ -272,7 +272,8 @@ fn overflow_is_called_by_its_name() {
     }
 }
 
-/// A summary takes no longer than some runs: of many coordinates some states are looked at, and what would take longer is named.
+/// A summary takes no longer than some runs: of many coordinates some states are looked at, and what would
+/// take longer is named.
 #[test]
 fn a_summary_takes_its_share_of_the_run() {
     let start: [f64; 60] = std::array::from_fn(|i| 1.0 + 0.01 * i as f64);
@@ -296,7 +297,8 @@ fn a_summary_takes_its_share_of_the_run() {
     assert!(summary.doubts.unchecked == Unchecked::default() && !summary.to_string().contains("not checked"));
 }
 
-/// Van der Pol's equation, μ = 1000, at tolerances at which an explicit method needs a million steps: an implicit one goes on, and who insists on the explicit one is told why it takes so many.
+/// Van der Pol's equation, μ = 1000, at tolerances at which an explicit method needs a million steps: an
+/// implicit one goes on, and who insists on the explicit one is told why it takes so many.
 #[test]
 fn stiff_motions_are_handed_over_at_tight_tolerances_too() {
     let model = Closure(|_, q, u| 1e3 * (1.0 - q * q) * u - q);

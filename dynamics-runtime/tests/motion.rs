@@ -275,7 +275,8 @@ fn the_worst_conditioning_is_found_whatever_the_units() {
     assert_eq!(error.motion(&bead).unwrap().summary().conditioning.largest, f64::INFINITY);
 }
 
-/// x = a cos ωt and v/ω sin ωt: from nanometres to metres, in rest or through the middle, fast and slow, errors are parts of the motion.
+/// x = a cos ωt and v/ω sin ωt: from nanometres to metres, in rest or through the middle, fast and slow,
+/// errors are parts of the motion.
 #[test]
 fn small_motions_have_the_digits_of_large_ones() {
     for omega in [1e-3, 1.0, 1e4] {
@@ -295,7 +296,8 @@ fn small_motions_have_the_digits_of_large_ones() {
     }
 }
 
-/// What is at rest, but for rounding, asks for nothing, nor does a motion that dies away; a tolerance that was given in two parts is kept.
+/// What is at rest, but for rounding, asks for nothing, nor does a motion that dies away; a tolerance that
+/// was given in two parts is kept.
 #[test]
 fn absolute_tolerances_follow_motions_and_not_rounding() {
     let kept = |motion: &Motion<'_, Closure>| motion.summary().tolerances.unwrap();

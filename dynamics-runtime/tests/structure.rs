@@ -431,7 +431,8 @@ fn iterations_are_few() {
     }
 }
 
-/// An angle of many turns is known to its last place alone, and iterations end there: of 5,000 steps of a pendulum that has turned a thousand times and more, hundreds were refused.
+/// An angle of many turns is known to its last place alone, and iterations end there: of 5,000 steps of a
+/// pendulum that has turned a thousand times and more, hundreds were refused.
 #[test]
 fn implicit_steps_are_made_wherever_an_angle_has_come_to() {
     fn swings<S: Scheme<V>>(turns: f64, h: f64) {

@@ -7,8 +7,10 @@
 //! all distinct solutions are kept: Coulomb's law need not have one, and may have several (Painlevé 1895; Génot & Brogliato, Eur. J. Mech. A/Solids 18
 //! (1999) 653–677; Leine, Brogliato & Nijmeijer, ibid. 21 (2002) 1–22).
 //!
-//! Where Q is linear for each pattern of signs, and all were tried, that none was found is a proof that there is none. Other laws (creep forces of wheels go
-//! with λ^(2/3), their tanh with λ^(-1/3)) are searched further, by damped steps, by fixed points and by growing friction (`search.rs`); what is not found then may exist, and the error says so.
+//! Where Q is linear for each pattern of signs, and all were tried, that none was found is a proof that there
+//! is none. Other laws (creep forces of wheels go with λ^(2/3), their tanh with λ^(-1/3)) are searched
+//! further, by damped steps, by fixed points and by growing friction (`search.rs`); what is not found then
+//! may exist, and the error says so.
 //!
 //! A single solution counts only where det(I − S ∂Q/∂λ) > 0 (without friction it is 1). Where it is negative, the acceleration along the constraint
 //! answers a growing reaction with the wrong sign: contact of any compliance, however stiff, leaves that solution at once, and a
@@ -270,7 +272,8 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
         })
     }
 
-    /// λ₀ + S Q(0); without the forces that go by reactions where those are none at no reaction, as N tanh(c N^(-1/3)) is.
+    /// λ₀ + S Q(0). Where Q(0) is not a number, as of N tanh(c N^(-1/3)), the forces that depend on reactions are
+    /// left out.
     fn frictionless(&mut self) -> M::Rows {
         let n = M::Vector::LEN;
         self.model.friction(self.state, &M::Rows::zeros(), self.force, self.by_multipliers);

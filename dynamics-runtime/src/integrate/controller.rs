@@ -83,21 +83,23 @@ const SHORTEST: f64 = 2.0;
 const FINEST: f64 = 1e-14;
 /// Most of what a step may leave that rounding may have made of its error estimate, where that is known.
 const NOISE: f64 = 0.1;
-/// How often in a row a step is rejected that the whole tolerance permits. Where something jumps, or rounding decides, shorter
-/// ones are no better.
+/// How often in a row a step is rejected that the whole tolerance permits. Where something jumps, or rounding
+/// decides, shorter ones are no better.
 const REJECTIONS: u32 = 2;
 
 /// What part of the tolerance a step may leave.
 ///
-/// Errors of steps add up. Where each may leave the tolerance, N steps of a motion that forgets nothing leave N times as much,
-/// and a wrong frequency shifts it by N² times: by 300 tolerances for a free body in Euler parameters after 72 steps of DOP853
-/// at 1e-6. So a step of length h in a run of length T may leave h/T of the tolerance, and all of them together leave the
-/// tolerance (error per unit step: L. F. Shampine, *Numerical Solution of Ordinary Differential Equations*, 1994, §7.1; Hairer,
-/// Nørsett, Wanner, §II.4). The motion may amplify that.
+/// Errors of steps add up. Where each may leave the tolerance, N steps of a motion that forgets nothing leave
+/// N times as much, and a wrong frequency shifts it by N² times: by 300 tolerances for a free body in Euler
+/// parameters after 72 steps of DOP853 at 1e-6. So a step of length h in a run of length T may leave h/T of
+/// the tolerance, and all of them together leave the tolerance (error per unit step: L. F. Shampine,
+/// *Numerical Solution of Ordinary Differential Equations*, 1994, §7.1; Hairer, Nørsett, Wanner, §II.4). The
+/// motion may amplify that.
 ///
-/// The price is steps that are shorter by (T/h)^(1/p), p the order of the estimate. They become no shorter than by [`SHORTEST`],
-/// so that the part is 2⁻ᵖ at least, nor than rounding permits. Of 2,696 random motions by the methods that are chosen by
-/// themselves 5.7 % are then beyond ten tolerances in place of 27 %, for 1.5 times the evaluations (`tests/judged`).
+/// The price is steps that are shorter by (T/h)^(1/p), p the order of the estimate. They become no shorter
+/// than by [`SHORTEST`], so that the part is 2⁻ᵖ at least, nor than rounding permits. Of 2,696 random motions
+/// by the methods that are chosen by themselves 5.7 % are then beyond ten tolerances in place of 27 %, for
+/// 1.5 times the evaluations (`tests/judged`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Share {
     /// The length of the run.

@@ -8,7 +8,8 @@ use crate::model::Vector;
 pub trait Dense<V: Vector> {
     /// q and u at t₀ + θ h.
     fn at(&self, theta: f64) -> Phase<V>;
-    /// Their derivatives by θ, by which the equations of motion are held against it; `None` where nothing asks for them.
+    /// Their derivatives by θ, by which the equations of motion are held against it; `None` where nothing
+    /// asks for them.
     fn slope(&self, _theta: f64) -> Option<Phase<V>> {
         None
     }

@@ -11,8 +11,9 @@ const GROWTH: f64 = 1e3;
 
 /// Rounding errors of positions that a step starts with, in units of their last place.
 const UNITS: f64 = 4.0;
-/// Corrections that have not become smaller by this factor in so many iterations are rounding errors, too, if they are below this part of what the step changes: an equation of
-/// momenta with a mass matrix of condition κ is solved to κ ε.
+/// Corrections that have not become smaller by this factor in so many iterations are rounding errors, too, if
+/// they are below this part of what the step changes: an equation of momenta with a mass matrix of condition
+/// κ is solved to κ ε.
 const SHRINKS: f64 = 0.9;
 const STALLED: u32 = 10;
 const STALLED_BELOW: f64 = 1e-9;
@@ -66,10 +67,12 @@ impl FixedPoint {
     }
 }
 
-/// The largest correction of velocities that stood at `from` where the step starts, of (old, new, from), in a step of length `h` from positions `q`.
+/// The largest correction of velocities that stood at `from` where the step starts, of (old, new, from), in a
+/// step of length `h` from positions `q`.
 ///
-/// Positions are rounded to ε |q|. Iterations that converge at all have h² |∂q̈/∂q| below 1, so that this moves velocities by ε |q|/h at most: what is smaller may be rounding,
-/// as of an angle that has made some thousand turns.
+/// Positions are rounded to ε |q|. Iterations that converge at all have h² |∂q̈/∂q| below 1, so that this
+/// moves velocities by ε |q|/h at most: what is smaller may be rounding, as of an angle that has made some
+/// thousand turns.
 pub(super) fn correction(values: impl Iterator<Item = (f64, f64, f64)>, (q, h): (&[f64], f64)) -> Correction {
     let (mut correction, mut change) = (0.0f64, 0.0f64);
     for (old, new, from) in values {
@@ -108,7 +111,8 @@ mod tests {
         assert_eq!(ends(stalls).1, Course::Solved);
     }
 
-    /// An angle of a thousand turns is known to 1e-12, and velocities that follow from it in steps of a millisecond to 1e-9.
+    /// An angle of a thousand turns is known to 1e-12, and velocities that follow from it in steps of a
+    /// millisecond to 1e-9.
     #[test]
     fn rounding_of_large_positions_is_no_lack_of_convergence() {
         let values = |by: f64| [(1.0 + by, 1.0, 0.5)].into_iter();

@@ -17,7 +17,8 @@ use passing::{Passing, UNCERTAIN, Verdict};
 /// How steps are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepOptions {
-    /// Permitted error: of each step of an implicit method or a series, of all steps up to the limit together of other methods.
+    /// Permitted error: of each step of an implicit method or a series, of all steps up to the limit together
+    /// of other methods.
     pub tolerances: Tolerances,
     /// Size of every step, for methods without error estimate or to switch step control off.
     pub fixed: Option<f64>,
@@ -489,7 +490,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Ok(if part < whole { part / whole } else { 1.0 })
     }
 
-    /// What steps may leave of a run of some length. Explicit methods control the error of each step alone; implicit ones are for motions that forget them, and series keep theirs far below it.
+    /// What steps may leave of a run of some length. Explicit methods control the error of each step alone;
+    /// implicit ones are for motions that forget them, and series keep theirs far below it.
     fn share(span: f64, options: &StepOptions) -> Share {
         if options.fixed.is_some() || S::PROPOSES || S::CONTROL.is_none() || !Self::is_explicit() {
             return Share::WHOLE;

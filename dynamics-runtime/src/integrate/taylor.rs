@@ -155,7 +155,8 @@ impl<V: Vector> Dense<V> for Series<V> {
 }
 
 impl<V: Vector> Taylor<V> {
-    /// Of a fixed order, 4 to [`MOST_ORDER`], the nearest of these to any other; `None`: chosen by the tolerance.
+    /// Of a fixed order, 4 to [`MOST_ORDER`], the nearest of these to any other; `None`: chosen by the
+    /// tolerance.
     #[must_use]
     pub fn of_order(order: Option<usize>) -> Self {
         Self { asked: order.map(|p| p.clamp(LEAST_ORDER, MOST_ORDER)), ..Self::new() }

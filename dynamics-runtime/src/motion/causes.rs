@@ -27,7 +27,8 @@ const PASSES: f64 = 1e-9;
 const TIGHTEST: f64 = 1e-12;
 /// Part of the least inertia at the start below which a motion has run into a place where it has none.
 const VANISHED: f64 = 1e-5;
-/// No motion comes here, in whatever unit; and what forces make of such values, as third powers of them and more, is infinite soon after.
+/// No motion comes here, in whatever unit; and what forces make of such values, as third powers of them and
+/// more, is infinite soon after.
 const BEYOND: f64 = 1e60;
 /// Conditioning of constraints from which on it, and not the inertia of what they leave, is looked at.
 const WEAK: f64 = 1e5;

@@ -28,13 +28,15 @@ pub struct Conditioning {
     pub largest: f64,
     /// When it was met first.
     pub time: f64,
-    /// How many of how many accepted states were looked at: not all, where that would take longer than the run did.
+    /// How many of how many accepted states were looked at: not all, where that would take longer than the
+    /// run did.
     pub looked_at: (usize, usize),
 }
 
 /// Models of more coordinates are asked at fewer states how near their constraints are to losing rank: it takes 30 n³ operations.
 const MOST_COORDINATES: usize = 32;
-/// A condition number of n coordinates takes as long as n²/8 evaluations of accelerations, where these take time in proportion to n: measured on a chain of 45 masses. So many are found as take as long as the run,
+/// A condition number of n coordinates takes as long as n²/8 evaluations of accelerations, where these take
+/// time in proportion to n: measured on a chain of 45 masses. So many are found as take as long as the run,
 /// and [`LEAST_STATES`] at least.
 const PER_EVALUATION: f64 = 8.0;
 const LEAST_STATES: usize = 32;
@@ -158,8 +160,8 @@ pub(super) fn condition_number<M: Constraints>(model: &M, state: &M::State) -> f
     with_workspace::<M, _>(|workspace| condition_of(M::COORDINATES.len(), mass(model, state, workspace), M::IS_HELD))
 }
 
-/// Of M by rows; an exact 1 where it is diagonal. Coordinates without any inertia are carried along by constraints, if there are any (`held`); the accelerations of the others are what M
-/// determines.
+/// Of M by rows; an exact 1 where it is diagonal. Coordinates without any inertia are carried along by
+/// constraints, if there are any (`held`); the accelerations of the others are what M determines.
 fn condition_of(n: usize, mass: &[f64], held: bool) -> f64 {
     let entry = |i: usize, j: usize| mass[i * n + j];
     let heavy: Vec<usize> = (0..n).filter(|i| !held || (0..n).any(|j| entry(*i, j) != 0.0)).collect();

@@ -33,9 +33,11 @@ const DIES: f64 = 0.1;
 /// How large that is at first, in parts of 1 + |value|, and how many steps it is followed for at most.
 const NEAR: f64 = 1e-8;
 const MOST: usize = 200;
-/// An implicit step of n coordinates takes as long as so many evaluations of the accelerations for the square of n: 18,000 of a chain of 45 masses.
+/// An implicit step of n coordinates takes as long as so many evaluations of the accelerations for the square
+/// of n: 18,000 of a chain of 45 masses.
 const IMPLICIT: u64 = 9;
-/// All trials take no longer than so many evaluations for each of the run, or than this many, which is a tenth of a second at most.
+/// All trials take no longer than so many evaluations for each of the run, or than this many, which is a
+/// tenth of a second at most.
 const EFFORT: (u64, u64) = (3, 300_000);
 
 impl<M: Simulate> Motion<'_, M> {
@@ -82,7 +84,8 @@ impl<M: Simulate> Motion<'_, M> {
             })
     }
 
-    /// Whether an implicit step is permitted and ends where the motion goes, as far as its records tell: an error estimate that damps what is fast sees nothing of a swing that is stepped over.
+    /// Whether an implicit step is permitted and ends where the motion goes, as far as its records tell: an
+    /// error estimate that damps what is fast sees nothing of a swing that is stepped over.
     fn follows(&self, index: usize, h: f64, end: Option<(Phase<M::Vector>, f64)>) -> bool {
         let Some((y, error)) = end else { return false };
         let (records, to) = (&self.trajectory.records, self.step(index).start.t + h.copysign(self.step(index).h));
@@ -95,7 +98,8 @@ impl<M: Simulate> Motion<'_, M> {
         error <= 1.0 && near[0].min(near[1]) <= FOLLOWS + within
     }
 
-    /// Whether the motion moves by more than is permitted in that time: of what hardly moves any step keeps the tolerance.
+    /// Whether the motion moves by more than is permitted in that time: of what hardly moves any step keeps
+    /// the tolerance.
     fn moves(&self, index: usize, h: f64) -> bool {
         let records = &self.trajectory.records;
         let here = records[index].knot();
@@ -103,7 +107,8 @@ impl<M: Simulate> Motion<'_, M> {
         within.map(|record| self.most_permitted_errors(&record.knot().y, &here.y)).fold(0.0, f64::max) > MOVES
     }
 
-    /// Whether differences die within that time, as they do where a motion is stiff; in quarters of its steps, as whole ones may damp what swings.
+    /// Whether differences die within that time, as they do where a motion is stiff; in quarters of its
+    /// steps, as whole ones may damp what swings.
     fn forgets(&self, index: usize, h: f64) -> bool {
         let (step, tolerances) = (self.step(index), &self.trajectory.tolerances);
         let Some(mut maker) = self.trajectory.driver_of(index).map(|driver| driver.maker()) else { return false };

@@ -1,8 +1,12 @@
 //! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself shows it.
 //!
-//! A step control keeps what steps leave. Five things it does not see are looked for here, at the recorded steps: tolerances that are finer than the
-//! rounding of the values they are kept for; energy that drifts by more than so many permitted errors can; forces that its stages miss (`unseen.rs`); instability that long steps pass over (`outgrown.rs`); and what errors of steps add up to, with what the motion makes of them
-//! (`halves.rs`). The last is an estimate of the error, as a rule within a factor of two: [`Simulation::estimate_error`](super::Simulation::estimate_error), by a second run that chooses its own steps, depends on less.
+//! A step control keeps what steps leave. Five things it does not see are looked for here, at the recorded
+//! steps: tolerances that are finer than the rounding of the values they are kept for; energy that drifts by
+//! more than so many permitted errors can; forces that its stages miss (`unseen.rs`); instability that long
+//! steps pass over (`outgrown.rs`); and what errors of steps add up to, with what the motion makes of them
+//! (`halves.rs`). The last is an estimate of the error, as a rule within a factor of two:
+//! [`Simulation::estimate_error`](super::Simulation::estimate_error), by a second run that chooses its own
+//! steps, depends on less.
 
 use core::fmt;
 
@@ -17,7 +21,8 @@ use crate::model::{ModelState, Vector};
 
 /// More permitted errors than this are warned of.
 const MUCH: f64 = 1e3;
-/// More permitted errors than this are told of, in a line that is no warning: what the tolerance was to be is left.
+/// More permitted errors than this are told of, in a line that is no warning: what the tolerance was to be is
+/// left.
 const TOLD: f64 = 10.0;
 /// Energy that drifts by less than so many permitted errors is no more than the tolerance lets it.
 const DRIFTS: f64 = 10.0;
@@ -242,8 +247,9 @@ impl Doubts {
         Ok(())
     }
 
-    /// What the energy shows. Where forces work and half steps agree it is not asked: works are integrated over states between
-    /// the ends of steps, which a step far longer than a stiff damper needs does not resolve.
+    /// What the energy shows. Where forces work and half steps agree it is not asked: works are integrated
+    /// over states between the ends of steps, which a step far longer than a stiff damper needs does not
+    /// resolve.
     fn write_energy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.works && self.halved_at_most.is_some_and(|times| times <= TOLD) {
             return Ok(());

@@ -43,7 +43,8 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
 
 /// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to the next.
 pub(crate) trait Maker<M: Simulate>: Send + Sync {
-    /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails. `judged`: as good as its ends, if need be in parts.
+    /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
+    /// `judged`: as good as its ends, if need be in parts.
     fn interpolate(
         &mut self,
         plant: &mut Plant<'_, '_, M>,

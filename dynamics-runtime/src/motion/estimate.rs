@@ -1,7 +1,8 @@
 //! How far a motion is from the true one: its differences from a second, more accurate run.
 //!
-//! A step control bounds what steps leave. What becomes of it until the end is the motion's doing: a stable one forgets it, a pendulum or an
-//! orbit lets it grow with time or its square, a chaotic one doubles it again and again. No step knows; a second run does.
+//! A step control bounds what steps leave. What becomes of it until the end is the motion's doing: a stable
+//! one forgets it, a pendulum or an orbit lets it grow with time or its square, a chaotic one doubles it
+//! again and again. No step knows; a second run does.
 
 mod events;
 mod words;
@@ -51,8 +52,10 @@ pub struct Shift {
     pub by: f64,
 }
 
-/// The error of a motion, estimated by a second run: [`Simulation::estimate_error`](super::Simulation::estimate_error). It is that at the ends of
-/// the steps, and in the middle of up to 256 of them; at instants where events change the state the shift of the event is looked at instead.
+/// The error of a motion, estimated by a second run:
+/// [`Simulation::estimate_error`](super::Simulation::estimate_error). It is that at the ends of the steps,
+/// and in the middle of up to 256 of them; at instants where events change the state the shift of the event
+/// is looked at instead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlobalError {
     /// What the second run did otherwise.
@@ -63,7 +66,8 @@ pub struct GlobalError {
     pub velocities: Largest,
     /// Largest error in tolerances, absolute + relative·|value|; `None` with a fixed step.
     pub ratio: Option<f64>,
-    /// The same in the middle of steps, as far as it was looked at: what dense output adds. `None` with a fixed step.
+    /// The same in the middle of steps, as far as it was looked at: what dense output adds. `None` with a
+    /// fixed step.
     pub between: Option<f64>,
     /// From when on errors are a tenth of the range of a coordinate or velocity, or more: nothing later can be trusted.
     pub lost_at: Option<f64>,

@@ -32,7 +32,8 @@ pub(super) struct Apart {
     pub(super) lasting: f64,
     /// The largest of all.
     pub(super) largest: f64,
-    /// When steps of the second motion became too many, if they did: from there on it changes as the first does.
+    /// When steps of the second motion became too many, if they did: from there on it changes as the first
+    /// does.
     pub(super) given_up: Option<f64>,
 }
 
@@ -66,8 +67,8 @@ impl<M: Simulate> Motion<'_, M> {
         }
     }
 
-    /// Follows the steps that leave some records in halves, beginning and ending at `y`, and notes the length of each and the difference at its end, in permitted errors. When that took too
-    /// many steps is returned.
+    /// Follows the steps that leave some records in halves, beginning and ending at `y`, and notes the length
+    /// of each and the difference at its end, in permitted errors. When that took too many steps is returned.
     fn halve(
         &self,
         maker: Box<dyn Maker<M>>,

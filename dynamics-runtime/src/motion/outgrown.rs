@@ -117,7 +117,8 @@ impl<M: Simulate> Motion<'_, M> {
         (by >= GROWS).then_some(Outgrown { during: (step.start.t, step.end.t), by, shown })
     }
 
-    /// The growth of the difference between a step and one beside it, by the method in small steps; `None` where these cannot be made.
+    /// The growth of the difference between a step and one beside it, by the method in small steps; `None`
+    /// where these cannot be made.
     fn growth_in_parts(&self, index: usize, beside: &Step<M::Vector>) -> Option<f64> {
         let step = self.step(index);
         let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);

@@ -17,10 +17,12 @@ const WORTH: f64 = 3.0;
 /// Where it cannot be smaller, it is larger by this factor: what is then found is mostly the error of the second run.
 const LOOSER: f64 = 10.0;
 
-/// Steps in the middle of which the runs are compared, too: each of them costs the first one a step with dense output.
+/// Steps in the middle of which the runs are compared, too: each of them costs the first one a step with
+/// dense output.
 const MIDDLES: usize = 256;
 
-/// Where a second run is looked at: the times of the first one's records, with the middles of some of its steps; and which they are.
+/// Where a second run is looked at: the times of the first one's records, with the middles of some of its
+/// steps; and which they are.
 pub(super) fn places(times: &[f64], fixed: bool) -> (Vec<f64>, Vec<bool>) {
     let every = times.len().div_ceil(MIDDLES).max(1);
     let (mut places, mut middle) = (Vec::new(), Vec::new());

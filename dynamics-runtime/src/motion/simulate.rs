@@ -121,21 +121,24 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Permitted error, absolute (in the unit of each coordinate and velocity) and relative alike. Default 1e-9.
+    /// Permitted error, absolute (in the unit of each coordinate and velocity) and relative alike. Default
+    /// 1e-9.
     ///
-    /// Of an explicit method with step control it bounds what all steps together leave, as far as steps of half the length
-    /// suffice for that; each step of an implicit method or a series may leave it. A motion that does not amplify errors ends
-    /// within ten tolerances as a rule, and [`Motion::summary`](super::Motion::summary) tells where one does not.
+    /// Of an explicit method with step control it bounds what all steps together leave, as far as steps of
+    /// half the length suffice for that; each step of an implicit method or a series may leave it. A motion
+    /// that does not amplify errors ends within ten tolerances as a rule, and
+    /// [`Motion::summary`](super::Motion::summary) tells where one does not.
     ///
-    /// The absolute tolerance of small motions is smaller. Where all coordinates of one unit, or all of their velocities, stay
-    /// below 0.1 in the first steps, it is the tolerance times ten times the largest of them.
+    /// The absolute tolerance of small motions is smaller. Where all coordinates of one unit, or all of their
+    /// velocities, stay below 0.1 in the first steps, it is the tolerance times ten times the largest of
+    /// them.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerances = Some((Tolerances::both(tolerance), "tolerance"));
         self
     }
 
-    /// Permitted error, absolute + relative·|value|, of coordinates and velocities of whatever size, shared by the steps as
-    /// with [`Simulation::tolerance`]; with a relative tolerance of 0 each step may leave it.
+    /// Permitted error, absolute + relative·|value|, of coordinates and velocities of whatever size, shared
+    /// by the steps as with [`Simulation::tolerance`]; with a relative tolerance of 0 each step may leave it.
     pub fn tolerances(mut self, absolute: f64, relative: f64) -> Self {
         self.tolerances = Some((Tolerances { absolute, relative }, "tolerances"));
         self
@@ -190,7 +193,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Times at which [`Motion::states`] gives the state, in the order of the motion; taken from the dense output, they do not change the steps.
+    /// Times at which [`Motion::states`] gives the state, in the order of the motion; taken from the dense
+    /// output, they do not change the steps.
     pub fn output_times(mut self, times: impl IntoIterator<Item = f64>) -> Self {
         self.output = Output::Times(times.into_iter().collect());
         self
@@ -303,9 +307,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Estimates the error of the motion, [`Motion::global_error`], by running it a second time, with 1/100 of the tolerance (half the fixed step): tolerances
-    /// bound what a step adds, and what the motion makes of it is seen only so. Takes 2 to 4 times the time of the run alone; of runs of up to 256 steps, which are
-    /// compared in the middle of each, 3 to 5 times. Actions of events are called in both runs, so they should depend on the state alone.
+    /// Estimates the error of the motion, [`Motion::global_error`], by running it a second time, with 1/100
+    /// of the tolerance (half the fixed step): tolerances bound what a step adds, and what the motion makes
+    /// of it is seen only so. Takes 2 to 4 times the time of the run alone; of runs of up to 256 steps, which
+    /// are compared in the middle of each, 3 to 5 times. Actions of events are called in both runs, so they
+    /// should depend on the state alone.
     pub fn estimate_error(mut self) -> Self {
         self.estimates = true;
         self

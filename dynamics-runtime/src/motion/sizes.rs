@@ -1,13 +1,18 @@
 //! How large a motion is, and what absolute tolerance that asks for.
 //!
-//! A tolerance is given once, for all units. Of a coordinate of some metres 1e-9 is nine digits, of one that stays within a micrometre it is three. So where `.tolerance(..)` is given, or nothing,
-//! the absolute tolerance is the tolerance times ten times the size of the motion, where that is less than 1 in its unit: the largest |value| that any coordinate of one unit has, or any
-//! velocity of one, at the start or in the first steps; of several units the smallest. What all of one unit have in common counts, not each coordinate: one that hardly moves
-//! beside others, or is zero but for rounding, needs no digits of its own. A unit in which nothing moves says nothing.
+//! A tolerance is given once, for all units. Of a coordinate of some metres 1e-9 is nine digits, of one that
+//! stays within a micrometre it is three. So where `.tolerance(..)` is given, or nothing, the absolute
+//! tolerance is the tolerance times ten times the size of the motion, where that is less than 1 in its unit:
+//! the largest |value| that any coordinate of one unit has, or any velocity of one, at the start or in the
+//! first steps; of several units the smallest. What all of one unit have in common counts, not each
+//! coordinate: one that hardly moves beside others, or is zero but for rounding, needs no digits of its own.
+//! A unit in which nothing moves says nothing.
 //!
-//! Below rounding nothing can be asked for: what the last place of the state makes of the accelerations, in a step.
+//! Below rounding nothing can be asked for: what the last place of the state makes of the accelerations, in a
+//! step.
 //!
-//! The tolerances of a run stay as they are chosen at its start, so that its steps can be made again. What stays small later on is told in the summary.
+//! The tolerances of a run stay as they are chosen at its start, so that its steps can be made again. What
+//! stays small later on is told in the summary.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -17,7 +22,6 @@ use super::numbers::Rounded;
 use super::plant::Plant;
 use super::record::{EventRecord, Record};
 use super::run::Sink;
-
 use super::watch::Flow;
 use crate::integrate::{System as _, Tolerances};
 use crate::math;
@@ -33,7 +37,8 @@ const ZERO: f64 = 1e-13;
 const LEAST: f64 = 1e-15;
 /// So many times what rounding moves velocities by in a step is no tolerance.
 const ROUNDINGS: f64 = 10.0;
-/// Fewer absolute tolerances than this in all of a motion are told of, where they are more by [`FEW_DIGITS`] than the relative tolerance promises.
+/// Fewer absolute tolerances than this in all of a motion are told of, where they are more by [`FEW_DIGITS`]
+/// than the relative tolerance promises.
 const FEW: f64 = 1e3;
 const FEW_DIGITS: f64 = 100.0;
 
@@ -136,7 +141,8 @@ pub(super) struct Pilot<M: Model> {
 }
 
 impl<M: Constraints> Pilot<M> {
-    /// From a start; `None` where that is large enough for the tolerance as it stands, given what accelerations make of a start from rest.
+    /// From a start; `None` where that is large enough for the tolerance as it stands, given what
+    /// accelerations make of a start from rest.
     pub(super) fn of(plant: &mut Plant<'_, '_, M>, start: &M::State) -> Option<Self> {
         let own = Sizes::of::<M>(start);
         if !own.has_small::<M>() {

@@ -116,8 +116,10 @@ pub struct Summary {
 }
 
 impl<M: Simulate> Motion<'_, M> {
-    /// Method, costs, drift, conditioning and events. Computes energies, works, condition numbers and the motion in half steps, so it costs three
-    /// to five times as much as the run, or a few tenths of a second. What would take longer is left out, and the summary says so. Laws of inputs are asked again for that, at times and states that the run has not seen.
+    /// Method, costs, drift, conditioning and events. Computes energies, works, condition numbers and the
+    /// motion in half steps, so it costs three to five times as much as the run, or a few tenths of a second.
+    /// What would take longer is left out, and the summary says so. Laws of inputs are asked again for that,
+    /// at times and states that the run has not seen.
     #[must_use]
     pub fn summary(&self) -> Summary {
         #[cfg(feature = "std")]

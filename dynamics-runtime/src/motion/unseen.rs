@@ -78,7 +78,8 @@ impl<M: Simulate> Motion<'_, M> {
         (self.apart_from_parts(index, parts[1]) > CONFIRMED * MUCH).then_some(found)
     }
 
-    /// How far a step ends from where it does in parts, in permitted errors: the path by which a force is looked for is not the motion, and in a long step may swing where that does not.
+    /// How far a step ends from where it does in parts, in permitted errors: the path by which a force is
+    /// looked for is not the motion, and in a long step may swing where that does not.
     fn apart_from_parts(&self, index: usize, parts: usize) -> f64 {
         let step = self.step(index);
         let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);

@@ -191,8 +191,8 @@ impl<'a> Animation<'a> {
         Ok(self.page(&clock, &recordings))
     }
 
-    /// Writes the page, making the folders that the path needs. An error where the path has an extension other than `.html`
-    /// or `.htm`.
+    /// Writes the page, making the folders that the path needs. An error where the path has an extension
+    /// other than `.html` or `.htm`.
     #[cfg(feature = "std")]
     pub fn write_html(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         let path = path.as_ref();

@@ -260,15 +260,16 @@ impl Chart {
         super::svg::render(self)
     }
 
-    /// The chart as the bytes of a PNG file, two pixels for each of [`width`](Chart::width). Letters are those of a sans-serif font of the
-    /// system; an error where there is no font.
+    /// The chart as the bytes of a PNG file, two pixels for each of [`width`](Chart::width). Letters are
+    /// those of a sans-serif font of the system; an error where there is no font.
     #[cfg(feature = "png")]
     pub fn to_png(&self) -> std::io::Result<Vec<u8>> {
         super::png::render(&self.to_svg())
     }
 
-    /// Writes the chart in the format that the path's extension names, making the folders that the path needs: `.svg`, or `.png` with the feature
-    /// `png`; SVG where there is no extension. An error for every other extension.
+    /// Writes the chart in the format that the path's extension names, making the folders that the path
+    /// needs: `.svg`, or `.png` with the feature `png`; SVG where there is no extension. An error for every
+    /// other extension.
     #[cfg(feature = "std")]
     pub fn write(&self, path: impl AsRef<std::path::Path>) -> Result<(), super::file::FileError> {
         use super::file::{self, Content, Picture};
@@ -293,8 +294,8 @@ impl Chart {
         Err(std::io::Error::new(std::io::ErrorKind::Unsupported, missing))
     }
 
-    /// Writes the chart as an SVG file, making the folders that the path needs. An error where the path has an extension other than
-    /// `.svg`.
+    /// Writes the chart as an SVG file, making the folders that the path needs. An error where the path has
+    /// an extension other than `.svg`.
     #[cfg(feature = "std")]
     pub fn write_svg(&self, path: impl AsRef<std::path::Path>) -> Result<(), super::file::FileError> {
         super::file::write(path.as_ref(), super::file::Content::Svg, self.to_svg().as_bytes())

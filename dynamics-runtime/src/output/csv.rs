@@ -64,7 +64,8 @@ impl<M: Simulate> Csv<'_, '_, M> {
         writer.flush().map_err(OutputError::Stream)
     }
 
-    /// Writes the table to a file, `.csv`, `.txt` or without an extension, and makes the folders that its path needs.
+    /// Writes the table to a file, `.csv`, `.txt` or without an extension, and makes the folders that its
+    /// path needs.
     #[cfg(feature = "std")]
     pub fn write(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         let path = path.as_ref();

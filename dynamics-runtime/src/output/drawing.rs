@@ -75,7 +75,8 @@ impl<T: Scalar> From<[T; 3]> for Point {
     }
 }
 
-/// What a function returns that the automatic picture of a model can take for places: a vector, or an array of them.
+/// What a function returns that the automatic picture of a model can take for places: a vector, or an array
+/// of them.
 pub trait Places {
     /// The places in their order.
     fn places(self) -> Vec<Point>;
@@ -99,7 +100,8 @@ impl<P: Places, const N: usize> Places for [P; N] {
     }
 }
 
-/// The automatic picture has a trace for each point up to this many; of more, lines over lines, only for the last of every helper.
+/// The automatic picture has a trace for each point up to this many; of more, lines over lines, only for the
+/// last of every helper.
 const TRACED: usize = 6;
 
 /// What is drawn. Lengths are the model's unless a pixel size is named.
@@ -250,15 +252,17 @@ impl Drawing {
         Self::default()
     }
 
-    /// A chain from the origin through the named points, each with a dot and a trace. Without any point it says so.
+    /// A chain from the origin through the named points, each with a dot and a trace. Without any point it
+    /// says so.
     #[must_use]
     pub fn of_points(points: &[(&str, Point)]) -> Self {
         let helpers: Vec<_> = points.iter().map(|&(name, point)| (name, [point].into())).collect();
         Self::of_helpers(&helpers)
     }
 
-    /// The picture that a model gets which declares none: a chain from the origin through the points that its functions return, those of an array in
-    /// their order. Each has a dot; each has a trace where they are few, of more only the last of each function. Without any point it says so.
+    /// The picture that a model gets which declares none: a chain from the origin through the points that its
+    /// functions return, those of an array in their order. Each has a dot; each has a trace where they are
+    /// few, of more only the last of each function. Without any point it says so.
     #[must_use]
     pub fn of_helpers(helpers: &[(&str, Vec<Point>)]) -> Self {
         let points = || helpers.iter().flat_map(|(_, points)| points.iter().copied());

@@ -29,8 +29,8 @@ impl core::error::Error for FileError {
     }
 }
 
-/// What a file is to hold. A path without an extension gets the first format of the list; one with an extension of another
-/// format is refused, since its file would not be what its name says.
+/// What a file is to hold. A path without an extension gets the first format of the list; one with an
+/// extension of another format is refused, since its file would not be what its name says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Content {
     /// A chart in whatever format the path asks for.

@@ -43,7 +43,8 @@ pub(super) fn render(svg: &str) -> io::Result<Vec<u8>> {
     picture.encode_png().map_err(|error| io::Error::other(error.to_string()))
 }
 
-/// The fonts of the system and the family that charts are written in, looked for once; `None` where there is no font.
+/// The fonts of the system and the family that charts are written in, looked for once; `None` where there is
+/// no font.
 fn fonts() -> Option<&'static (Arc<fontdb::Database>, String)> {
     static FONTS: OnceLock<Option<(Arc<fontdb::Database>, String)>> = OnceLock::new();
     let find = || {

@@ -124,7 +124,8 @@ pub(super) fn pixel(x: f64) -> String {
     trimmed(&format!("{x:.1}"))
 }
 
-/// A unit as it is printed: `m/s²` for `m/s^2`, `kg·m²` for `kg*m^2`. What is no power of a whole number stays as it is.
+/// A unit as it is printed: `m/s²` for `m/s^2`, `kg·m²` for `kg*m^2`. What is no power of a whole number
+/// stays as it is.
 pub(crate) fn typeset(unit: &str) -> String {
     let mut out = String::with_capacity(unit.len());
     let mut rest = unit;

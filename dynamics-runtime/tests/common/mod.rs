@@ -459,7 +459,8 @@ impl ByHand<1, 0> for Closure {
 }
 by_hand!(Closure, 1, 0, coordinates ["x"], inputs [], conserved [], powers [], outputs [], events []);
 
-/// Sixty oscillators, whose masses hang together and change: a condition number takes as long as hundreds of evaluations, an implicit step as tens of thousands.
+/// Sixty oscillators, whose masses hang together and change: a condition number takes as long as hundreds of
+/// evaluations, an implicit step as tens of thousands.
 pub struct Sixty;
 
 impl ByHand<60, 0> for Sixty {

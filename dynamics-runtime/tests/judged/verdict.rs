@@ -63,8 +63,8 @@ pub fn judge<M: Simulate>(scene: &Scene<M>, dice: &mut Dice) -> Option<Judged> {
     })
 }
 
-/// A method by hand, where it does not take too many steps: explicit ones on what is stiff, those of low order and implicit
-/// ones at tight tolerances.
+/// A method by hand, where it does not take too many steps: explicit ones on what is stiff, those of low
+/// order and implicit ones at tight tolerances.
 fn named_method<M: Simulate>(stiff: bool, tolerance: f64, dice: &mut Dice) -> Option<Any<M>> {
     let choices: [Any<M>; 6] = [
         methods::Dop853.into(),

@@ -77,7 +77,8 @@ fn finite<M: Constraints>(state: &M::State, force: &[f64]) -> Result<(), Equilib
 }
 
 impl<R: Vector> Statics<R> {
-    /// Of a position on the constraints, at the velocities of the state; `preferred` coordinates are independent where they can be. Stiffnesses that are rounding are 0.
+    /// Of a position on the constraints, at the velocities of the state; `preferred` coordinates are
+    /// independent where they can be. Stiffnesses that are rounding are 0.
     pub(in crate::analysis) fn of<M: Constraints<Rows = R>>(
         model: &M,
         state: &M::State,
@@ -211,7 +212,8 @@ impl<R: Vector> Statics<R> {
         self.noise_by(model, state, state.q().as_slice())
     }
 
-    /// As [`Self::noise`], where coordinates are added to others of their unit, whose last bits are then theirs: far out along one of them.
+    /// As [`Self::noise`], where coordinates are added to others of their unit, whose last bits are then
+    /// theirs: far out along one of them.
     pub(super) fn noise_of_sums<M: Constraints<Rows = R>>(
         &self,
         model: &M,

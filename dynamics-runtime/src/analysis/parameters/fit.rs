@@ -42,8 +42,9 @@ const RANK: f64 = 1e-6;
 const TOLERANCE: f64 = 1e-9;
 /// Measured motions may be smaller than others by this part for their tolerance to follow.
 const SPAN: f64 = 1e-6;
-/// An unknown has run away where its standard error is more than so many times its value and what it began with: data that
-/// hardly know an unknown leave it some times its value, an outlier that drew it away 1e9 times and more.
+/// An unknown has run away where its standard error is more than so many times its value and what it began
+/// with: data that hardly know an unknown leave it some times its value, an outlier that drew it away 1e9
+/// times and more.
 const NOTHING: f64 = 1e3;
 /// Errors of motions, in tolerances: what is gained below the square of them is gained by chance.
 const BLUR: f64 = 10.0;
@@ -153,8 +154,10 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         self
     }
 
-    /// What residuals count for: [`Loss::HUBER`] or [`Loss::CAUCHY`] for data with outliers, which decide least squares. The scale beyond which data count for less is the σ of
-    /// [`Fitting::data_with`] where it is given, and else taken from the median of the residuals. Standard errors are those of the residuals in either case.
+    /// What residuals count for: [`Loss::HUBER`] or [`Loss::CAUCHY`] for data with outliers, which decide
+    /// least squares. The scale beyond which data count for less is the σ of [`Fitting::data_with`] where it
+    /// is given, and else taken from the median of the residuals. Standard errors are those of the residuals
+    /// in either case.
     pub fn loss(mut self, loss: Loss) -> Self {
         self.loss = loss;
         self

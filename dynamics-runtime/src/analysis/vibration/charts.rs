@@ -10,8 +10,8 @@ use crate::output::text::typeset;
 use crate::output::{Axis, Chart, Panel};
 
 impl FrequencyResponse {
-    /// Magnitude and phase over frequency: the Bode diagram. Peaks have their height, also where they are narrower than the frequencies are apart
-    /// ([`FrequencyResponse::peaks`]).
+    /// Magnitude and phase over frequency: the Bode diagram. Peaks have their height, also where they are
+    /// narrower than the frequencies are apart ([`FrequencyResponse::peaks`]).
     #[must_use]
     pub fn bode(&self) -> Chart {
         let of = |unit: &str| if unit.contains(['/', '*', ' ']) { format!("({unit})") } else { unit.into() };

@@ -71,18 +71,20 @@ pub struct FrequencyResponse {
     pub values: Vec<Complex<f64>>,
     /// How far rounding may have moved each value: a bound of |δH|.
     pub uncertainty: Vec<f64>,
-    /// Further values, by growing frequency, at and beside the resonances that are narrower than the frequencies are apart: charts go through them,
-    /// and so show how high the peaks are.
+    /// Further values, by growing frequency, at and beside the resonances that are narrower than the
+    /// frequencies are apart: charts go through them, and so show how high the peaks are.
     pub peaks: Vec<(f64, Complex<f64>)>,
 }
 
-/// Where a peak is looked at, from the damped frequency of its mode in parts of its half width −Re λ: evenly by the phase, then away from it.
+/// Where a peak is looked at, from the damped frequency of its mode in parts of its half width −Re λ: evenly
+/// by the phase, then away from it.
 const BESIDE_PEAK: [f64; 8] = [0.0, 0.2, 0.42, 0.73, 1.0, 1.4, 2.4, 5.0];
 
 /// A peak is drawn where fewer than this many frequencies fall into its half width on each side.
 const RESOLVED: f64 = 4.0;
 
-/// A mode with less damping than this part of its frequency has none that could be told from rounding, and a peak without a height.
+/// A mode with less damping than this part of its frequency has none that could be told from rounding, and a
+/// peak without a height.
 const UNDAMPED: f64 = 1e-9;
 
 /// The flanks of such a peak are drawn up to where this part of the distance between two frequencies is left.
@@ -92,7 +94,8 @@ impl FrequencyResponse {
     /// Values over frequencies, those at the peaks among them.
     pub(super) fn drawn(&self) -> (Vec<f64>, Vec<Complex<f64>>) {
         let asked = self.frequencies.iter().copied().zip(self.values.iter().copied());
-        // The chart goes the way that the frequencies go; where they go to and fro nothing can be put between them.
+        // The chart goes the way that the frequencies go; where they go to and fro nothing can be put between
+        // them.
         let mut all: Vec<(f64, Complex<f64>)> = asked.collect();
         if self.frequencies.is_sorted() {
             all.extend(self.peaks.iter().copied());

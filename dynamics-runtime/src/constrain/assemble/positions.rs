@@ -20,7 +20,8 @@ const LEAST_DAMPING: f64 = 1e-4;
 /// The longest step, against ‖w (1 + |q|)‖ of the guess: near a singular configuration Newton steps have any length, and an angle that turns
 /// several times on its way has lost its branch.
 const LONGEST_STEP: f64 = 0.25;
-/// Places from which a closer approach is looked for where the guess leads to none that closes, and steps from each.
+/// Places from which a closer approach is looked for where the guess leads to none that closes, and steps
+/// from each.
 const PLACES: usize = 12;
 const DESCENTS_ELSEWHERE: usize = 60;
 /// Part of the miss by which another place has to be closer.
@@ -206,7 +207,8 @@ impl<M: Constraints> Search<'_, '_, M> {
         Ok(StateError::NotAssembled { row, residual, distance, given })
     }
 
-    /// The closest approach from other places, as that from the guess may be one of several: where one closes the guess is at fault, else the least miss is told.
+    /// The closest approach from other places, as that from the guess may be one of several: where one closes
+    /// the guess is at fault, else the least miss is told.
     #[cold]
     fn look_elsewhere(
         &mut self,
@@ -249,7 +251,8 @@ impl<M: Constraints> Search<'_, '_, M> {
         Ok(StateError::NotAssembled { row, residual, distance, given })
     }
 
-    /// The guess with free angles turned by up to half a turn, and other free coordinates moved by their size.
+    /// The guess with free angles turned by up to half a turn, and other free coordinates moved by their
+    /// size.
     fn place(&self, guess: &M::State, place: usize) -> M::State {
         let mut there = *guess;
         for j in room::free(self.given) {

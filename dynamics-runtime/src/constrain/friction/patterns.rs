@@ -4,12 +4,13 @@ use super::super::memory::max_abs;
 use super::{DECIDED, EXHAUSTIVE, Problem};
 use crate::model::{Constraints, Vector};
 
-/// Sizes of the reactions, of every second one each, at which a force that is linear for a pattern of signs is looked at.
+/// Sizes of the reactions, of every second one each, at which a force that is linear for a pattern of signs
+/// is looked at.
 const SIZES: [(f64, f64); 3] = [(0.37, 2.3), (1e-3, 4e-3), (7e2, 1e3)];
 
 impl<M: Constraints> Problem<'_, '_, M> {
-    /// Whether Q is linear in the reactions for each pattern of their signs, as Coulomb's law is, seen at sizes far apart. Newton from each pattern then
-    /// ends in its one candidate.
+    /// Whether Q is linear in the reactions for each pattern of their signs, as Coulomb's law is, seen at
+    /// sizes far apart. Newton from each pattern then ends in its one candidate.
     #[cold]
     pub(super) fn is_linear_in_patterns(&mut self, frictionless: &M::Rows) -> bool {
         (0..patterns(self.k)).all(|pattern| {

@@ -1,8 +1,14 @@
 //! The search for reactions λ = λ₀ + S Q(λ): Newton's method, and what is tried where it finds none.
 //!
-//! Newton's steps in full end in one where Q is piecewise linear, and may go anywhere where it is not. Then, in this order: Newton's steps, halved until ‖G‖ falls (J. E. Dennis &
-//! R. B. Schnabel, *Numerical Methods for Unconstrained Optimization*, 1983, §6.3); the fixed point by λ ← λ + ω (λ₀ + S Q(λ) − λ), which a weak friction has; and the path from the frictionless
-//! reactions λ_f on which friction grows, G_s(λ) = λ − (1 − s) λ_f − s (λ₀ + S Q(λ)) = 0 for s from 0 to 1 (E. L. Allgower & K. Georg, *Numerical Continuation Methods*, 1990, §2).
+//! Full Newton steps end in a solution where Q is piecewise linear. Where it is not they may go anywhere, and
+//! three ways are tried further, in this order:
+//!
+//! * Newton steps that are halved until ‖G‖ falls, G = λ − λ₀ − S Q(λ) (J. E. Dennis & R. B. Schnabel,
+//!   *Numerical Methods for Unconstrained Optimization*, 1983, §6.3).
+//! * The fixed point of λ ← λ + ω (λ₀ + S Q(λ) − λ), which weak friction has.
+//! * The path from the frictionless reactions λ_f on which friction grows from s = 0 to 1: G_s(λ) = 0,
+//!   G_s = λ − (1 − s) λ_f − s (λ₀ + S Q(λ)) (E. L. Allgower & K. Georg, *Numerical Continuation Methods*,
+//!   1990, §2).
 
 use super::super::lu::Lu;
 use super::super::memory::{Memory, dot, max_abs};
@@ -12,7 +18,8 @@ use crate::model::{Constraints, Vector};
 
 /// Newton steps from one start; piecewise linear laws take two.
 const MOST: usize = 25;
-/// Rounding errors of a reaction, in parts of what it is the sum of: where it changes its sign it is much smaller than that.
+/// Rounding errors of a reaction, in parts of what it is the sum of: where it changes its sign it is much
+/// smaller than that.
 const NOISE: f64 = 16.0 * f64::EPSILON;
 /// Damped steps from one start, and halvings of one of them.
 const MOST_DAMPED: usize = 50;
@@ -46,7 +53,8 @@ impl<M: Constraints> Problem<'_, '_, M> {
             lu.solve(&self.right[..k], &mut self.step[..k]);
             let step = max_abs(&self.step[..k]);
             (0..k).for_each(|i| lambda[self.read.get(i)] += self.step[i]);
-            // At rounding level: nothing more is gained. Not where terms are so large that their rounding exceeds any step.
+            // At rounding level: nothing more is gained. Not where terms are so large that their rounding
+            // exceeds any step.
             if step <= noise.max(1e-15 * size) && left <= SAME * (noise / NOISE).max(size) {
                 return Some((lambda, negative));
             }
@@ -78,7 +86,8 @@ impl<M: Constraints> Problem<'_, '_, M> {
         }
     }
 
-    /// Damped Newton steps to G_s = 0, where a strength s is given with the frictionless reactions; near to it.
+    /// Damped Newton steps to G_s = 0, where a strength s is given with the frictionless reactions; near to
+    /// it.
     fn damped(&mut self, mut lambda: M::Rows, strength: Option<(f64, &M::Rows)>, work: &mut [f64]) -> Option<M::Rows> {
         let k = self.k;
         let mut left = self.evaluate(&lambda, strength)?;

@@ -1,13 +1,18 @@
 //! Dense output that is as good as the ends of its steps.
 //!
-//! A step control bounds what the end of a step is off, and says nothing of the interpolant, which has other stages, a lower order, and behind steps at the border of stability no
-//! damping. So the interpolant is held against the equations of motion: a polynomial that is off by e changes by another rate than they say, by e′ − J e, its defect. Where that is too large,
-//! the step is made again in parts, 2, 4, … of equal length, each with dense output of its own, which is held against the equations likewise. What the last part misses of
-//! the end of the step, part of its error, is spread over it. The ends of the steps stay as they are, and so does the cost of runs that ask for nothing between them.
+//! A step control bounds what the end of a step is off, and says nothing of the interpolant, which has other
+//! stages, a lower order, and behind steps at the border of stability no damping. So the interpolant is held
+//! against the equations of motion: a polynomial that is off by e changes by another rate than they say, by
+//! e′ − J e, its defect. Where that is too large, the step is made again in parts, 2, 4, … of equal length,
+//! each with dense output of its own, which is held against the equations likewise. What the last part misses
+//! of the end of the step, part of its error, is spread over it. The ends of the steps stay as they are, and
+//! so does the cost of runs that ask for nothing between them.
 //!
-//! * **Cost** of a step that is asked for: an evaluation for each place at which it is looked at, and where it is made again as much as that many steps with dense output.
-//! * **Source**: defect control, W. H. Enright, *A new error-control for initial value solvers*, Appl. Math. Comput. 31 (1989) 288; Shampine, *Solving ODEs and DDEs with residual control*,
-//!   Appl. Numer. Math. 52 (2005) 113.
+//! * **Cost** of a step that is asked for: an evaluation for each place at which it is looked at, and where
+//!   it is made again as much as that many steps with dense output.
+//! * **Source**: defect control, W. H. Enright, *A new error-control for initial value solvers*, Appl. Math.
+//!   Comput. 31 (1989) 288; Shampine, *Solving ODEs and DDEs with residual control*, Appl. Numer. Math. 52
+//!   (2005) 113.
 
 use alloc::vec::Vec;
 
@@ -17,11 +22,13 @@ use super::super::{Dense, Knot, Phase, Scheme, System, Tolerances};
 use super::{Step, Stepper};
 use crate::model::Vector;
 
-/// What an interpolant is off over its defect times the step: of Hermite's interpolants and those of DOP853 and Verner's method that are held against the equations where the latter is large.
+/// Error of an interpolant in parts of its defect times the step length: what those of Hermite, of DOP853 and
+/// of Verner's method have at most, with the defect taken where it is large.
 const OVER_DEFECT: f64 = 0.25;
 /// Permitted errors that an interpolant may be off.
 const PERMITTED: f64 = 1.0;
-/// Most parts of a step. Where accelerations jump within it, more of them would only show the jump more closely.
+/// Most parts of a step. Where accelerations jump within it, more of them would only show the jump more
+/// closely.
 const MOST: usize = 16;
 
 /// A step that was made again in equal parts.
@@ -45,7 +52,8 @@ impl<V: Vector, D: Dense<V>> Dense<V> for Parts<V, D> {
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
-    /// Dense output of a step in parts, where that of the whole step is off by more than is permitted and the parts are better.
+    /// Dense output of a step in parts, where that of the whole step is off by more than is permitted and the
+    /// parts are better.
     pub(crate) fn in_parts<Y: System<V>>(
         scheme: &mut S,
         system: &mut Y,
@@ -78,7 +86,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 }
 
-/// What dense output is off, in permitted errors, as the equations of motion say; infinite where they say nothing.
+/// What dense output is off, in permitted errors, as the equations of motion say; infinite where they say
+/// nothing.
 fn off<V: Vector, S: Scheme<V>, Y: System<V>>(
     system: &mut Y,
     dense: &S::Dense,
@@ -97,7 +106,8 @@ fn off<V: Vector, S: Scheme<V>, Y: System<V>>(
     most
 }
 
-/// A step in so many parts, and what their dense output is off at most; `None` where time does not resolve them, or one of them is not finite.
+/// A step in so many parts, and what their dense output is off at most; `None` where time does not resolve
+/// them, or one of them is not finite.
 #[inline(never)]
 fn parts<V: Vector, S: Scheme<V>, Y: System<V>>(
     scheme: &mut S,

@@ -59,7 +59,8 @@ impl fmt::Display for GlobalError {
 }
 
 impl GlobalError {
-    /// The error between steps, where it is worth saying: beyond ten permitted ones, and twice that at the ends.
+    /// The error between steps, where it is worth saying: beyond ten permitted ones, and twice that at the
+    /// ends.
     fn more_between(&self) -> Option<f64> {
         let ratio = self.ratio?;
         self.between.filter(|between| *between > 2.0 * ratio && *between > 10.0)

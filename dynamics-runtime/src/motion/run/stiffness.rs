@@ -15,18 +15,23 @@ use crate::motion::driver::Driver;
 use crate::motion::plant::Plant;
 use crate::motion::upkeep::Upkeep;
 
-/// Steps between two trials: one costs as much as some dozens of them, and of many coordinates as much as so many for the square of their number (1,500 of a chain of 45 masses).
+/// Steps between two trials: one costs as much as some dozens of them, and of many coordinates as much as so
+/// many for the square of their number (1,500 of a chain of 45 masses).
 const EVERY: (u64, u64) = (500, 4);
 /// Steps of Radau IIA that are so many times as long take less time, with matrices of few rows; what factors add to that for each square of their number.
 /// Measured on a stiff spring pendulum (k = 1e8 N/m, c = 2e4 N s/m): at 1e-7 and 1e-9 its steps are 65 and 42 times those of Verner 9(8), and cost as much as two of these.
 const LONGER: (f64, f64) = (20.0, 0.02);
-/// Of runs that are not to go on by an implicit method, whose stiffness is only to be told where they take too many steps.
+/// Of runs that are not to go on by an implicit method, whose stiffness is only to be told where they take
+/// too many steps.
 const EVERY_TOLD: u64 = 10_000;
-/// Below this tolerance Radau IIA needs so many steps that an explicit method at the border of its stability may be no slower: that border alone says too little, and implicit steps have to show what is won.
+/// Below this tolerance Radau IIA needs so many steps that an explicit method at the border of its stability
+/// may be no slower: that border alone says too little, and implicit steps have to show what is won.
 const TIGHT: f64 = 1e-11;
-/// Below this one Newton's iterations of an implicit method leave more than is permitted: what is stiff is told, and runs go on as they are.
+/// Below this one Newton's iterations of an implicit method leave more than is permitted: what is stiff is
+/// told, and runs go on as they are.
 const FINEST: f64 = 1e-13;
-/// At tight tolerances implicit steps that are longer by these factors are tried in turn: rounding may hold the explicit ones far inside the border.
+/// At tight tolerances implicit steps that are longer by these factors are tried in turn: rounding may hold
+/// the explicit ones far inside the border.
 const MORE: [f64; 3] = [1.0, 5.0, 25.0];
 /// Trials in a row that have to succeed, so that none is deceived by where its stages fall.
 const IN_A_ROW: u32 = 2;
@@ -82,7 +87,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             || self.stiffness.is_due(&tally, every::<M>(EVERY.0)) && self.steps_over(&tally, tolerance < TIGHT)
     }
 
-    /// Remembers, for what is said where steps become too many, whether the motion is stiff for a method that goes on nevertheless.
+    /// Remembers, for what is said where steps become too many, whether the motion is stiff for a method that
+    /// goes on nevertheless.
     #[inline]
     fn note_stiffness(&mut self, tally: &Tally) {
         let Stiffness { explicit, found, .. } = self.stiffness;
@@ -92,7 +98,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         }
     }
 
-    /// Whether implicit steps that are worth their while pass over what keeps these short; of several lengths in turn, where `tight`.
+    /// Whether implicit steps that are worth their while pass over what keeps these short; of several lengths
+    /// in turn, where `tight`.
     #[cold]
     fn steps_over(&mut self, tally: &Tally, tight: bool) -> bool {
         let left = self.plan.end - tally.t;

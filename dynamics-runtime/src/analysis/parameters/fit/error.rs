@@ -70,7 +70,8 @@ pub enum FitError {
         /// What was given.
         limit: f64,
     },
-    /// The search settled where an unknown has run away, or is not known to any digit: the data, or an outlier among them, lead nowhere.
+    /// The search settled where an unknown has run away, or is not known to any digit: the data, or an
+    /// outlier among them, lead nowhere.
     NothingFound {
         /// The unknown.
         name: String,

@@ -59,7 +59,8 @@ pub struct Fit {
     pub chi_squared: f64,
     /// What residuals counted for.
     pub loss: Loss,
-    /// The scale of the noise that the loss went by, in σ: 1 in least squares and where σ was given, else from the median of the residuals.
+    /// The scale of the noise that the loss went by, in σ: 1 in least squares and where σ was given, else
+    /// from the median of the residuals.
     pub scale: f64,
     /// Data less unknowns that lie on no bound.
     pub freedom: usize,
@@ -82,7 +83,8 @@ impl Fit {
         self.found.iter().find(|fitted| fitted.name == name)
     }
 
-    /// The datum that alone makes more than half of Σ residual² of its quantity, of ten data or more: the quantity, the row from 0, and its part. An outlier, or what the model lacks.
+    /// The datum that alone makes more than half of Σ residual² of its quantity, of ten data or more: the
+    /// quantity, the row from 0, and its part. An outlier, or what the model lacks.
     #[must_use]
     pub fn outlier(&self) -> Option<(&str, usize, f64)> {
         let of = |left: &Residuals| {
