@@ -83,6 +83,7 @@ pub use stormer_verlet::{Rattle, StormerVerlet};
 #[cfg(feature = "alloc")]
 pub(crate) use tableau::zip;
 pub use tableau::{Row, Tolerances};
+#[cfg(feature = "alloc")]
 pub(crate) use taylor::ORDERS as TAYLOR_ORDERS;
 pub use taylor::{Series, Taylor};
 pub use tsit5::Tsit5;

@@ -32,6 +32,7 @@ const ROWS: usize = MOST_ORDER + 1;
 /// Lowest order: the step control needs two terms.
 const LEAST_ORDER: usize = 4;
 /// The orders that series may have.
+#[cfg(feature = "alloc")]
 pub(crate) const ORDERS: core::ops::RangeInclusive<usize> = LEAST_ORDER..=MOST_ORDER;
 /// f above.
 const ORDER_FACTOR: f64 = 1.5;
