@@ -118,12 +118,14 @@ pub mod __private {
     pub use core::result::Result::{self, Err, Ok};
     pub use core::{assert, fmt, unreachable};
     pub use dynamics_macros::__model;
+    pub use dynamics_runtime as library;
     pub use dynamics_runtime::constrain::{solve_once, workspace_len};
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
     pub use dynamics_runtime::generated::{
         Complete, OnlyOneDynamicsImplPerModel, acceleration_by_parameters, acceleration_derivatives, expect,
-        expect_near, expect_std, matrix, name_singular, no_derivatives, released, singular, singular_in_lanes,
-        solved_or_nan, table, vector,
+        expect_near, expect_std, expect_type, matrix, name_singular, no_derivatives, released, singular,
+        singular_in_lanes, solved_or_nan, table, the_name_vec2_is_the_librarys_choose_another,
+        the_name_vec3_is_the_librarys_choose_another, vector,
     };
     pub use dynamics_runtime::lanes::Lanes;
     #[cfg(feature = "alloc")]

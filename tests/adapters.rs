@@ -152,6 +152,8 @@ fn the_first_order_system_is_the_models() {
     assert_eq!(driven.state(0.5, &y).unwrap(), pushed);
     let a = CART_POLE.accelerations(&pushed).unwrap();
     assert_eq!(rate[2..], [a[0], a[1]]);
+    let number = FirstOrder::new(&CART_POLE, start).unwrap().inputs(|t, state| 2.0 * t - 3.0 * state.theta());
+    assert_eq!(number.state(0.5, &y).unwrap(), pushed);
 
     // Held inputs: the generated derivatives. A law: what it adds is in the differences.
     for (system, accuracy) in [(&system, 1e-8), (&driven, 1e-5)] {

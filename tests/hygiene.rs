@@ -185,6 +185,46 @@ mod constants {
     }
 }
 
+/// Words of the library by several ways to their names.
+mod words {
+    use dynamics as library;
+    use dynamics::prelude::*;
+
+    type Vec2 = library::Vec2<f64>;
+
+    #[derive(Debug, Dynamics)]
+    #[coordinates(r, phi)]
+    pub(crate) struct Bead {
+        pub(crate) m: f64,
+        pub(crate) g: f64,
+    }
+
+    #[dynamics]
+    impl Bead {
+        const UP: Vec3<f64> = library::Vec3::<f64>::new(0.0, 1.0, 0.0);
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            use dynamics::vec2;
+            let place = q.r * vec2(q.phi.cos(), q.phi.sin());
+            0.5 * self.m * place.dt().norm_squared()
+        }
+        #[potential]
+        fn weight(&self, q: &Coordinates<Self>) -> Expr {
+            let up = Vec2::new(Self::UP.x, 2.0 * Self::UP.y);
+            let place = library::Polar { r: q.r, theta: q.phi }.point();
+            self.m * self.g / 2.0 * up.dot(place)
+        }
+    }
+
+    #[test]
+    fn each_is_the_librarys() {
+        let model = Bead { m: 2.0, g: 3.0 };
+        let state = model.state().r(1.5).phi(0.4).r_rate(1.0).phi_rate(2.0).build().expect("a finite state");
+        assert!((model.kinetic_energy(&state) - 10.0).abs() < 1e-13);
+        assert!((model.potential_energy(&state) - 9.0 * 0.4_f64.sin()).abs() < 1e-13);
+    }
+}
+
 /// Struct and impl apart.
 mod apart {
     pub(crate) mod parameters {

@@ -226,6 +226,13 @@ fn inputs_in_energies_are_accounted_for_or_said_to_be_unknown() {
     let timed = Driven { m: 1.0, k: 9.0, a: 0.3 };
     let reference = timed.simulate(timed.state().x(0.1).build().unwrap()).until(5.0).tolerance(1e-12).run().unwrap();
     assert!((pulled.end().x() - reference.end().x()).abs() < 1e-10);
+
+    // The law for one input may return the number itself, or the inputs' vector.
+    let number = run().inputs(|t, _| 0.3 * (2.0 * t).sin()).run().unwrap();
+    assert_eq!(number.end(), pulled.end());
+    let vector = run().inputs(|t, s| s.inputs.map(|_| 0.3 * (2.0 * t).sin())).run().unwrap();
+    assert_eq!(vector.end(), pulled.end());
+    assert_eq!(run().inputs(|_, _| 0.25).run().unwrap().end(), run().inputs(|_, _| [0.25]).run().unwrap().end());
 }
 
 /// Two masses and a wheel, without a function that says where anything is.

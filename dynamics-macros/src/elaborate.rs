@@ -44,7 +44,8 @@ use crate::syntax::{Declaration, Implementation, Role};
 use constraints::Declared;
 use dimensions::Dimensions;
 pub(crate) use origins::Origins;
-pub(crate) use paths::{Followed, FollowedConstant, TakenForStd, Within};
+pub(crate) use paths::{Followed, FollowedConstant, TakenForLibrary, TakenForStd, Within};
+pub(crate) use roles::is_generated;
 use scope::Frame;
 use values::{UnitOf, Value};
 
@@ -57,11 +58,13 @@ pub(crate) struct Elaborated {
     pub(crate) constants: Constants,
 }
 
-/// What emitted code asserts of constants.
+/// What emitted code asserts of constants, types and functions.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Constants {
     /// Paths that were taken for constants of std's.
     pub(crate) taken: Vec<TakenForStd>,
+    /// Paths that were taken for types and functions of the library.
+    pub(crate) words: Vec<TakenForLibrary>,
     /// The constants of the block that the model uses.
     pub(crate) followed: Vec<FollowedConstant>,
 }
@@ -90,6 +93,8 @@ struct Elaborator<'a> {
     constants: Vec<Option<Value>>,
     /// Paths that were taken for constants of std's.
     taken: Vec<TakenForStd>,
+    /// Paths that were taken for types and functions of the library.
+    taken_words: Vec<TakenForLibrary>,
     frames: Vec<Frame>,
     /// Types of integers.
     inference: integers::Inference,
@@ -164,6 +169,7 @@ fn elaborate_sums(
         functions: Vec::new(),
         constants: Vec::new(),
         taken: Vec::new(),
+        taken_words: Vec::new(),
         frames: Vec::new(),
         inference: integers::Inference::default(),
         rotations: rotations::Rotations::new(),
@@ -191,6 +197,7 @@ fn elaborate_sums(
     elaborator.place_bodies();
     elaborator.place_premises();
     let vectors = elaborator.vectors_that_are_no_places();
-    let constants = Constants { followed: elaborator.followed(), taken: elaborator.taken };
+    let constants =
+        Constants { followed: elaborator.followed(), taken: elaborator.taken, words: elaborator.taken_words };
     Elaborated { model: elaborator.model, origins: elaborator.origins, vectors, constants }
 }

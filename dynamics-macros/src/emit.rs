@@ -13,7 +13,7 @@ mod state;
 mod traits;
 
 pub(crate) use bridge::{bridge, broken_bridge, dead_bridge, mark, once};
-pub(crate) use constants::{assert_std, followed};
+pub(crate) use constants::{assert_paths, followed};
 pub(crate) use fallback::fallback;
 pub(crate) use traits::traits;
 

@@ -6,7 +6,7 @@ use syn::{Ident, ImplItem, ItemImpl, ItemStruct, ReturnType, Type};
 
 use crate::compile::{CompiledModel, compile};
 use crate::diagnostics::{Diagnostics, Place};
-use crate::elaborate::Constants;
+use crate::elaborate::{self, Constants};
 use crate::emit::{self, Slot, Surface};
 use crate::messages;
 use crate::syntax::{self, Declaration, FieldKind, Implementation, Quantity, Role};
@@ -223,7 +223,7 @@ fn ungrouped_within(tokens: TokenStream) -> TokenStream {
 /// The user's impl block as it goes back into the program. What has a role is used by the derivation, even where nothing calls it.
 fn kept(implementation: &Implementation, constants: &Constants, surface: &Surface) -> TokenStream {
     let mut item = implementation.item.clone();
-    emit::assert_std(&mut item, implementation, &constants.taken, surface);
+    emit::assert_paths(&mut item, implementation, constants, surface);
     // What the lint advises, `iter_mut`, a model cannot say.
     item.attrs.push(syn::parse_quote!(#[allow(clippy::needless_range_loop)]));
     for entry in &mut item.items {
@@ -249,6 +249,8 @@ fn stubbed(implementation: TokenStream) -> TokenStream {
         // A generic struct has no coordinates that the signatures could name.
         return TokenStream::new();
     }
+    // A second item of the name would be rustc's second error.
+    item.items.retain(|entry| !elaborate::is_generated(entry));
     for entry in &mut item.items {
         if let ImplItem::Fn(function) = entry {
             function.attrs.retain(kept_in_stub);

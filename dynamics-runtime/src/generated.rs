@@ -3,7 +3,10 @@
 mod constants;
 pub mod table;
 
-pub use constants::{expect, expect_near, expect_std};
+pub use constants::{
+    SameType, expect, expect_near, expect_std, expect_type, the_name_vec2_is_the_librarys_choose_another,
+    the_name_vec3_is_the_librarys_choose_another,
+};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 use crate::constrain::{assemble, check_sides, check_start, move_by_speeds, set_sides, solve_once};

@@ -202,6 +202,7 @@ impl<'a> Elaborator<'a> {
         if let [.., ty, name] = segments.as_slice()
             && let Some(record) = self.library_type(ty)
         {
+            self.taken_for_owner(&path.path);
             return self.library_call(record, name, arguments, place);
         }
         match segments.as_slice() {
@@ -210,14 +211,17 @@ impl<'a> Elaborator<'a> {
             [.., ty, name] if **ty == self.declaration.name && self.has_function(name) => {
                 self.call_function(name, arguments)
             }
-            [.., ty, name] => self.associated(ty, name, arguments, place),
-            [name] => self.free_function(name, arguments),
+            [.., ty, name] => {
+                self.taken_for_owner(&path.path);
+                self.associated(ty, name, arguments, place)
+            }
+            [name] => self.free_function(name, &path.path, arguments),
             [] => Value::Poison,
         }
     }
 
     /// `vec2(..)`, `vec3(..)`.
-    fn free_function(&mut self, name: &Ident, arguments: Vec<Argument>) -> Value {
+    fn free_function(&mut self, name: &Ident, path: &syn::Path, arguments: Vec<Argument>) -> Value {
         let expected = match name.to_string().as_str() {
             "vec2" => 2,
             "vec3" => 3,
@@ -239,6 +243,7 @@ impl<'a> Elaborator<'a> {
         if arguments.len() != expected {
             return self.fail(name.span(), &messages::argument_count(name, expected, arguments.len()));
         }
+        self.taken_for_library(path);
         self.vector_of(arguments)
     }
 

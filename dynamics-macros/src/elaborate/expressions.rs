@@ -306,6 +306,7 @@ impl<'a> Elaborator<'a> {
     fn structure(&mut self, e: &'a syn::ExprStruct) -> Value {
         let last = e.path.segments.last().map(|s| &s.ident);
         if let Some(ty) = last.and_then(|name| self.library_type(name)) {
+            self.taken_for_library(&e.path);
             return self.record(ty, e);
         }
         let name = last.map(ToString::to_string).unwrap_or_default();
@@ -318,6 +319,7 @@ impl<'a> Elaborator<'a> {
                     .fail(path, &messages::unsupported("structs other than vectors", "use a tuple or an array"));
             }
         };
+        self.taken_for_library(&e.path);
         let mut parts = Vec::new();
         for member in members {
             let field = e.fields.iter().find(|f| matches!(&f.member, Member::Named(n) if n == member));

@@ -40,6 +40,9 @@ const MATHEMATICS: &[(&str, f64)] = {
     ]
 };
 
+/// Types of the library that the macro knows by their names, beside those of `crate::library`.
+const OF_LIBRARY: &[&str] = &["Expr", "Vec2", "Vec3", "Mat3", "Force", "EulerSequence"];
+
 /// Elements of an array of constants that are compared with what rustc has.
 const MOST_ELEMENTS: usize = 64;
 
@@ -53,6 +56,15 @@ pub(crate) struct TakenForStd {
     /// The constant's name.
     pub(crate) name: String,
     pub(crate) value: f64,
+}
+
+/// A path that was taken for a type or a function of the library.
+#[derive(Clone, Debug)]
+pub(crate) struct TakenForLibrary {
+    pub(crate) within: Within,
+    pub(crate) path: syn::Path,
+    /// The path's last name.
+    pub(crate) name: Ident,
 }
 
 /// Where a path stands, by index.
@@ -105,7 +117,10 @@ impl Elaborator<'_> {
             [.., ty, name] if *ty == "f64" || *ty == "f32" => self.limit_of_f64(name, &e.path),
             // A module, or an alias of one: `use std::f64::consts as c`.
             [.., ty, name] if is_module(ty) && is_mathematical(name) => self.mathematics(name, &e.path),
-            [.., ty, name] => self.associated_constant(ty, name, place),
+            [.., ty, name] => {
+                self.taken_for_owner(&e.path);
+                self.associated_constant(ty, name, place)
+            }
             [] => Value::Poison,
         }
     }
@@ -158,21 +173,45 @@ impl Elaborator<'_> {
 
     /// A path that looks like std's constant of this value.
     fn taken_for(&mut self, name: &Ident, path: &syn::Path, value: f64) -> Value {
-        let frame = self.frame();
-        // The library's own words are the runtime's, where they are compiled.
-        let within = match (frame.function, frame.constant) {
-            _ if frame.of.is_some() => None,
-            (Some(function), _) => Some(Within::Function(function)),
-            (None, Some(constant)) => Some(Within::Constant(constant)),
-            (None, None) => None,
-        };
-        if let Some(within) = within {
+        if let Some(within) = self.within() {
             let text = crate::syntax::path_text(path);
             if !self.taken.iter().any(|known| known.within == within && known.text == text) {
                 self.taken.push(TakenForStd { within, text, path: path.clone(), name: name.to_string(), value });
             }
         }
         self.number(Number::Float(value)).into()
+    }
+
+    /// The user's function or constant that is elaborated; `None` inside of the library's own words, which are the runtime's, where they are compiled.
+    fn within(&mut self) -> Option<Within> {
+        let frame = self.frame();
+        match (frame.function, frame.constant) {
+            _ if frame.of.is_some() => None,
+            (Some(function), _) => Some(Within::Function(function)),
+            (None, constant) => constant.map(Within::Constant),
+        }
+    }
+
+    /// Notes that a path, perhaps to an item of the user's own, was taken for a type or a function of the library.
+    pub(super) fn taken_for_library(&mut self, path: &syn::Path) {
+        let (Some(within), Some(last)) = (self.within(), path.segments.last()) else { return };
+        let (name, mut path) = (last.ident.clone(), path.clone());
+        // `Vec3::<f64>::new`: which `Vec3` it is, not of what.
+        path.segments.iter_mut().for_each(|segment| segment.arguments = syn::PathArguments::None);
+        if !self.taken_words.iter().any(|known| known.within == within && known.path == path) {
+            self.taken_words.push(TakenForLibrary { within, path, name });
+        }
+    }
+
+    /// The same of the type whose function or constant a path is.
+    pub(super) fn taken_for_owner(&mut self, path: &syn::Path) {
+        let mut ty = path.clone();
+        ty.segments.pop();
+        ty.segments.pop_punct();
+        let named = ty.segments.last().is_some_and(|last| OF_LIBRARY.iter().any(|known| last.ident == known));
+        if named {
+            self.taken_for_library(&ty);
+        }
     }
 
     /// The constants of the block that were evaluated, number by number.

@@ -3,7 +3,8 @@
 use dynamics_symbolic::check::units::{Dimension, Unit};
 use dynamics_symbolic::graph::{Dependence, NodeId};
 use dynamics_symbolic::mechanics::{Energy, EnergyRole, Event, Force, ForceTerm, Input, Output};
-use syn::{ReceiverKind, Type};
+use syn::ext::IdentExt;
+use syn::{ImplItem, ReceiverKind, Type};
 
 use super::dimensions::product;
 use super::scope::{Flow, Frame};
@@ -17,6 +18,15 @@ use crate::syntax::{Function, Quantity, Role, UnitText};
 const GENERATED_FUNCTION: &str = "state";
 /// And beside the user's constants: its texts.
 const GENERATED_CONSTANTS: &[&str] = &["REPORT", "LISTING", "EQUATIONS", "LATEX"];
+
+/// Whether every model has a function or constant of the name of this one.
+pub(crate) fn is_generated(item: &ImplItem) -> bool {
+    match item {
+        ImplItem::Fn(function) => function.sig.ident.unraw() == GENERATED_FUNCTION,
+        ImplItem::Const(constant) => GENERATED_CONSTANTS.iter().any(|name| constant.ident.unraw() == name),
+        _ => false,
+    }
+}
 
 impl<'a> Elaborator<'a> {
     /// All functions with a role: the constraints first, since their rows have to be known where a reaction is read.

@@ -1,28 +1,29 @@
-//! Assertions that constants are for rustc what they were for the equations.
+//! Assertions that constants, types and functions are for rustc what they were for the equations.
 //!
-//! The macro sees no names outside of the block. Where it took a path for a constant of std's, the function or constant that holds the path asserts it,
+//! The macro sees no names outside of the block. Where it took a path for a constant of std's, or for a type or a function of the library's, the function or constant that holds the path asserts it,
 //! among the names that are in scope there; and each constant of the block that the model uses is compared with the value that was derived with.
 
 use proc_macro2::{Group, Span, TokenStream, TokenTree};
-use quote::quote;
+use quote::{ToTokens, quote};
 use syn::spanned::Spanned;
 use syn::{ImplItem, ItemImpl, Stmt};
 
 use super::Surface;
-use crate::elaborate::{Constants, Followed, FollowedConstant, TakenForStd, Within};
+use crate::elaborate::{Constants, Followed, FollowedConstant, TakenForLibrary, TakenForStd, Within};
 use crate::messages;
 use crate::syntax::Implementation;
 
-/// Puts an assertion beside each path of the user's that was taken for a constant of std's.
-pub(crate) fn assert_std(
+/// Puts an assertion beside each path of the user's that was taken for a constant of std's, or a word of the library's.
+pub(crate) fn assert_paths(
     item: &mut ItemImpl,
     implementation: &Implementation,
-    taken: &[TakenForStd],
+    constants: &Constants,
     surface: &Surface,
 ) {
-    for constant in taken {
-        let asserted = std_constant(constant, surface);
-        let name = match constant.within {
+    let words = constants.words.iter().map(|word| (word.within, library_word(word, surface)));
+    let taken = constants.taken.iter().map(|constant| (constant.within, std_constant(constant, surface)));
+    for (within, asserted) in words.chain(taken) {
+        let name = match within {
             Within::Function(index) => implementation.functions.get(index).map(|f| &f.name),
             Within::Constant(index) => implementation.constants.get(index).map(|c| &c.name),
         };
@@ -38,6 +39,31 @@ pub(crate) fn assert_std(
                 _ => {}
             }
         }
+    }
+}
+
+/// `const _: () = expect_type::<path, Type>();`, or `const _: () = the_name_vec2_is_the_librarys_choose_another(path);` at the path.
+fn library_word(taken: &TakenForLibrary, surface: &Surface) -> TokenStream {
+    let TakenForLibrary { path, name, .. } = taken;
+    let (private, at, text) = (surface.private(), path.span(), name.to_string());
+    let call = match text.as_str() {
+        "vec2" | "vec3" => {
+            let expect = super::function(&format!("the_name_{text}_is_the_librarys_choose_another"));
+            let call = located(quote!(#private::#expect), at);
+            let mut arguments = Group::new(proc_macro2::Delimiter::Parenthesis, path.to_token_stream());
+            arguments.set_span(Span::call_site().located_at(at));
+            quote!(#call #arguments)
+        }
+        _ => {
+            let word = super::function(&text);
+            let of_any = matches!(text.as_str(), "Vec2" | "Vec3" | "Mat3").then(|| quote!(<_>));
+            let call = located(quote!(#private::expect_type), at);
+            quote!(#call::<#path, #private::library::#word #of_any>())
+        }
+    };
+    quote! {
+        #[allow(unused, unused_qualifications, deprecated, clippy::all, clippy::pedantic, clippy::nursery)]
+        const _: () = #call;
     }
 }
 

@@ -1,4 +1,7 @@
-//! What generated code asserts of constants while it is compiled.
+//! What generated code asserts of constants, types and functions while it is compiled.
+
+use crate::expr::Expr;
+use crate::vector::{Vec2, Vec3};
 
 /// A constant of std's, which `found` was taken for.
 ///
@@ -30,6 +33,25 @@ pub const fn expect_near(found: f64, derived: f64, remedy: &str) {
 pub const fn expect(holds: bool, remedy: &str) {
     assert!(holds, "{}", remedy);
 }
+
+/// Holds of a type and itself.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not the library's `{Library}`, which the macro takes it for by its name; choose another name",
+    label = "another type of this name"
+)]
+pub trait SameType<Library> {}
+
+impl<T> SameType<T> for T {}
+
+/// A type of the library, which a path was taken for: the build stops where it is another one.
+pub const fn expect_type<T: SameType<Library>, Library>() {}
+
+/// The library's `vec2`, which a path was taken for: numbers and expressions mixed, as few other functions take them. The name is all that rustc
+/// shows of the cause.
+pub const fn the_name_vec2_is_the_librarys_choose_another(_: fn(f64, Expr) -> Vec2) {}
+
+/// The same of `vec3`.
+pub const fn the_name_vec3_is_the_librarys_choose_another(_: fn(f64, Expr, f64) -> Vec3) {}
 
 #[cfg(test)]
 mod tests {
