@@ -20,6 +20,7 @@ const RUSTC: &[(&str, usize, &str)] = &[
     ("no_impl", 1, "a trait that only the impl block implements; the message has the remedy"),
     ("private_model", 1, "the struct is private where it is imported, and so is the macro beside it"),
     ("type_of_the_library", 1, "a trait that only the library's type fulfils; the message has the remedy"),
+    ("two_models_of_a_name", 4, "the structs, and the modules that derive and block make; the other error is ours"),
     ("two_impls", 2, "a module that is made by each block exists twice; the other error is ours, at the second block"),
     ("two_impls_identical", 2, "as of two blocks that differ"),
     ("two_impls_in_two_modules", 14, "whatever a block implements exists twice; the name of a trait says why"),

@@ -188,7 +188,7 @@ mod constants {
 /// Words of the library by several ways to their names.
 mod words {
     use dynamics as library;
-    use dynamics::prelude::*;
+    use dynamics::prelude::{Coordinates, Dynamics, Energies as _, Expr, dynamics};
 
     type Vec2 = library::Vec2<f64>;
 
@@ -201,7 +201,7 @@ mod words {
 
     #[dynamics]
     impl Bead {
-        const UP: Vec3<f64> = library::Vec3::<f64>::new(0.0, 1.0, 0.0);
+        const UP: library::Vec3<f64> = library::Vec3::<f64>::new(0.0, 1.0, 0.0);
         #[kinetic]
         fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
             use dynamics::vec2;

@@ -12,7 +12,7 @@ mod program;
 mod state;
 mod traits;
 
-pub(crate) use bridge::{bridge, broken_bridge, dead_bridge, mark, once};
+pub(crate) use bridge::{bridge, broken_bridge, dead_bridge, mark, once, once_per_name};
 pub(crate) use constants::{assert_paths, followed};
 pub(crate) use fallback::fallback;
 pub(crate) use traits::traits;

@@ -15,7 +15,8 @@ use proc_macro::TokenStream;
 /// Declares a mechanical model: the struct's fields are its parameters, `#[coordinates(..)]` names its generalized coordinates.
 #[proc_macro_derive(Dynamics, attributes(coordinates, speeds, inputs, units, nominal, model))]
 pub fn derive_dynamics(item: TokenStream) -> TokenStream {
-    expand::derive(item.into()).into()
+    let here = proc_macro::Span::call_site();
+    expand::derive_once(item.into(), [here.line(), here.column()]).into()
 }
 
 /// Describes a model by the energies, forces and outputs in its impl block, and derives its equations of motion.

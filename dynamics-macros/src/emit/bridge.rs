@@ -97,6 +97,24 @@ pub(crate) fn once(path: &Path, item: &TokenStream, marked: bool, place: [usize;
     }
 }
 
+/// What is `derived` of the struct with this name, `item`, unless another struct of the name and module came first: as [`once`] for blocks.
+pub(crate) fn once_per_name(name: &Ident, derived: &TokenStream, item: &TokenStream, place: [usize; 2]) -> TokenStream {
+    let only = Ident::new(&format!("only_one_dynamics_model_called_{}", super::plain(name)), name.span());
+    let key = format_ident!("key_{:016x}", fingerprint(&format!("{place:?} {item}")));
+    quote! {
+        #[doc(hidden)]
+        #[allow(non_snake_case)]
+        mod #only {
+            macro_rules! this {
+                (#key { $($derived:tt)* }) => { $($derived)* };
+                ($key:ident $derived:tt) => {};
+            }
+            pub(super) use this;
+        }
+        #only::this! { #key { #derived } }
+    }
+}
+
 /// FNV-1a: the same in every build.
 fn fingerprint(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
