@@ -114,10 +114,15 @@ impl Share {
     /// Every step may leave the tolerance.
     pub(super) const WHOLE: Self = Self { span: 0.0, most: 1.0, rejected: 0 };
 
-    /// In a run of this length, for an error estimate of the given order.
-    pub(super) fn new(span: f64, error_order: u32, relative: f64) -> Self {
+    /// In a run of this length, where short steps may leave the tolerance divided by `most`.
+    pub(super) fn new(span: f64, most: f64, relative: f64) -> Self {
         let room = relative / FINEST;
-        Self { span, most: math::powi(SHORTEST, error_order as i32).min(room).max(1.0), rejected: 0 }
+        Self { span, most: most.min(room).max(1.0), rejected: 0 }
+    }
+
+    /// By what the tolerance is divided in short steps where rounding permits it, for an error estimate of the given order.
+    pub(super) fn most(error_order: u32) -> f64 {
+        math::powi(SHORTEST, error_order as i32)
     }
 
     /// By what the tolerance is divided in a step of length h > 0.
@@ -149,18 +154,19 @@ mod tests {
 
     #[test]
     fn steps_share_the_tolerance_by_their_length() {
-        let mut share = Share::new(10.0, 7, 1e-6);
+        let most = Share::most(7);
+        let mut share = Share::new(10.0, most, 1e-6);
         assert_eq!([20.0, 10.0, 1.0, 1e-3].map(|h| share.divisor(h)), [1.0, 1.0, 10.0, 128.0]);
         assert_eq!(share.of(0.05, 0.0, 1.0), 0.5);
         // Rounding is no error of the method, and at 1e-14 it is all there is.
         assert_eq!(share.of(0.05, 0.05, 1.0), 0.1);
-        assert_eq!(Share::new(10.0, 7, 1e-14).divisor(1e-3), 1.0);
-        assert_eq!((Share::WHOLE.divisor(1e-3), Share::new(10.0, 7, 0.0).divisor(1e-3)), (1.0, 1.0));
+        assert_eq!(Share::new(10.0, most, 1e-14).divisor(1e-3), 1.0);
+        assert_eq!((Share::WHOLE.divisor(1e-3), Share::new(10.0, most, 0.0).divisor(1e-3)), (1.0, 1.0));
     }
 
     #[test]
     fn a_step_that_the_tolerance_permits_is_not_rejected_for_ever() {
-        let mut share = Share::new(1.0, 7, 1e-6);
+        let mut share = Share::new(1.0, Share::most(7), 1e-6);
         assert_eq!([0.9; 4].map(|error| share.of(error, 0.0, 0.1)), [9.0, 9.0, 1.0, 9.0]);
         assert_eq!([2.0; 4].map(|error| share.of(error, 0.0, 0.1)), [20.0; 4]);
     }

@@ -493,10 +493,16 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     /// What steps may leave of a run of some length. Explicit methods control the error of each step alone;
     /// implicit ones are for motions that forget them, and series keep theirs far below it.
     fn share(span: f64, options: &StepOptions) -> Share {
-        if options.fixed.is_some() || S::PROPOSES || S::CONTROL.is_none() || !Self::is_explicit() {
-            return Share::WHOLE;
+        if options.fixed.is_some() {
+            Share::WHOLE
+        } else {
+            Share::new(span, Self::shares(), options.tolerances.relative)
         }
-        Share::new(span, S::ERROR_ORDER, options.tolerances.relative)
+    }
+
+    /// By what the tolerance is divided in short steps of a long run, where rounding permits it.
+    pub(crate) fn shares() -> f64 {
+        if S::PROPOSES || S::CONTROL.is_none() || !Self::is_explicit() { 1.0 } else { Share::most(S::ERROR_ORDER) }
     }
 
     /// Whether a step is accepted, by its error in what its length permits of the run's.

@@ -469,7 +469,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         counts.evaluations += looked;
         let (upkept, kept) = (plan.plant.upkeep.upkept, plan.watch.kept());
         let second = (self.estimates && result.is_ok()).then(|| {
-            let second = SecondRun::of(&options, driver.method());
+            let second = SecondRun::of(&options, driver.method(), driver.shares());
             plan.restart(plant(Vec::new()), second.options(options), checked.hands_over);
             plan.most_steps = self.most_steps.saturating_mul(SecondRun::MORE_STEPS);
             let (times, is_middle) = places(&sink.times(), checked.options.fixed.is_some());
