@@ -177,7 +177,7 @@ struct Flight<'f, 'r, 'm, M: Simulate> {
     creep: Creep,
     slide: Slide,
     touching: Touching<M>,
-    stiffness: Stiffness,
+    stiffness: Stiffness<M>,
 }
 
 impl<M: Simulate> Flight<'_, '_, '_, M> {

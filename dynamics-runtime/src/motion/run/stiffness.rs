@@ -4,6 +4,9 @@
 //! fraction of it, the same for ever. So every so often an implicit step is tried that is many times as long. Where its error is permitted, nothing in the
 //! motion needs the short ones: that is what stiff means (Hairer & Wanner, Solving ODE II, IV.1, "explicit methods don't work").
 
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
 use super::Flight;
 use super::steps::Tally;
 use crate::integrate::{Kept, Method, Step, Tolerances};
@@ -11,7 +14,7 @@ use crate::math;
 use crate::methods::Radau5;
 use crate::model::{Branches, ModelState as _, Vector};
 use crate::motion::Simulate;
-use crate::motion::driver::Driver;
+use crate::motion::driver::{Driver, Maker};
 use crate::motion::plant::Plant;
 use crate::motion::upkeep::Upkeep;
 
@@ -47,7 +50,7 @@ fn every<M: Simulate>(least: u64) -> u64 {
 }
 
 /// When an implicit step was tried last, and how often in a row with success.
-pub(super) struct Stiffness {
+pub(super) struct Stiffness<M> {
     accepted: u64,
     t: f64,
     passed: u32,
@@ -57,11 +60,13 @@ pub(super) struct Stiffness {
     explicit: bool,
     /// When implicit steps first showed the motion to be stiff, if they did.
     pub(super) found: Option<f64>,
+    /// What makes the trials and the memory that constraints take in them: made for the first one, so that a run allocates no more the longer it is.
+    trials: Option<(Box<dyn Maker<M>>, Vec<f64>)>,
 }
 
-impl Stiffness {
+impl<M> Stiffness<M> {
     pub(super) fn from(t: f64, method: Method) -> Self {
-        Self { accepted: 0, t, passed: 0, more: 0, explicit: !method.is_for_stiff(), found: None }
+        Self { accepted: 0, t, passed: 0, more: 0, explicit: !method.is_for_stiff(), found: None, trials: None }
     }
 
     fn is_due(&self, tally: &Tally, every: u64) -> bool {
@@ -91,8 +96,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// goes on nevertheless.
     #[inline]
     fn note_stiffness(&mut self, tally: &Tally) {
-        let Stiffness { explicit, found, .. } = self.stiffness;
-        let asks = explicit && self.plan.options.fixed.is_none() && tally.stiff_at.is_none() && found.is_none();
+        let Stiffness { explicit, found, .. } = &self.stiffness;
+        let asks = *explicit && self.plan.options.fixed.is_none() && tally.stiff_at.is_none() && found.is_none();
         if asks && self.stiffness.is_due(tally, every::<M>(EVERY_TOLD)) && self.steps_over(tally, true) {
             self.stiffness.found = Some(tally.t);
         }
@@ -124,7 +129,9 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let now = *self.stepper.now();
         let Plant { model, constants, law, held, modes, ref upkeep, .. } = self.plan.plant;
         let run = (self.plan.start.t(), self.plan.end);
-        let mut upkeep = Upkeep::within(upkeep.formulation, f64::INFINITY, *constants, run, alloc::vec::Vec::new());
+        let trials = self.stiffness.trials.take();
+        let (mut maker, memory) = trials.unwrap_or_else(|| (Driver::<M>::maker(&Radau5), Vec::new()));
+        let mut upkeep = Upkeep::within(upkeep.formulation, f64::INFINITY, *constants, run, memory);
         upkeep.under_way = true;
         let free = Branches::FREE;
         let mut plant = Plant {
@@ -141,8 +148,12 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             upkeep,
         };
         let step = Step { start: now, end: now, h, kept: Kept::default() };
-        let end = Driver::<M>::maker(&Radau5).end_of(&mut plant, &step, &self.plan.options.tolerances);
-        self.plan.plant.evaluations += plant.evaluations;
+        // Trials lie far apart: each begins as if it were the first.
+        maker.forget();
+        let end = maker.end_of(&mut plant, &step, &self.plan.options.tolerances);
+        let (evaluations, memory) = (plant.evaluations, plant.upkeep.into_memory());
+        self.plan.plant.evaluations += evaluations;
+        self.stiffness.trials = Some((maker, memory));
         end.is_some_and(|(_, error)| error <= 1.0)
     }
 }
