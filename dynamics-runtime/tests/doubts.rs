@@ -319,3 +319,29 @@ fn stiff_motions_are_handed_over_at_tight_tolerances_too() {
     let motion = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(1000.0).tolerance(1e-13).run().unwrap();
     assert_eq!(motion.switched(), None);
 }
+
+/// What is small against its tolerance is no slow motion with short steps, and what damps within a step does work that no state between its ends tells.
+#[test]
+fn small_and_damped_motions_raise_no_false_alarm() {
+    let swing = Closure(|_, q, _| -9.81 * q.sin());
+    for (size, tolerance) in [(1e-3, 1e-5), (1e-5, 1e-7), (1e-7, 1e-8)] {
+        for method in [Any::from(methods::Verner9), methods::Dop853.into(), methods::GraggBulirschStoer.into()] {
+            let run = swing.simulate(at_rest_or_not([size], [0.0])).until(300.0).tolerance(tolerance).method(&method);
+            let summary = run.run().unwrap().summary();
+            assert!(summary.doubts.crawls.is_none() && summary.stiff_at.is_none(), "{size:e} {summary}");
+        }
+    }
+    for c in [1e3, 1e5, 1e7] {
+        let damped = Driven { m: 1.0, k: c, c };
+        let mut start = PlainState::new(0.0, [0.0].into(), [0.0].into(), [0.0].into());
+        for force in [1e-3, 1.0] {
+            start.inputs[0] = force;
+            for method in [None, Some(Any::from(methods::Radau5))] {
+                let run = damped.simulate(start).until(20.0).tolerance(1e-6);
+                let run = if let Some(method) = &method { run.method(method) } else { run };
+                let summary = run.run().unwrap().summary();
+                assert!(summary.warnings().is_empty(), "{summary}");
+            }
+        }
+    }
+}
