@@ -320,7 +320,8 @@ fn stiff_motions_are_handed_over_at_tight_tolerances_too() {
     assert_eq!(motion.switched(), None);
 }
 
-/// What is small against its tolerance is no slow motion with short steps, and what damps within a step does work that no state between its ends tells.
+/// What is small against its tolerance is no slow motion with short steps, and what damps within a step
+/// does work that no state between its ends tells.
 #[test]
 fn small_and_damped_motions_raise_no_false_alarm() {
     let swing = Closure(|_, q, _| -9.81 * q.sin());

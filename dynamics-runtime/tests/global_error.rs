@@ -68,7 +68,8 @@ fn halved_steps_estimate_the_error_of_fixed_ones() {
     }
 }
 
-/// Where rounding permits no smaller tolerance the second run has a larger one, and what is found bounds the error. Steps may leave 1e-14 at the least, and where they share
+/// Where rounding permits no smaller tolerance the second run has a larger one, and what is found
+/// bounds the error. Steps may leave 1e-14 at the least, and where they share
 /// the tolerance they come to that long before it is asked for: at 1e-14, 1e-13 and 1e-12 they are the same.
 #[test]
 fn at_the_finest_tolerances_the_estimate_is_a_bound() {
@@ -93,7 +94,8 @@ fn at_the_finest_tolerances_the_estimate_is_a_bound() {
     }
 }
 
-/// e = 0.9 after 16 revolutions, Kepler's equation solved to 60 digits: the error grows with time, many times beyond the tolerance. By DOP853, whose errors of the steps have one sign: those of
+/// e = 0.9 after 16 revolutions, Kepler's equation solved to 60 digits: the error grows with time, many
+/// times beyond the tolerance. By DOP853, whose errors of the steps have one sign: those of
 /// Verner 9(8) change theirs, and may happen to cancel at the end.
 #[test]
 fn orbits_amplify_errors_without_doubling_them() {

@@ -348,8 +348,10 @@ fn a_step_that_grew_in_free_flight_is_taken_back_at_once() {
             stepper.step(&mut push, limit).unwrap();
         }
     }
-    // The last stage of a step knows of the force that sets in at its end. With each rejection steps are a third as long, until what that does in
-    // one of them is within its share of the tolerance: 24 times, and five times fewer where each may leave the whole of it.
+    // The last stage of a step knows of the force that sets in at its end. With each rejection steps
+    // are a third as long, until what that does in
+    // one of them is within its share of the tolerance: 24 times, and five times fewer where each
+    // may leave the whole of it.
     assert!(stepper.rejected() > 0 && stepper.rejected() < 30, "{}", stepper.rejected());
     assert!((stepper.now().y.q[0] - 10.0f64.cos()).abs() < 1e-7, "{}", stepper.now().y.q[0]);
 }

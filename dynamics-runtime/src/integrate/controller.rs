@@ -120,7 +120,8 @@ impl Share {
         Self { span, most: most.min(room).max(1.0), rejected: 0 }
     }
 
-    /// By what the tolerance is divided in short steps where rounding permits it, for an error estimate of the given order.
+    /// By what the tolerance is divided in short steps where rounding permits it, for an error
+    /// estimate of the given order.
     pub(super) fn most(error_order: u32) -> f64 {
         math::powi(SHORTEST, error_order as i32)
     }

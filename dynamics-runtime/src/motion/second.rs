@@ -14,7 +14,8 @@ use crate::model::{Model, ModelState};
 const TIGHTER: f64 = 100.0;
 /// A second run is worth its cost where its tolerance is smaller by this factor at least.
 const WORTH: f64 = 3.0;
-/// Where it cannot be smaller, what steps may leave of it is larger by this factor: what is then found is mostly the error of the second run.
+/// Where it cannot be smaller, what steps may leave of it is larger by this factor: what is then found
+/// is mostly the error of the second run.
 const LOOSER: f64 = 10.0;
 
 /// Steps in the middle of which the runs are compared, too: each of them costs the first one a step with
@@ -46,7 +47,8 @@ pub enum SecondRun {
         /// Dimensionless.
         relative: f64,
     },
-    /// It kept ten times the tolerances or more, because rounding leaves no room below what steps of the first may leave: the difference is mostly
+    /// It kept ten times the tolerances or more, because rounding leaves no room below what steps
+    /// of the first may leave: the difference is mostly
     /// the error of the second run, so that of the first is smaller.
     Looser {
         /// In the unit of each coordinate and velocity.
@@ -59,7 +61,8 @@ pub enum SecondRun {
 }
 
 impl SecondRun {
-    /// `shares`: by what the tolerance is divided in short steps of a long run, as far as rounding permits. Where two tolerances come down to the same there,
+    /// `shares`: by what the tolerance is divided in short steps of a long run, as far as rounding
+    /// permits. Where two tolerances come down to the same there,
     /// both runs make the same steps, and their difference says nothing.
     pub(super) fn of(first: &StepOptions, method: Method, shares: f64) -> Self {
         if let Some(h) = first.fixed {

@@ -60,7 +60,8 @@ pub(super) struct Stiffness<M> {
     explicit: bool,
     /// When implicit steps first showed the motion to be stiff, if they did.
     pub(super) found: Option<f64>,
-    /// What makes the trials and the memory that constraints take in them: made for the first one, so that a run allocates no more the longer it is.
+    /// What makes the trials and the memory that constraints take in them: made for the first one,
+    /// so that a run allocates no more the longer it is.
     trials: Option<(Box<dyn Maker<M>>, Vec<f64>)>,
 }
 
