@@ -11,8 +11,8 @@ use crate::emit::{self, Slot, Surface};
 use crate::messages;
 use crate::syntax::{self, Declaration, FieldKind, Implementation, Quantity, Role};
 
-/// `#[derive(Dynamics)]` in this line and column, unless the module has a model of the struct's name already: rustc says so of the structs, and would of
-/// everything that the derive adds.
+/// `#[derive(Dynamics)]` in this line and column, unless the module has a model of the struct's name already: rustc
+/// says so of the structs, and would of everything that the derive adds.
 pub(crate) fn derive_once(item: TokenStream, place: [usize; 2]) -> TokenStream {
     let name = is_shallow(&item).then(|| syn::parse2::<syn::DeriveInput>(item.clone()).ok()).flatten().map(|s| s.ident);
     match name {

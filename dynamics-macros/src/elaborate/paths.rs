@@ -182,7 +182,8 @@ impl Elaborator<'_> {
         self.number(Number::Float(value)).into()
     }
 
-    /// The user's function or constant that is elaborated; `None` inside of the library's own words, which are the runtime's, where they are compiled.
+    /// The user's function or constant that is elaborated; `None` inside of the library's own words, which are the
+    /// runtime's, where they are compiled.
     fn within(&mut self) -> Option<Within> {
         let frame = self.frame();
         match (frame.function, frame.constant) {

@@ -97,7 +97,8 @@ pub(crate) fn once(path: &Path, item: &TokenStream, marked: bool, place: [usize;
     }
 }
 
-/// What is `derived` of the struct with this name, `item`, unless another struct of the name and module came first: as [`once`] for blocks.
+/// What is `derived` of the struct with this name, `item`, unless another struct of the name and module came first:
+/// as [`once`] for blocks.
 pub(crate) fn once_per_name(name: &Ident, derived: &TokenStream, item: &TokenStream, place: [usize; 2]) -> TokenStream {
     let only = Ident::new(&format!("only_one_dynamics_model_called_{}", super::plain(name)), name.span());
     let key = format_ident!("key_{:016x}", fingerprint(&format!("{place:?} {item}")));

@@ -13,7 +13,8 @@ use crate::elaborate::{Constants, Followed, FollowedConstant, TakenForLibrary, T
 use crate::messages;
 use crate::syntax::Implementation;
 
-/// Puts an assertion beside each path of the user's that was taken for a constant of std's, or a word of the library's.
+/// Puts an assertion beside each path of the user's that was taken for a constant of std's, or a word of the
+/// library's.
 pub(crate) fn assert_paths(
     item: &mut ItemImpl,
     implementation: &Implementation,
