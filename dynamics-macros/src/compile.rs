@@ -4,8 +4,9 @@ use dynamics_symbolic::compile::Compiled;
 use proc_macro2::TokenStream;
 use quote::ToTokens;
 
+use crate::assertions::Constants;
 use crate::diagnostics::{Diagnostics, Place};
-use crate::elaborate::{self, Constants};
+use crate::elaborate;
 use crate::library::{self, Library};
 use crate::messages;
 use crate::suggest;

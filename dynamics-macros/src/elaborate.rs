@@ -38,13 +38,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use dynamics_symbolic::mechanics::Model;
 use quote::ToTokens;
 
+use crate::assertions::{Constants, TakenForLibrary, TakenForStd};
 use crate::diagnostics::Diagnostics;
 use crate::library::Library;
 use crate::syntax::{Declaration, Implementation, Role};
 use constraints::Declared;
 use dimensions::Dimensions;
 pub(crate) use origins::Origins;
-pub(crate) use paths::{Followed, FollowedConstant, TakenForLibrary, TakenForStd, Within};
 pub(crate) use roles::is_generated;
 use scope::Frame;
 use values::{UnitOf, Value};
@@ -56,17 +56,6 @@ pub(crate) struct Elaborated {
     /// Helpers that return vectors which by their units are no places.
     pub(crate) vectors: Vec<syn::Ident>,
     pub(crate) constants: Constants,
-}
-
-/// What emitted code asserts of constants, types and functions.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Constants {
-    /// Paths that were taken for constants of std's.
-    pub(crate) taken: Vec<TakenForStd>,
-    /// Paths that were taken for types and functions of the library.
-    pub(crate) words: Vec<TakenForLibrary>,
-    /// The constants of the block that the model uses.
-    pub(crate) followed: Vec<FollowedConstant>,
 }
 
 /// Unit of a smooth function's argument, unit of its values.

@@ -4,9 +4,10 @@ use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use quote::{ToTokens, quote};
 use syn::{Ident, ImplItem, ItemImpl, ItemStruct, ReturnType, Type};
 
+use crate::assertions::Constants;
 use crate::compile::{CompiledModel, compile};
 use crate::diagnostics::{Diagnostics, Place};
-use crate::elaborate::{self, Constants};
+use crate::elaborate;
 use crate::emit::{self, Slot, Surface};
 use crate::messages;
 use crate::syntax::{self, Declaration, FieldKind, Implementation, Quantity, Role};

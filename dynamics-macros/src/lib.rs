@@ -1,5 +1,6 @@
 //! The procedural macros of `dynamics`; use them through that crate.
 
+mod assertions;
 mod compile;
 mod diagnostics;
 mod elaborate;

@@ -11,6 +11,7 @@ use syn::{ExprPath, Ident};
 use super::Elaborator;
 use super::scope::Frame;
 use super::values::{Scalar, Value};
+use crate::assertions::{Followed, FollowedConstant, TakenForLibrary, TakenForStd, Within};
 use crate::diagnostics::Place;
 use crate::messages;
 
@@ -45,48 +46,6 @@ const OF_LIBRARY: &[&str] = &["Expr", "Vec2", "Vec3", "Mat3", "Force", "EulerSeq
 
 /// Elements of an array of constants that are compared with what rustc has.
 const MOST_ELEMENTS: usize = 64;
-
-/// A path that was taken for a constant of std's.
-#[derive(Clone, Debug)]
-pub(crate) struct TakenForStd {
-    pub(crate) within: Within,
-    /// The path without spaces.
-    pub(crate) text: String,
-    pub(crate) path: syn::Path,
-    /// The constant's name.
-    pub(crate) name: String,
-    pub(crate) value: f64,
-}
-
-/// A path that was taken for a type or a function of the library.
-#[derive(Clone, Debug)]
-pub(crate) struct TakenForLibrary {
-    pub(crate) within: Within,
-    pub(crate) path: syn::Path,
-    /// The path's last name.
-    pub(crate) name: Ident,
-}
-
-/// Where a path stands, by index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Within {
-    Function(usize),
-    Constant(usize),
-}
-
-/// A constant of the block, with how its numbers are reached from it.
-#[derive(Clone, Debug)]
-pub(crate) struct FollowedConstant {
-    pub(crate) name: Ident,
-    pub(crate) parts: Vec<(TokenStream, Followed)>,
-}
-
-/// The number that a constant is, as the equations have it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Followed {
-    Integer(i128),
-    Real(f64),
-}
 
 fn is_mathematical(name: &Ident) -> bool {
     MATHEMATICS.iter().any(|(known, _)| name == known)

@@ -9,7 +9,7 @@ use syn::spanned::Spanned;
 use syn::{ImplItem, ItemImpl, Stmt};
 
 use super::Surface;
-use crate::elaborate::{Constants, Followed, FollowedConstant, TakenForLibrary, TakenForStd, Within};
+use crate::assertions::{Constants, Followed, FollowedConstant, TakenForLibrary, TakenForStd, Within};
 use crate::messages;
 use crate::syntax::Implementation;
 
