@@ -432,7 +432,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         };
         let mut options = checked.options;
         let pilot = checked.by_size.then(|| Pilot::of(&mut plant(Vec::new()), &self.start)).flatten();
-        let looked = pilot.map_or(0, |mut pilot| {
+        let looked = pilot.map(|mut pilot| {
             let mut plan = Plan {
                 plant: plant(Vec::new()),
                 start: self.start,
@@ -448,7 +448,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             // What ends it early ends the run itself, too, or has been put right there by an event.
             let (counts, _) = run(&*driver, &mut plan, &mut pilot);
             options.tolerances.absolute = pilot.absolute(&mut plant(Vec::new()), options.tolerances.absolute);
-            counts.evaluations
+            (counts.evaluations, plan.plant.upkeep.upkept)
         });
         let mut plan = Plan {
             plant: plant(room),
@@ -466,8 +466,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             resumes: None,
         };
         let (mut counts, relay, result) = sail(&driver, &mut plan, sink);
-        counts.evaluations += looked;
-        let (upkept, kept) = (plan.plant.upkeep.upkept, plan.watch.kept());
+        let (mut upkept, kept) = (plan.plant.upkeep.upkept, plan.watch.kept());
+        if let Some((evaluations, before)) = looked {
+            counts.evaluations += evaluations;
+            upkept.add_evaluations(&before);
+        }
         let second = (self.estimates && result.is_ok()).then(|| {
             let second = SecondRun::of(&options, driver.method(), driver.shares());
             plan.restart(plant(Vec::new()), second.options(options), checked.hands_over);

@@ -188,7 +188,7 @@ fn rounding_of<M: Constraints>(plant: &mut Plant<'_, '_, M>, state: &M::State) -
     most
 }
 
-impl<M: Model> Sink<M> for Pilot<M> {
+impl<M: Dynamics> Sink<M> for Pilot<M> {
     fn step(
         &mut self,
         from: Record<M>,
@@ -198,7 +198,9 @@ impl<M: Model> Sink<M> for Pilot<M> {
         self.sizes.add::<M>(to);
         self.last = Some((*to, from.h));
         self.left -= 1;
-        Ok(if self.left == 0 { Flow::Stop } else { Flow::Continue })
+        // Sizes only grow: what is no longer small asks for nothing.
+        let seen = self.left == 0 || !self.sizes.has_small::<M>();
+        Ok(if seen { Flow::Stop } else { Flow::Continue })
     }
 
     fn stand(&mut self, _: Record<M>) {}

@@ -61,6 +61,13 @@ impl Upkept {
         self.fastest_rest = self.fastest_rest.max(speed.abs());
     }
 
+    /// Adds the evaluations of steps that were made before the run, as they are counted of its own.
+    pub(super) fn add_evaluations(&mut self, before: &Self) {
+        self.general += before.general;
+        self.released += before.released;
+        self.dependent += before.dependent;
+    }
+
     /// The end of a step was settled: by how much.
     #[inline]
     pub(super) fn note_move(&mut self, size: f64) {
