@@ -92,7 +92,8 @@ fn rests_that_are_unstable_are_not_stepped_over() {
         );
     }
     println!("{stayed} runs stayed, {told} were told of");
-    assert!(stayed > 10 && told > stayed / 2, "{stayed} {told}");
+    // Few stay since absolute tolerances follow small motions; that what long steps make of growth is wrong holds of more.
+    assert!(stayed > 1 && told >= 2 * stayed, "{stayed} {told}");
     // What grows within steps that follow it is no doubt, nor is what dies.
     for model in
         [Kicked { stiffness: 1e8, damping: 2e4, cubic: 0.0, ..hill }, Kicked { stiffness: 1e6, cubic: 0.0, ..hill }]

@@ -37,6 +37,19 @@ const ENOUGH: f64 = 1e30;
 /// How far the neighbour is, in parts of 1 + |value|.
 const NEAR: f64 = 1e-8;
 
+/// What is so far apart, in the same parts, grows no more as the linearised equations have it.
+const FILLS: f64 = 1e-2;
+
+/// What a step and one beside it come to in small steps.
+struct InParts<V: Vector> {
+    /// The end of the one beside.
+    end: Phase<V>,
+    /// Its difference to that of the step.
+    apart: Phase<V>,
+    /// The two were so far apart in between that they went ways of their own.
+    fills: bool,
+}
+
 /// Growth of differences that the steps of a motion have passed over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outgrown {
@@ -113,29 +126,45 @@ impl<M: Simulate> Motion<'_, M> {
             return Some(Outgrown { during: (step.start.t, step.end.t), by, shown }).filter(|_| shown.is_finite());
         }
         // Coefficients that are as they are for a moment, as beside a singular position, grow nothing.
-        let by = by.min(self.growth_in_parts(index, &beside).unwrap_or(f64::INFINITY));
+        let Some(parts) = self.in_parts(index, &beside) else {
+            return Some(Outgrown { during: (step.start.t, step.end.t), by, shown });
+        };
+        let by = match parts.fills {
+            false => by.min(size(tolerances, &parts.apart, &step) / size(tolerances, &apart, &step)),
+            // How far apart two motions are that have both left says nothing: whether the step has the one
+            // beside go where it goes.
+            true => {
+                let missed = size(tolerances, &zip(&end, &parts.end, |a, b| a - b), &step);
+                let spread = size(tolerances, &zip(&end, &step.end.y, |a, b| a - b), &step);
+                if missed < spread / LOST { shown } else { by }
+            }
+        };
         (by >= GROWS).then_some(Outgrown { during: (step.start.t, step.end.t), by, shown })
     }
 
-    /// The growth of the difference between a step and one beside it, by the method in small steps; `None`
-    /// where these cannot be made.
-    fn growth_in_parts(&self, index: usize, beside: &Step<M::Vector>) -> Option<f64> {
+    /// A step and one beside it by the method in small steps; `None` where these cannot be made.
+    fn in_parts(&self, index: usize, beside: &Step<M::Vector>) -> Option<InParts<M::Vector>> {
         let step = self.step(index);
         let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);
-        let mut end = |mut at: Knot<M::Vector>| {
-            let mut maker = self.trajectory.driver_of(index)?.maker();
-            let h = step.h / PARTS[0] as f64;
-            for _ in 0..PARTS[0] {
-                let part = Step { start: at, end: at, h, kept: step.kept };
+        let mut makers = [self.trajectory.driver_of(index)?.maker(), self.trajectory.driver_of(index)?.maker()];
+        let (mut ends, mut fills) = ([step.start, beside.start], false);
+        let h = step.h / PARTS[0] as f64;
+        for _ in 0..PARTS[0] {
+            for (at, maker) in ends.iter_mut().zip(&mut makers) {
+                let part = Step { start: *at, end: *at, h, kept: step.kept };
                 let (y, _) = maker.end_of(&mut plant, &part, tolerances)?;
-                at = Knot { t: at.t + h, y, a: plant.accelerations(at.t + h, &y.q, &y.u).ok()? };
+                *at = Knot { t: at.t + h, y, a: plant.accelerations(at.t + h, &y.q, &y.u).ok()? };
             }
-            Some(at.y)
-        };
-        let apart = zip(&end(beside.start)?, &end(step.start)?, |a, b| a - b);
-        let before = zip(&beside.start.y, &step.start.y, |a, b| a - b);
-        let grown = size(tolerances, &apart, &step) / size(tolerances, &before, &step);
-        grown.is_finite().then_some(grown)
+            let elements = |y: &Phase<M::Vector>, i| (y.q[i], y.u[i]);
+            fills |= (0..M::Vector::LEN).any(|i| {
+                let [(q, u), (q2, u2)] = [elements(&ends[0].y, i), elements(&ends[1].y, i)];
+                (q2 - q).abs() > FILLS * (1.0 + q.abs()) || (u2 - u).abs() > FILLS * (1.0 + u.abs())
+            });
+        }
+        let [end, beside] = ends.map(|at| at.y);
+        let apart = zip(&beside, &end, |a, b| a - b);
+        let finite = size(tolerances, &apart, &step).is_finite();
+        finite.then_some(InParts { end: beside, apart, fills })
     }
 
     /// The growth of a difference by the linearised equations of one place, in time h: from the second quarter of it to the last, squared, as a swing has its velocity larger than its place
