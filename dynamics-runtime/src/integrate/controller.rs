@@ -86,6 +86,11 @@ const NOISE: f64 = 0.1;
 /// How often in a row a step is rejected that the whole tolerance permits. Where something jumps, or rounding
 /// decides, shorter ones are no better.
 const REJECTIONS: u32 = 2;
+/// Where these rejections have not made an error smaller by this factor, rounding decides it, or a jump: half
+/// the step would be worth a tenth of the error at least. Steps would shrink for ever.
+const FALLS: f64 = 0.5;
+/// So many steps may then leave the tolerance, so that they become longer again.
+const RELAXED: u32 = 8;
 
 /// What part of the tolerance a step may leave.
 ///
@@ -108,16 +113,20 @@ pub(super) struct Share {
     most: f64,
     /// Steps in a row that were rejected for their share.
     rejected: u32,
+    /// The error of the first of these.
+    first: f64,
+    /// Steps that may still leave the tolerance, because shorter ones were no better.
+    relaxed: u32,
 }
 
 impl Share {
     /// Every step may leave the tolerance.
-    pub(super) const WHOLE: Self = Self { span: 0.0, most: 1.0, rejected: 0 };
+    pub(super) const WHOLE: Self = Self { span: 0.0, most: 1.0, rejected: 0, first: 0.0, relaxed: 0 };
 
     /// In a run of this length, where short steps may leave the tolerance divided by `most`.
     pub(super) fn new(span: f64, most: f64, relative: f64) -> Self {
         let room = relative / FINEST;
-        Self { span, most: most.min(room).max(1.0), rejected: 0 }
+        Self { span, most: most.min(room).max(1.0), rejected: 0, first: 0.0, relaxed: 0 }
     }
 
     /// By what the tolerance is divided in short steps where rounding permits it, for an error
@@ -136,15 +145,23 @@ impl Share {
     #[inline(always)]
     pub(super) fn of(&mut self, error: f64, noise: f64, h: f64) -> f64 {
         let shared = error * self.divisor(h).min((NOISE / noise).max(1.0));
+        if self.relaxed > 0 {
+            self.relaxed -= 1;
+            return error;
+        }
         if !(error <= 1.0 && shared > 1.0) {
             self.rejected = 0;
             return shared;
         }
         self.rejected += 1;
+        if self.rejected == 1 {
+            self.first = error;
+        }
         if self.rejected <= REJECTIONS {
             return shared;
         }
         self.rejected = 0;
+        self.relaxed = if error > FALLS * self.first { RELAXED } else { 0 };
         1.0
     }
 }
@@ -168,7 +185,10 @@ mod tests {
     #[test]
     fn a_step_that_the_tolerance_permits_is_not_rejected_for_ever() {
         let mut share = Share::new(1.0, Share::most(7), 1e-6);
-        assert_eq!([0.9; 4].map(|error| share.of(error, 0.0, 0.1)), [9.0, 9.0, 1.0, 9.0]);
+        // What falls is no rounding.
+        assert_eq!([0.9, 0.6, 0.4, 0.9, 0.01].map(|error| share.of(error, 0.0, 0.1)), [9.0, 6.0, 1.0, 9.0, 0.1]);
+        assert_eq!([0.9; 4].map(|error| share.of(error, 0.0, 0.1)), [9.0, 9.0, 1.0, 0.9]);
+        let mut share = Share::new(1.0, Share::most(7), 1e-6);
         assert_eq!([2.0; 4].map(|error| share.of(error, 0.0, 0.1)), [20.0; 4]);
     }
 

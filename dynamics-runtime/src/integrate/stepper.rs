@@ -421,7 +421,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             }
             // An error that is permitted as it is does not buy longer steps.
             if error * self.share.divisor(h.abs()) > 1.0 && !self.is_fixed() {
-                kept.between |= error > 1.0;
+                // What settling removes from the end is left in the states of the stages.
+                kept.between = true;
                 error *= self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
             }
             let tolerances = &self.options.tolerances;
