@@ -506,22 +506,22 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if S::PROPOSES || S::CONTROL.is_none() || !Self::is_explicit() { 1.0 } else { Share::most(S::ERROR_ORDER) }
     }
 
-    /// Whether a step is accepted, by its error in what its length permits of the run's.
+    /// Whether a step is accepted. The next one is chosen by what its length permits of the run's tolerance.
     #[inline(always)]
     fn permits(&mut self, trial: &Trial<V>, h: f64) -> bool {
-        let error = if self.is_fixed() { trial.error } else { self.share.of(trial.error, trial.noise, h) };
-        self.judge(error, h)
+        let shared = if self.is_fixed() { trial.error } else { self.share.of(trial.error, trial.noise, h) };
+        self.judge(trial.error, shared, h)
     }
 
     #[inline(always)]
-    fn judge(&mut self, error: f64, h: f64) -> bool {
+    fn judge(&mut self, error: f64, shared: f64, h: f64) -> bool {
         if self.options.fixed.is_some() || S::PROPOSES && error <= 1.0 {
             return true;
         }
         let Some(control) = &mut self.control else {
             return true;
         };
-        let (accepted, factor) = control.judge(error);
+        let (accepted, factor) = control.judge(error, shared);
         let factor = self.scheme.pace(factor, error);
         // A step that was cut short, by the end of the motion or to go round a singular position, proves nothing against longer ones; one that is
         // rejected does, however much longer the proposal was.

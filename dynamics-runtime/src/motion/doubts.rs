@@ -76,6 +76,8 @@ pub struct Doubts {
     pub low_stages: bool,
     /// Forces, dissipation or explicit time change the energy, and their work enters its drift.
     pub works: bool,
+    /// The model has constraints, which a motion may go on along the wrong branch of.
+    pub held: bool,
     /// A force that is over between the stages of a step; `None` with a fixed step.
     pub unseen: Option<Unseen>,
     /// When the motion was first found stiff for a method whose steps do not show it, by implicit steps more than twenty times as long; `None` where they do, and of fewer than 120 steps.
@@ -155,7 +157,8 @@ impl<M: Simulate> Motion<'_, M> {
             halved_at_most: apart.map(|Apart { largest, .. }| largest),
             stiff,
             low_stages: self.method() == Method::Esdirk4,
-            works: !M::POWERS.is_empty(),
+            works: !M::POWERS.is_empty() && M::CONSTRAINTS.is_empty(),
+            held: !M::CONSTRAINTS.is_empty(),
             crawls: (asks && affords).then(|| self.crawls()).flatten(),
             outgrown,
             unchecked,
@@ -249,7 +252,7 @@ impl Doubts {
 
     /// What the energy shows. Where forces work and half steps agree it is not asked: works are integrated
     /// over states between the ends of steps, which a step far longer than a stiff damper needs does not
-    /// resolve.
+    /// resolve. With constraints it is asked always: whole and half steps may agree on the wrong branch.
     fn write_energy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.works && self.halved_at_most.is_some_and(|times| times <= TOLD) {
             return Ok(());
@@ -262,7 +265,7 @@ impl Doubts {
             )?;
         }
         let finite = self.energy_part.is_some_and(f64::is_finite);
-        let permitted = finite && self.energy.is_some_and(|times| times <= DRIFTS);
+        let permitted = finite && !self.held && self.energy.is_some_and(|times| times <= DRIFTS);
         if let Some(part) = self.energy_part.filter(|part| *part > DRIFT && !permitted) {
             let remedy = if self.fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
             match part.is_finite() {

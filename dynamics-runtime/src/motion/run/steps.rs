@@ -94,7 +94,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
         step: &Step<M::Vector>,
     ) -> Result<Interpolant<M::Vector>, EvaluationError> {
         let dense = self.dense(plant, step)?;
-        if const { S::PROBES.is_empty() } || self.is_fixed() {
+        // Gains that are tied to the step would be others in its parts.
+        if const { S::PROBES.is_empty() } || self.is_fixed() || plant.upkeep.is_tied() {
             return Ok(Box::new(dense));
         }
         // Nothing of what is looked at beside the step is left.
