@@ -38,17 +38,13 @@ impl Pace {
     }
 }
 
-/// Steps in units of 1/gain from which on a gain bounds them: Dormand–Prince 5(4) shares the tolerance by steps of
-/// half the length that its stability permits, and starts with shorter ones.
-const SHORTEST: f64 = 0.03;
-
 /// The larger gain of Baumgarte's stabilization, where it may bound the steps of a run: a thousand and more, on average from a tenth of the time in
 /// which it takes drift back to ten times that. Stability bounds them so, or the noise that the gain makes of rounding.
 pub(super) fn bounding_gain(formulation: Option<Formulation>, [start, now]: [f64; 2], made: u64) -> Option<f64> {
     let Some(Formulation::Baumgarte { alpha, beta }) = formulation else { return None };
     let (gain, way) = (alpha.max(beta), (now - start).abs());
     let steps = way * gain / made as f64;
-    (made >= 1000 && (SHORTEST..10.0).contains(&steps)).then_some(gain)
+    (made >= 1000 && (0.1..10.0).contains(&steps)).then_some(gain)
 }
 
 /// What drift made of a motion: constraints that are missed by a little lead a little elsewhere, near positions where they nearly lose rank by much.
