@@ -133,13 +133,11 @@ fn a_run_goes_over_to_an_implicit_method_where_it_is_stiff() {
     let last = run().run_with(|_| ()).unwrap();
     assert_eq!((last.q, last.u), (end.q, end.u));
     let explicit = SPRING.simulate(start).until(0.2).tolerance(1e-5).method(methods::Dop853).run().unwrap().summary();
-    // Steps that share the tolerance stay inside the border of stability: implicit ones show what bounds them.
-    let words = explicit.to_string();
-    assert!(explicit.switched.is_none() && words.contains("stiff") && words.contains("methods::Radau5"), "{words}");
+    assert!(explicit.switched.is_none() && explicit.to_string().contains("use methods::Radau5"), "{explicit}");
     // Limits count the steps of both.
-    let error = run().max_steps(1200).run().unwrap_err();
+    let error = run().max_steps(600).run().unwrap_err();
     let partial = error.motion(&SPRING).unwrap();
-    assert!(partial.counts().steps + partial.counts().rejected <= 1200 && partial.switched().is_some(), "{error}");
+    assert!(partial.counts().steps + partial.counts().rejected <= 600 && partial.switched().is_some(), "{error}");
 }
 
 /// A block on a belt that pulls a wagon behind it by a stiff damper and spring; a soft spring holds the wagon back.

@@ -258,13 +258,8 @@ fn notices_stiffness(method: impl methods::Choice + std::fmt::Debug) {
     let stiff = Closure(|t, _, u| -1e3 * (u + t.sin()));
     let motion = stiff.simulate(at_rest_or_not([1.0], [0.0])).until(2.0).tolerance(1e-5).method(method).run().unwrap();
     let summary = motion.summary();
-    // Steps at the border of stability, or inside it where their share of the tolerance holds them there.
-    let (stiff_at, words) = match (summary.stiff_at, summary.doubts.crawls) {
-        (Some(t), _) => (t, "stiff from t = "),
-        (None, Some(t)) => (t, "stiff at t = "),
-        (None, None) => panic!("{method:?} sees no stiffness in\n{summary}"),
-    };
-    assert!(stiff_at < 0.5 && summary.to_string().contains(words), "{summary}");
+    let stiff_at = summary.stiff_at.unwrap_or_else(|| panic!("{method:?} sees no stiffness in\n{summary}"));
+    assert!(stiff_at < 0.5 && summary.to_string().contains("stiff from t = "));
     let fast = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(0.5).method(method);
     assert_eq!(fast.run().unwrap().counts().stiff_at, None, "{method:?} takes a fast oscillator for stiff");
     let easy = Kepler.simulate(at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()])).until(50.0).method(method);
@@ -348,11 +343,7 @@ fn a_step_that_grew_in_free_flight_is_taken_back_at_once() {
             stepper.step(&mut push, limit).unwrap();
         }
     }
-    // The last stage of a step knows of the force that sets in at its end. With each rejection steps
-    // are a third as long, until what that does in
-    // one of them is within its share of the tolerance: 24 times, and five times fewer where each
-    // may leave the whole of it.
-    assert!(stepper.rejected() > 0 && stepper.rejected() < 30, "{}", stepper.rejected());
+    assert!(stepper.rejected() > 0 && stepper.rejected() < 20, "{}", stepper.rejected());
     assert!((stepper.now().y.q[0] - 10.0f64.cos()).abs() < 1e-7, "{}", stepper.now().y.q[0]);
 }
 
@@ -399,9 +390,8 @@ fn steps_do_not_allocate() {
         });
         (states, info.count_total)
     };
-    // Every 500 steps an implicit one is tried, whose matrices stand on the heap: once a run.
-    let ((few, short), (many, long)) = (observed(100.0), observed(300.0));
-    assert!(few > 2 * 500 && many > few + 4 * 500, "{few} {many}");
+    let ((few, short), (many, long)) = (observed(1.0), observed(50.0));
+    assert!(many > 20 * few);
     assert_eq!(short, long, "allocations of a run without a record must not grow with its steps");
 }
 

@@ -19,10 +19,8 @@ fn explicit_methods_crawl_where_stability_bounds_their_steps() {
             let motion = model.simulate(model.on_guide()).until(10.0).tolerance(1e-6).method(method).run().unwrap();
             assert!(Guided::error(&motion) < 1e-4, "{method} {damping}: {:e}", Guided::error(&motion));
             curve.push((damping, motion.summary().steps as f64));
-            // By their length where they reach the border of stability, and by implicit steps where what each of so many may leave keeps them inside it.
-            let summary = motion.summary().to_string();
-            let warned = summary.contains("warning      stiff ") && summary.contains("methods::Radau5");
-            assert_eq!(warned, damping >= 100.0 && method.method() == Method::DormandPrince5, "{}", motion.summary());
+            let warned = motion.summary().to_string().contains("use methods::Radau5");
+            assert_eq!(warned, damping >= 1e3 && method.method() == Method::DormandPrince5, "{}", motion.summary());
         }
         curves.push(curve);
     }

@@ -1,6 +1,5 @@
 //! One accepted step after another.
 
-use super::controller::Share;
 use super::first_step::first_step;
 use super::landing::Landing;
 use super::{Controller, Hold, Knot, Phase, Scheme, Settled, System, Tolerances};
@@ -17,8 +16,7 @@ use passing::{Passing, UNCERTAIN, Verdict};
 /// How steps are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepOptions {
-    /// Permitted error: of each step of an implicit method or a series, of all steps up to the limit together
-    /// of other methods.
+    /// Permitted local error.
     pub tolerances: Tolerances,
     /// Size of every step, for methods without error estimate or to switch step control off.
     pub fixed: Option<f64>,
@@ -140,7 +138,6 @@ pub struct Stepper<V, S> {
     fruitless: u32,
     landing: Landing,
     passing: Passing,
-    share: Share,
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
@@ -181,7 +178,6 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             fruitless: 0,
             landing: Landing::default(),
             passing: Passing::default(),
-            share: Self::share((limit - t).abs(), &options),
         };
         stepper.h = match (options.fixed, options.first) {
             (Some(h), _) | (None, Some(h)) => h.abs(),
@@ -209,7 +205,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.h = self.h.max(h.min(self.options.most));
     }
 
-    /// Permitted error, as of [`StepOptions::tolerances`].
+    /// Permitted local error.
     #[must_use]
     pub fn tolerances(&self) -> Tolerances {
         self.options.tolerances
@@ -312,7 +308,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                     self.rejected += 1;
                     continue;
                 }
-                Ok(trial) => match self.permits(&trial, h.abs()) {
+                Ok(trial) => match self.judge(trial.error, h.abs()) {
                     true => {
                         self.landing.made(h.abs());
                         system.accepted();
@@ -420,7 +416,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 continue;
             }
             // An error that is permitted as it is does not buy longer steps.
-            if error * self.share.divisor(h.abs()) > 1.0 && !self.is_fixed() {
+            if error > 1.0 && !self.is_fixed() {
                 // What settling removes from the end is left in the states of the stages.
                 kept.between = true;
                 error *= self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
@@ -491,37 +487,15 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Ok(if part < whole { part / whole } else { 1.0 })
     }
 
-    /// What steps may leave of a run of some length. Explicit methods control the error of each step alone;
-    /// implicit ones are for motions that forget them, and series keep theirs far below it.
-    fn share(span: f64, options: &StepOptions) -> Share {
-        if options.fixed.is_some() {
-            Share::WHOLE
-        } else {
-            Share::new(span, Self::shares(), options.tolerances.relative)
-        }
-    }
-
-    /// By what the tolerance is divided in short steps of a long run, where rounding permits it.
-    pub(crate) fn shares() -> f64 {
-        if S::PROPOSES || S::CONTROL.is_none() || !Self::is_explicit() { 1.0 } else { Share::most(S::ERROR_ORDER) }
-    }
-
-    /// Whether a step is accepted. The next one is chosen by what its length permits of the run's tolerance.
     #[inline(always)]
-    fn permits(&mut self, trial: &Trial<V>, h: f64) -> bool {
-        let shared = if self.is_fixed() { trial.error } else { self.share.of(trial.error, trial.noise, h) };
-        self.judge(trial.error, shared, h)
-    }
-
-    #[inline(always)]
-    fn judge(&mut self, error: f64, shared: f64, h: f64) -> bool {
+    fn judge(&mut self, error: f64, h: f64) -> bool {
         if self.options.fixed.is_some() || S::PROPOSES && error <= 1.0 {
             return true;
         }
         let Some(control) = &mut self.control else {
             return true;
         };
-        let (accepted, factor) = control.judge(error, shared);
+        let (accepted, factor) = control.judge(error);
         let factor = self.scheme.pace(factor, error);
         // A step that was cut short, by the end of the motion or to go round a singular position, proves nothing against longer ones; one that is
         // rejected does, however much longer the proposal was.

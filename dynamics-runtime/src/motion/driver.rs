@@ -37,8 +37,6 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
     fn maker(&self) -> Box<dyn Maker<M>>
     where
         M: Simulate;
-    /// By what the tolerance is divided in short steps of a long run, where rounding permits it.
-    fn shares(&self) -> f64;
     /// See [`Scheme::WEIGHTS`].
     fn weights(&self) -> &'static [f64];
 }
@@ -168,10 +166,6 @@ impl<M: Model, C: Choice> Driver<M> for C {
         M: Simulate,
     {
         Box::new(Again(self.scheme::<M::Vector>()))
-    }
-
-    fn shares(&self) -> f64 {
-        Stepper::<M::Vector, C::Scheme<M::Vector>>::shares()
     }
 
     fn weights(&self) -> &'static [f64] {

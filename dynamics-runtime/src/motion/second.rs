@@ -14,8 +14,8 @@ use crate::model::{Model, ModelState};
 const TIGHTER: f64 = 100.0;
 /// A second run is worth its cost where its tolerance is smaller by this factor at least.
 const WORTH: f64 = 3.0;
-/// Where it cannot be smaller, what steps may leave of it is larger by this factor: what is then found
-/// is mostly the error of the second run.
+/// Where it cannot be smaller, it is larger by this factor: what is then found is mostly the error of the
+/// second run.
 const LOOSER: f64 = 10.0;
 
 /// Steps in the middle of which the runs are compared, too: each of them costs the first one a step with
@@ -47,9 +47,8 @@ pub enum SecondRun {
         /// Dimensionless.
         relative: f64,
     },
-    /// It kept ten times the tolerances or more, because rounding leaves no room below what steps
-    /// of the first may leave: the difference is mostly
-    /// the error of the second run, so that of the first is smaller.
+    /// It kept ten times the tolerances, because rounding leaves no room below those of the first: the
+    /// difference is mostly the error of the second run, so that of the first is smaller.
     Looser {
         /// In the unit of each coordinate and velocity.
         absolute: f64,
@@ -61,10 +60,7 @@ pub enum SecondRun {
 }
 
 impl SecondRun {
-    /// `shares`: by what the tolerance is divided in short steps of a long run, as far as rounding
-    /// permits. Where two tolerances come down to the same there,
-    /// both runs make the same steps, and their difference says nothing.
-    pub(super) fn of(first: &StepOptions, method: Method, shares: f64) -> Self {
+    pub(super) fn of(first: &StepOptions, method: Method) -> Self {
         if let Some(h) = first.fixed {
             return Self::HalfStep(0.5 * h);
         }
@@ -72,12 +68,10 @@ impl SecondRun {
         // Newton's iterations of an implicit method leave rounding errors of their own.
         let finest = if method.is_for_stiff() { 1e-13 } else { 1e-14 };
         let room = if relative > 0.0 { relative / finest } else { TIGHTER };
-        let factor = room.min(TIGHTER);
-        let in_steps = |relative: f64| relative / shares.min(relative / finest).max(1.0);
-        if relative > 0.0 && in_steps(relative) < WORTH * in_steps(relative / factor) {
-            let factor = (LOOSER * in_steps(relative) * shares / relative).max(LOOSER);
-            return Self::Looser { absolute: factor * absolute, relative: factor * relative };
+        if room < WORTH {
+            return Self::Looser { absolute: LOOSER * absolute, relative: LOOSER * relative };
         }
+        let factor = room.min(TIGHTER);
         Self::Tighter { absolute: absolute / factor, relative: relative / factor }
     }
 

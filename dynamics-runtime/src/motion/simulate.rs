@@ -124,10 +124,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     /// Permitted error, absolute (in the unit of each coordinate and velocity) and relative alike. Default
     /// 1e-9.
     ///
-    /// Of an explicit method with step control it bounds what all steps together leave, as far as steps of
-    /// half the length suffice for that; each step of an implicit method or a series may leave it. A motion
-    /// that does not amplify errors ends within ten tolerances as a rule, and
-    /// [`Motion::summary`](super::Motion::summary) tells where one does not.
+    /// It bounds the error of each step. Errors of steps add up, and the motion may amplify them:
+    /// [`Motion::summary`](super::Motion::summary) tells what they come to where that is more than ten
+    /// tolerances.
     ///
     /// The absolute tolerance of small motions is smaller. Where all coordinates of one unit, or all of their
     /// velocities, stay below 0.1 in the first steps, it is the tolerance times ten times the largest of
@@ -137,8 +136,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Permitted error, absolute + relative·|value|, of coordinates and velocities of whatever size, shared
-    /// by the steps as with [`Simulation::tolerance`]; with a relative tolerance of 0 each step may leave it.
+    /// Permitted error, absolute + relative·|value|, of each step, of coordinates and velocities of
+    /// whatever size.
     pub fn tolerances(mut self, absolute: f64, relative: f64) -> Self {
         self.tolerances = Some((Tolerances { absolute, relative }, "tolerances"));
         self
@@ -472,7 +471,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             upkept.add_evaluations(&before);
         }
         let second = (self.estimates && result.is_ok()).then(|| {
-            let second = SecondRun::of(&options, driver.method(), driver.shares());
+            let second = SecondRun::of(&options, driver.method());
             plan.restart(plant(Vec::new()), second.options(options), checked.hands_over);
             plan.most_steps = self.most_steps.saturating_mul(SecondRun::MORE_STEPS);
             let (times, is_middle) = places(&sink.times(), checked.options.fixed.is_some());

@@ -188,7 +188,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
             return Err(PeriodicError::Stalls { time });
         }
         let (end, factor) = match self.attempt(&ride.state, &ride.corners, &ride.y, &ride.slope, step) {
-            Ok((end, error)) if error.is_finite() => match ride.control.judge(error, error) {
+            Ok((end, error)) if error.is_finite() => match ride.control.judge(error) {
                 (true, factor) => (end, factor),
                 (false, factor) => {
                     ride.h = step * factor;
