@@ -156,10 +156,10 @@ fn apart(one: &State, other: &State, tolerance: f64) -> f64 {
 /// more: of smooth and stiff systems, and of kinked ones. Then the difference from the method's own step
 /// ended there, of smooth and stiff systems: with a kink inside, a single step does not know what it is off.
 const WORST: [(Method, [f64; 3]); 8] = [
-    (Method::DormandPrince5, [1.4, 3.6, 0.5]),
-    (Method::Tsit5, [1.4, 2.7, 0.8]),
-    (Method::Dop853, [1.3, 6.4, 1.6]),
-    (Method::Verner9, [1.6, 5.7, 0.5]),
+    (Method::DormandPrince5, [2.7, 6.7, 7.3]),
+    (Method::Tsit5, [2.8, 3.1, 5.9]),
+    (Method::Dop853, [3.2, 13.4, 22.8]),
+    (Method::Verner9, [2.7, 15.9, 2.6]),
     (Method::GraggBulirschStoer, [2.9, 17.9, 1.0]),
     (Method::Radau5, [11.6, 4.5, 45.4]),
     (Method::Esdirk4, [4.7, 5.6, 16.7]),
