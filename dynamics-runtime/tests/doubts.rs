@@ -243,9 +243,12 @@ fn summaries_say_no_number_that_is_none() {
 /// Between ten tolerances and what needs action there is a plain line.
 #[test]
 fn errors_beyond_ten_tolerances_are_told_plainly() {
-    let orbit = at_rest_or_not([0.3, 0.0], [0.0, (1.7f64 / 0.3).sqrt()]);
     let mut told = 0;
-    for (tolerance, periods) in [(1e-5, 2.0), (1e-7, 3.0), (1e-7, 6.0), (1e-9, 6.0), (1e-9, 12.0)] {
+    // Nearest distance: at the far end it is 2 less that.
+    for (near, tolerance, periods) in
+        [(0.3, 1e-5, 0.5), (0.3, 1e-7, 3.0), (0.6, 1e-7, 2.0), (0.8, 1e-9, 1.0), (0.8, 1e-9, 3.0)]
+    {
+        let orbit = at_rest_or_not([near, 0.0], [0.0, ((2.0 - near) / near).sqrt()]);
         for method in [Any::from(methods::DormandPrince5), methods::Dop853.into()] {
             let run = Kepler.simulate(orbit).until(periods * std::f64::consts::TAU).tolerance(tolerance);
             let summary = run.method(&method).run().unwrap().summary();

@@ -373,7 +373,8 @@ fn sentences_name_the_cheapest_and_what_is_alike() {
         "to 0.001 in positions and velocities: fastest here is a (measured elsewhere) with 1 µs (alike: b (measured elsewhere) with \
          1.05); fewest evaluations, on any machine: b (measured elsewhere) with 8"
     );
-    assert!(sentences[1].starts_with("to 10⁻⁶ in") && sentences[1].contains("evaluations, on any machine: DOP853"));
+    let second = &sentences[1];
+    assert!(second.starts_with("to 10⁻⁶ in") && second.contains("evaluations, on any machine: DOP853"), "{second}");
     assert_eq!(sentences.len(), 2, "no run has an error of 1e-9: {sentences:?}");
     assert!(study.to_string().ends_with(sentences[1].as_str()));
 }
