@@ -399,7 +399,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let (mut dense, mut step) = (None, *step);
         let flow = sink.step(from, &to, &mut |theta| {
             if dense.is_none() {
-                let built = self.stepper.dense(plant, &step).map_err(evaluation::<M>)?;
+                let built = self.stepper.dense(plant, &step, true).map_err(evaluation::<M>)?;
                 step.kept.between = plant.settles_between(&*built, &step, tolerances);
                 dense = Some(built);
             }
@@ -435,7 +435,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     ) -> Result<(), Halt> {
         let Plan { plant, options, .. } = &mut *self.plan;
         let at = |kind| Halt { kind, h: step.h };
-        let dense = match self.stepper.dense(plant, step) {
+        let dense = match self.stepper.dense(plant, step, false) {
             Ok(dense) => dense,
             Err(error) => return Err(self.take_back(step, at(evaluation::<M>(error)))),
         };

@@ -34,10 +34,12 @@ pub(crate) trait Steps<M: Simulate> {
     fn step(&mut self, plant: &mut Plant<'_, '_, M>, limit: f64) -> Made<Step<M::Vector>>;
     fn shorten(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, end_t: f64) -> Made<Step<M::Vector>>;
     fn restart(&mut self, plant: &mut Plant<'_, '_, M>, t: f64, y: Phase<M::Vector>, limit: f64) -> Made<()>;
+    /// The interpolant of a step. `judged`: as good as its ends, if need be in parts.
     fn dense(
         &mut self,
         plant: &mut Plant<'_, '_, M>,
         step: &Step<M::Vector>,
+        judged: bool,
     ) -> Result<Interpolant<M::Vector>, EvaluationError>;
     fn undo(&mut self, step: &Step<M::Vector>);
     fn reject(&mut self, step: &Step<M::Vector>);
@@ -92,10 +94,11 @@ impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
         &mut self,
         plant: &mut Plant<'_, '_, M>,
         step: &Step<M::Vector>,
+        judged: bool,
     ) -> Result<Interpolant<M::Vector>, EvaluationError> {
         let dense = self.dense(plant, step)?;
         // Gains that are tied to the step would be others in its parts.
-        if const { S::PROBES.is_empty() } || self.is_fixed() || plant.upkeep.is_tied() {
+        if const { S::PROBES.is_empty() } || !judged || self.is_fixed() || plant.upkeep.is_tied() {
             return Ok(Box::new(dense));
         }
         // Nothing of what is looked at beside the step is left.
