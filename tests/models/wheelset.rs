@@ -221,6 +221,7 @@ impl Wheelset {
 
 impl Wheelset {
     /// As published.
+    #[allow(clippy::approx_constant, reason = "the number of the published program, of eight digits")]
     pub(crate) fn published() -> Self {
         Self {
             mass: 16.08,
