@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 use crate::cases::Expectation;
 use crate::expressions::{Helper, Kind, Scope, Writer, mentions};
-use crate::names::{MATHEMATICAL, NASTY, NOT_FOR_COORDINATES, Names, PLAIN_STRUCTS, STRUCTS};
+use crate::names::{GENERATED, MATHEMATICAL, NASTY, NOT_FOR_COORDINATES, Names, PLAIN_STRUCTS, STRUCTS};
 use crate::random::Random;
 
 /// A coordinate or an array of such.
@@ -220,11 +220,17 @@ impl Draft<'_> {
             self.constants.iter().filter(|(name, _)| is_read(name)).map(|(_, line)| line.as_str()).collect();
         let whole = |energies: &str| format!("{text}{constants}{}}}\n", self.functions.replace(ENERGIES, energies));
         let (first, second) = (whole(&self.energies[0]), whole(&self.energies[1]));
-        let runs = !self.either;
+        let is_generated = |text: &&String| text.contains(&format!("fn {GENERATED}("));
+        let expectation = match [&self.functions, &self.energies[0]].iter().any(is_generated) {
+            _ if self.either => Expectation::Either,
+            true => Expectation::Refused,
+            false => Expectation::Runs,
+        };
+        let runs = expectation == Expectation::Runs;
         // The gauge needs a time.
         let has_time = !self.units || scales.iter().any(|(name, _)| *name == "period");
         let twin = (runs && has_time && self.functions.contains(ENERGIES) && self.r.one_in(8)).then_some(second);
-        Generated { text: first, twin, expectation: if runs { Expectation::Runs } else { Expectation::Either } }
+        Generated { text: first, twin, expectation }
     }
 }
 

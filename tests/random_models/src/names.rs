@@ -212,8 +212,11 @@ pub const NASTY: &[&str] = &[
 /// Names that have meanings of their own as fields of `q`, or methods of states: not for coordinates and inputs.
 pub const NOT_FOR_COORDINATES: &[&str] = &["t", "q", "u", "inputs", "modes", "build", "new", "hold"];
 
-/// Names that results and generated functions have: not for functions.
-const NOT_FOR_FUNCTIONS: &[&str] = &["state", "energy"];
+/// The function that every model has already: a model with one of this name is refused.
+pub const GENERATED: &str = "state";
+
+/// The name of a result of every model: an output of this name is refused, a helper is not.
+const OF_RESULTS: &str = "energy";
 
 /// Ordinary names.
 pub const PLAIN: &[&str] = &[
@@ -293,7 +296,7 @@ impl Names {
     pub fn function(&mut self, r: &mut Random) -> String {
         loop {
             let name = self.fresh(r);
-            if !NOT_FOR_FUNCTIONS.contains(&name.as_str()) {
+            if name != OF_RESULTS {
                 return name;
             }
         }

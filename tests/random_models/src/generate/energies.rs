@@ -60,7 +60,8 @@ impl Draft<'_> {
             let mut body = body;
             for (k, l) in list.iter().enumerate().skip(1) {
                 let argument = l.split(':').next().unwrap_or_default();
-                if !mentions(&body, argument) {
+                // A loop's index of the same name hides the argument.
+                if !mentions(&body, argument) || body.contains(&format!("for {argument} in ")) {
                     body = match (k, l.split(": ").nth(1).unwrap_or_default()) {
                         (_, "f64") if matches!(returns, Kind::Vec2 | Kind::Vec3) => format!("({argument} * {body})"),
                         (_, "f64") => format!("({argument} + {body})"),
