@@ -170,7 +170,7 @@ fn a_dead_point_at_the_start_is_one_at_that_time() {
     b.energy("kinetic", dynamics_symbolic::mechanics::EnergyRole::Kinetic, t);
     let report = words(&compile(b.model).unwrap_or_else(|found| panic!("{found:?}")).report);
     for said in [
-        "degrees of freedom 1 in velocities, 0 in positions at some times or on some branches, 0 else; 3 coordinates, 2 of 3 rows",
+        "degrees of freedom 0, but 1 in velocities at some times or on some branches; 3 coordinates, 2 of 3 rows",
         "reactions all unique, but where fewer rows are independent unique: closure[1]; not unique, the smallest are given: closure[0], drive",
         "drive: holonomic, moving degrees",
         "solved by generated code",

@@ -15,9 +15,10 @@ use super::sample::{Sample, random};
 /// Random starts, and states on the manifold that are enough.
 const STARTS: u64 = 16;
 const ENOUGH: usize = 5;
-/// Further starts, with all angles equal, where rows are tangent in every state that was found. Such states attract Newton's method: of a row of N windows, whose
-/// manifold has 3ᴺ branches, random starts with N = 7 all end on branches with flat windows.
-const ALIGNED: u64 = 8;
+/// Further starts where rows are tangent in states that were found, and in none all are independent: such states
+/// attract Newton's method. A row of N windows has 3ᴺ branches, and random starts with N = 7 all end on ones
+/// with flat windows. So rows are fulfilled one after another there, each on a branch without tangent rows.
+const ROW_BY_ROW: u64 = 4;
 /// Farther from the manifold than this, relative to the size of the parameters, Newton's method is not just slow.
 const APART: f64 = 1e-3;
 /// Rows that are missed by less than this part of what the worst is missed by are fulfilled: descents end there.
@@ -108,25 +109,29 @@ impl Manifold {
         let mut evidence = 0;
         // Who says that rows repeat others means a branch on which they do, and may have to wait for it.
         let mut sought = model.constraints.iter().any(|c| c.redundant);
-        for start in 0..STARTS + ALIGNED {
+        let mut independent = false;
+        for start in 0..STARTS + ROW_BY_ROW {
             let enough = found.samples.len() >= ENOUGH && !sought;
             if start < STARTS && enough {
                 continue;
             }
-            if start >= STARTS && !found.is_tangent_everywhere() {
+            if start >= STARTS && (independent || found.tangent.is_empty()) {
                 break;
             }
             let scale = coordinate_scales(model, size * [1.0, 0.4, 2.5][start as usize % 3]);
-            let mut state = start_state(model, &scale, start, if nominal { 0 } else { start });
-            if start >= STARTS {
-                align(model, &mut state, start);
-            }
+            let state = start_state(model, &scale, start, if nominal { 0 } else { start });
             let projection = Projection::new(rows, chosen, scale);
-            match projection.from(state, start) {
+            let end = match start < STARTS {
+                true => projection.from(state, start),
+                false => projection.row_by_row(state, start).map_or(End::Stuck(None), End::There),
+            };
+            match end {
                 // Where a slope is not finite nothing can be said.
                 End::There(sample) if slopes(rows, &sample, chosen).iter().flatten().all(|x| x.is_finite()) => {
                     let sample = found.settled(&projection, rows, sample);
-                    sought &= rank(rows, &sample, chosen) == chosen.len();
+                    let rank = rank(rows, &sample, chosen);
+                    sought &= rank == chosen.len();
+                    independent |= rank == chosen.len();
                     found.samples.push(sample);
                 }
                 End::There(_) => {}
@@ -148,11 +153,6 @@ impl Manifold {
         let gone = |r: &usize| !found.samples.is_empty() && found.samples.iter().all(|s| vanishes(rows, s, &scale, *r));
         found.vanishing = chosen.iter().copied().filter(gone).collect();
         found
-    }
-
-    /// Whether states were found, and rows are tangent in all of them.
-    fn is_tangent_everywhere(&self) -> bool {
-        !self.places.is_empty() && self.places.iter().all(|tangent| *tangent)
     }
 
     /// A state on the manifold, or the place beside it where rows are tangent, with what is held there.
@@ -346,13 +346,6 @@ pub(super) fn typical_length(model: &Model, needed: &[u32]) -> f64 {
 pub(super) fn coordinate_scales(model: &Model, size: f64) -> Vec<f64> {
     let angle = |unit: &str| unit == "rad";
     model.coordinates.iter().map(|c| if angle(&c.unit) { core::f64::consts::PI } else { size }).collect()
-}
-
-/// Turns everything alike: all angles get one random value.
-fn align(model: &Model, state: &mut Sample, start: u64) {
-    let angle = core::f64::consts::PI * (2.0 * random(0xb00, start) - 1.0);
-    let angles = state.q.iter_mut().zip(&model.coordinates).filter(|(_, c)| c.unit == "rad");
-    angles.for_each(|(q, _)| *q = angle);
 }
 
 /// A random state; every other one at t = 0, where motions start.

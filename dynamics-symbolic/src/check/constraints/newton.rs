@@ -31,7 +31,7 @@ pub(super) enum End {
 
 /// The holonomic rows among some, ready to be evaluated.
 pub(super) struct Projection<'r> {
-    rows: &'r Rows,
+    pub(super) rows: &'r Rows,
     pub(super) chosen: Vec<usize>,
     tape: Tape,
     /// Typical size of each coordinate.

@@ -5,6 +5,7 @@
 //! independent. What remains of such a row without its part along the others, (1 − P)Φ_q, is zero at the root as well, and of first order: together
 //! with Φ it has a simple root, which is found to rounding (deflation; Leykin, Verschelde and Zhao 2006).
 
+use super::manifold;
 use super::newton::{ON_MANIFOLD, Plane, Projection, solve};
 use super::orthogonal::{Basis, norm};
 use super::sample::{Sample, random};
@@ -24,6 +25,10 @@ const HOLDS: f64 = 1e-4;
 const ASIDE: f64 = 0.1;
 const DIRECTIONS: u64 = 12;
 
+/// Throws of a row's coordinates until it is fulfilled, not tangent and independent. Of nine windows one throw in
+/// 25 is, for each of the rows that close one.
+const THROWS: u64 = 128;
+
 /// A place where rows are tangent.
 pub(super) struct Tangent {
     /// The place, to rounding.
@@ -35,6 +40,45 @@ pub(super) struct Tangent {
 }
 
 impl Projection<'_> {
+    /// A state on the manifold in which no row is tangent, by one row after another: some of its coordinates
+    /// are thrown anew until it holds, none of the rows so far is tangent, and it is independent of them, if
+    /// it can be. The throws of all rows add up then; those of a start for all rows at once would multiply.
+    pub(super) fn row_by_row(&self, mut state: Sample, start: u64) -> Option<Sample> {
+        let mut buffer = Vec::new();
+        let mut rank = 0;
+        for (row, coordinates) in self.chosen.iter().enumerate().map(|(i, r)| (i, &self.rows.jacobian[*r])) {
+            let part = Self::new(self.rows, &self.chosen[..=row], self.scale.clone());
+            let mut thrown = |throw: u64| {
+                let mut next = state.clone();
+                let random = |kind: u64, j: usize| {
+                    random((0xb00 + start) * THROWS + throw, (3 * row as u64 + kind) << 32 | j as u64)
+                };
+                let chosen = coordinates.iter().map(|(j, _)| *j).filter(|j| throw > 0 && random(0, *j) < 0.5);
+                chosen.for_each(|j| next.q[j] = self.scale[j] * (2.0 * random(1, j) - 1.0));
+                let residual = part.descend(&mut next, &mut buffer)?;
+                let there = residual.iter().all(|x| x.abs() <= ON_MANIFOLD);
+                (there && part.is_regular(&next)).then_some(next)
+            };
+            let mut found = None;
+            for next in (0..THROWS).filter_map(&mut thrown) {
+                let own = manifold::rank(self.rows, &next, &part.chosen);
+                if found.as_ref().is_none_or(|(most, _)| own > *most) {
+                    found = Some((own, next));
+                }
+                if own > rank {
+                    break;
+                }
+            }
+            (rank, state) = found?;
+        }
+        Some(state)
+    }
+
+    /// Whether at a state on the manifold no row is near to being tangent.
+    pub(super) fn is_regular(&self, state: &Sample) -> bool {
+        Search::beside(self, state).is_none()
+    }
+
     /// The place where rows are tangent that a state on the manifold is beside; `None` where there is none.
     pub(super) fn tangent(&self, state: &Sample) -> Option<Tangent> {
         let mut search = Search::beside(self, state)?;
@@ -90,7 +134,7 @@ impl Projection<'_> {
             let residual = self.on(plane).descend(&mut state, &mut buffer)?;
             let there = residual.iter().all(|x| x.abs() <= ON_MANIFOLD);
             let near = state.q.iter().zip(&place.sample.q).zip(&self.scale).all(|((a, b), d)| (a - b).abs() <= *d);
-            (there && near && Search::beside(self, &state).is_none()).then_some(state)
+            (there && near && self.is_regular(&state)).then_some(state)
         })
     }
 }

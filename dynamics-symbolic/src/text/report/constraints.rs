@@ -139,9 +139,13 @@ fn size(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> St
         (velocities, positions) => format!("{velocities} in velocities, {positions} in positions"),
     };
     let (some, others) = branches(model, derived);
-    // The largest freedom first: what moves on one branch is not held still.
+    // The largest freedom first: what moves on one branch is not held still. Velocities that are free on
+    // some branches where no position is, as rows are tangent there, come second.
     let size = |most: Ranks, least: Ranks| match one(least) {
         text if free(most) == free(least) => text,
+        _ if free(most).1 == free(least).1 => {
+            format!("{}, but {} in velocities {some}", one(most), free(least).0)
+        }
         text if analysis.branch_meant => format!("{text} where rows repeat others, {} on other branches", one(most)),
         text => format!("{text} {some}, {} {others}", one(most)),
     };
