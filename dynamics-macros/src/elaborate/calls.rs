@@ -41,8 +41,10 @@ impl<'a> Elaborator<'a> {
         if receiver.is_poison() {
             return Value::Poison;
         }
+        // A model's own function comes before one of a trait.
+        let is_own = matches!(receiver, Value::Model) && self.implementation.functions.iter().any(|f| f.name == *name);
         // Conversions between `f64` and `Expr`, copies and borrows change nothing here.
-        if matches!(text.as_str(), "into" | "clone" | "to_owned") && arguments.is_empty() {
+        if !is_own && matches!(text.as_str(), "into" | "clone" | "to_owned") && arguments.is_empty() {
             return receiver;
         }
         if matches!(text.as_str(), "value" | "rate" | "acceleration" | "power" | "is_constant")
