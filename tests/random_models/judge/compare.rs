@@ -100,6 +100,12 @@ struct Judge<'a> {
     met: Vec<String>,
 }
 
+/// Whether this column of M is compared: all of them of up to 30 coordinates. They take n² runs of the model's
+/// functions, which alone would be minutes for each of the largest models.
+fn compared(column: usize, n: usize) -> bool {
+    column.is_multiple_of(n.div_ceil(30))
+}
+
 impl Judge<'_> {
     /// Two numbers that should agree; `doubt` is what the second may be off by.
     fn near(&mut self, what: &str, emitted: f64, own: f64, scale: f64, tolerance: f64, doubt: f64) {
@@ -164,7 +170,7 @@ impl Judge<'_> {
         self.near("energy", emitted.energy, energy, l, EXACT, 1e2 * noise[0]);
 
         let (mass, masses) = self.mass(at, &momenta);
-        for k in 0..n * n {
+        for k in (0..n * n).filter(|k| compared(k % n, n)) {
             let what = format!("M[{}, {}]", k / n, k % n);
             self.near(&what, emitted.mass[k], mass[k], 1.0, BY_DIFFERENCES, masses[k]);
         }
@@ -191,7 +197,7 @@ impl Judge<'_> {
     fn mass(&self, at: &Point, momenta: &dyn Fn(&Point) -> Vec<f64>) -> (Vec<f64>, Vec<f64>) {
         let n = self.shape.coordinates;
         let (mut mass, mut spread) = (vec![0.0; n * n], vec![0.0; n * n]);
-        for j in 0..n {
+        for j in (0..n).filter(|j| compared(*j, n)) {
             let along = |h: f64| {
                 let mut p = at.clone();
                 p.u[j] += h;
@@ -303,10 +309,10 @@ impl Judge<'_> {
     /// Outputs and events, at the accelerations and multipliers that were emitted.
     fn results(&mut self, at: &Point, emitted: &Emitted, a: &[f64], multipliers: &[f64]) {
         let own = self.model.own(at, a, multipliers);
-        let all = |own: &Own| own.outputs.iter().chain(&own.events).copied().collect::<Vec<f64>>();
+        let all = |own: &Own| own.outputs.iter().chain(&own.speeds).chain(&own.events).copied().collect::<Vec<f64>>();
         let noise = self.noise(at, &|p| all(&self.model.own(p, a, multipliers)));
-        if own.outputs.len() != emitted.outputs.len() {
-            let (left, right) = (emitted.outputs.len(), own.outputs.len());
+        let (left, right) = (emitted.outputs.len(), own.outputs.len() + own.speeds.len());
+        if left != right {
             self.report.findings.push(format!("{left} outputs are emitted for {right}"));
             return;
         }

@@ -11,6 +11,23 @@ use crate::{Emitted, Own, Point, Shape, Slopes, Subject};
 pub struct Derived<M: dynamics::model::Model> {
     pub model: M,
     pub own: fn(&M, &Coordinates<M>, &mut Own),
+    /// `slopes`, where the model has them.
+    pub slopes: Option<fn(&M, &Point) -> Option<Slopes>>,
+}
+
+/// Derivatives of the accelerations. Models with friction by reactions have none.
+pub fn slopes<M: Linearize + Parameters>(model: &M, at: &Point) -> Option<Slopes> {
+    let s = &state::<M>(at);
+    let n = M::COORDINATES.len();
+    let by_state = model.state_jacobian(s).ok()?;
+    let by_input = model.input_jacobian(s).ok()?;
+    let by_parameter = model.parameter_jacobian(s).ok()?;
+    Some(Slopes {
+        by_q: matrix(n, n, &|ij| by_state.by_q[ij]),
+        by_u: matrix(n, n, &|ij| by_state.by_u[ij]),
+        by_input: matrix(n, M::INPUTS.len(), &|ij| by_input[ij]),
+        by_parameter: matrix(n, M::PARAMETERS.len(), &|ij| by_parameter[ij]),
+    })
 }
 
 fn vector<V: Vector>(values: &[f64]) -> V {
@@ -29,7 +46,7 @@ fn matrix(rows: usize, columns: usize, entry: &dyn Fn((usize, usize)) -> f64) ->
 
 impl<M> Subject for Derived<M>
 where
-    M: Linearize + Parameters + Constraints + Powers + Outputs + Events + Clone,
+    M: Parameters + Constraints + Powers + Outputs + Events + Clone,
 {
     fn shape(&self) -> Shape {
         let holonomic = M::CONSTRAINTS.iter().filter(|c| c.kind == ConstraintKind::Holonomic).map(|c| c.rows).sum();
@@ -85,17 +102,7 @@ where
     }
 
     fn slopes(&self, at: &Point) -> Option<Slopes> {
-        let (model, s) = (&self.model, &state::<M>(at));
-        let n = M::COORDINATES.len();
-        let by_state = model.state_jacobian(s).ok()?;
-        let by_input = model.input_jacobian(s).ok()?;
-        let by_parameter = model.parameter_jacobian(s).ok()?;
-        Some(Slopes {
-            by_q: matrix(n, n, &|ij| by_state.by_q[ij]),
-            by_u: matrix(n, n, &|ij| by_state.by_u[ij]),
-            by_input: matrix(n, M::INPUTS.len(), &|ij| by_input[ij]),
-            by_parameter: matrix(n, M::PARAMETERS.len(), &|ij| by_parameter[ij]),
-        })
+        self.slopes.and_then(|slopes| slopes(&self.model, at))
     }
 
     fn with_parameter(&self, at: &Point, index: usize, by: f64) -> Option<Vec<f64>> {

@@ -7,7 +7,7 @@ mod derived;
 
 use dynamics::{Expr, Vec2, Vec3};
 
-pub use derived::Derived;
+pub use derived::{Derived, slopes};
 
 /// A place in state space: time, coordinates, velocities, inputs.
 #[derive(Clone, Debug)]
@@ -85,6 +85,8 @@ pub struct Own {
     pub holonomic: Vec<Expr>,
     pub nonholonomic: Vec<Expr>,
     pub outputs: Vec<f64>,
+    /// Generalized speeds: outputs behind those of the model.
+    pub speeds: Vec<f64>,
     pub events: Vec<f64>,
 }
 
@@ -120,6 +122,9 @@ impl Own {
     }
     pub fn output(&mut self, value: impl Parts) {
         self.outputs.extend(value.parts().iter().map(|v| v.value()));
+    }
+    pub fn kinematic(&mut self, value: impl Parts) {
+        self.speeds.extend(value.parts().iter().map(|v| v.value()));
     }
     pub fn event(&mut self, value: Expr) {
         self.events.push(value.value());

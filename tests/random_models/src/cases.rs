@@ -37,7 +37,8 @@ impl Case {
     pub fn random(case: u64) -> Vec<Self> {
         let mut random = Random::new(case.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ 0x5bd1_e995);
         let mistaken = random.one_in(ONE_MISTAKE_IN);
-        let Generated { mut text, twin, mut expectation } = generate::model(&mut random);
+        let mut further = Random::new(case.wrapping_mul(0x9fb2_1c65_1e98_df25) ^ 0x2c1b_3c6d);
+        let Generated { mut text, twin, mut expectation } = generate::model(&mut random, &mut further);
         let (module, title) = (format!("case_{case}"), format!("case {case}"));
         if mistaken && expectation == Expectation::Runs {
             text = mistakes::with_mistake(&text, &mut random);

@@ -2,6 +2,7 @@
 
 mod declare;
 mod energies;
+mod further;
 mod roles;
 
 use std::fmt::Write;
@@ -37,6 +38,8 @@ struct Draft<'a> {
     name: String,
     coordinates: Vec<Coordinate>,
     inputs: Vec<String>,
+    /// Name and number of generalized speeds.
+    speeds: Option<(String, usize)>,
     scalars: Vec<String>,
     arrays: Vec<(String, usize)>,
     /// A vector of the plane, a vector of space, a matrix.
@@ -68,14 +71,15 @@ pub struct Generated {
     pub expectation: Expectation,
 }
 
-/// A random model.
-pub fn model(r: &mut Random) -> Generated {
+/// A random model; what `further` draws stands beside it, or instead.
+pub fn model(r: &mut Random, further: &mut Random) -> Generated {
     let name = if r.one_in(4) { r.pick(STRUCTS) } else { r.pick(PLAIN_STRUCTS) }.to_owned();
     let mut draft = Draft {
         names: Names::default(),
         name,
         coordinates: Vec::new(),
         inputs: Vec::new(),
+        speeds: None,
         scalars: Vec::new(),
         arrays: Vec::new(),
         shapes: Vec::new(),
@@ -95,6 +99,13 @@ pub fn model(r: &mut Random) -> Generated {
         draft.helpers();
         draft.energies();
         draft.others();
+        std::mem::swap(draft.r, further);
+        if draft.r.one_in(30) {
+            draft.jointed();
+        } else {
+            draft.further();
+        }
+        std::mem::swap(draft.r, further);
     }
     draft.finish()
 }
@@ -197,6 +208,10 @@ impl Draft<'_> {
         if !self.inputs.is_empty() {
             let _ = writeln!(text, "#[inputs({})]", self.inputs.join(", "));
         }
+        if let Some((name, length)) = &self.speeds {
+            let length = if *length == 1 { String::new() } else { format!(": [_; {length}]") };
+            let _ = writeln!(text, "#[speeds({name}{length})]");
+        }
         if self.units {
             let units: Vec<String> = scales.iter().map(|(p, unit)| format!("{p}: {unit}")).collect();
             let _ = writeln!(text, "#[units({})]", units.join(", "));
@@ -213,12 +228,14 @@ impl Draft<'_> {
         }
         text += &fields;
         let _ = writeln!(text, "}}\n#[dynamics]\nimpl {} {{", self.name);
-        // A constant that nothing reads is a warning of rustc's.
-        let texts = [&self.functions, &self.energies[0]];
-        let is_read = |name: &str| texts.iter().any(|text| mentions(text, &format!("Self::{name}")));
-        let constants: String =
-            self.constants.iter().filter(|(name, _)| is_read(name)).map(|(_, line)| line.as_str()).collect();
-        let whole = |energies: &str| format!("{text}{constants}{}}}\n", self.functions.replace(ENERGIES, energies));
+        let whole = |energies: &str| {
+            let functions = self.functions.replace(ENERGIES, energies);
+            // A constant that nothing reads is a warning of rustc's.
+            let is_read = |name: &str| mentions(&functions, &format!("Self::{name}"));
+            let constants: String =
+                self.constants.iter().filter(|(name, _)| is_read(name)).map(|(_, line)| line.as_str()).collect();
+            format!("{text}{constants}{functions}}}\n")
+        };
         let (first, second) = (whole(&self.energies[0]), whole(&self.energies[1]));
         let is_generated = |text: &&String| text.contains(&format!("fn {GENERATED}("));
         let expectation = match [&self.functions, &self.energies[0]].iter().any(is_generated) {

@@ -40,7 +40,7 @@ fn plain(name: &str) -> &str {
 
 /// Every function with a role, in order: role and name.
 fn roles(text: &str) -> Vec<(&'static str, &str)> {
-    const ROLES: [&str; 10] = [
+    const ROLES: [&str; 11] = [
         "kinetic",
         "potential",
         "lagrangian",
@@ -48,6 +48,7 @@ fn roles(text: &str) -> Vec<(&'static str, &str)> {
         "force",
         "holonomic",
         "nonholonomic",
+        "kinematic",
         "output",
         "event",
         "drawing",

@@ -3,6 +3,7 @@
 //! ```sh
 //! cargo run --manifest-path tests/random_models/Cargo.toml -- --from 0 --models 1000
 //! cargo run --manifest-path tests/random_models/Cargo.toml -- --case 17
+//! cargo run --manifest-path tests/random_models/Cargo.toml -- --sizes 80 --size 34
 //! ```
 //!
 //! A case is a number; the same number is the same model on every machine. Models are written into packages of a hundred, each in a module of its own, compiled
@@ -18,6 +19,7 @@ mod names;
 #[allow(dead_code, reason = "shared with the fuzzer, which draws more kinds of numbers")]
 #[path = "../../fuzz/src/random.rs"]
 mod random;
+mod sizes;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -32,6 +34,7 @@ Random models, compiled and run. Exit status 1 with findings.
   --models N      how many cases (default 100)
   --size N        models in a package (default 100)
   --case N        prints one model and judges it
+  --sizes N       families of models at sizes up to N (1, 2, 3, 5, 10, 20, 21, 30, 50, 80), damped and undamped, alone
   --defects       the models of defects/ alone
   --check         compiles without running
   --library PATH  the checkout of dynamics to compile against (default: this one)
@@ -42,6 +45,7 @@ struct Options {
     models: u64,
     size: u64,
     case: Option<u64>,
+    sizes: Option<u64>,
     only_defects: bool,
     check: bool,
     library: PathBuf,
@@ -55,6 +59,7 @@ fn options() -> Result<Options, String> {
         models: 100,
         size: 100,
         case: None,
+        sizes: None,
         only_defects: false,
         check: false,
         library: here.join("../.."),
@@ -69,6 +74,7 @@ fn options() -> Result<Options, String> {
             "--models" => options.models = number(value()?)?,
             "--size" => options.size = number(value()?)?.max(1),
             "--case" => options.case = Some(number(value()?)?),
+            "--sizes" => options.sizes = Some(number(value()?)?),
             "--library" => options.library = value()?.into(),
             "--defects" => options.only_defects = true,
             "--check" => options.check = true,
@@ -86,6 +92,9 @@ fn packages(options: &Options) -> Vec<Vec<Case>> {
         let cases = Case::random(case);
         cases.iter().for_each(|case| println!("{}", case.text));
         return vec![cases];
+    }
+    if let Some(largest) = options.sizes {
+        return sizes::families(largest).chunks(options.size as usize).map(<[Case]>::to_vec).collect();
     }
     let mut first = defects();
     if options.only_defects {

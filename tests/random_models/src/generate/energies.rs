@@ -202,22 +202,30 @@ impl Draft<'_> {
         self.functions += ENERGIES;
     }
 
-    /// Many equal masses and springs: constant M.
-    pub(super) fn chain(&mut self) {
-        // Above 20 coordinates other code solves.
-        let n = [1, 2, 3, 5, 21, 22][self.r.below(6)];
+    /// Begins anew, with arrays of these lengths as coordinates and two parameters at most.
+    pub(super) fn alone(&mut self, coordinates: Vec<(String, usize)>) {
         self.units = false;
-        self.coordinates =
-            vec![Coordinate { name: self.coordinates[0].name.clone(), length: Some(n), is_length: false }];
+        let array = |(name, length)| Coordinate { name, length: Some(length), is_length: false };
+        self.coordinates = coordinates.into_iter().map(array).collect();
         self.inputs.clear();
         self.arrays.clear();
         self.shapes.clear();
-        let x = format!("q.{}", self.coordinates[0].name);
         let (m, k) = (self.scalars[0].clone(), self.scalars[self.scalars.len() - 1].clone());
         self.scalars.retain(|p| *p == m || *p == k);
         self.constants.clear();
         self.outside.clear();
+        self.functions.clear();
+        self.energies = Default::default();
         self.either = false;
+    }
+
+    /// Many equal masses and springs: constant M.
+    pub(super) fn chain(&mut self) {
+        // Above 20 coordinates other code solves.
+        let n = [1, 2, 3, 5, 21, 22][self.r.below(6)];
+        self.alone(vec![(self.coordinates[0].name.clone(), n)]);
+        let x = format!("q.{}", self.coordinates[0].name);
+        let (m, k) = (self.scalars[0].clone(), self.scalars[self.scalars.len() - 1].clone());
         let zero = format!("{}::ZERO", self.ty("Expr"));
         let t = format!(
             "let mut sum = {zero};\n        for i in 0..{n} {{\n            sum += 0.5 * self.{m} * {x}[i].dt().powi(2);\n        }}\n        sum"
