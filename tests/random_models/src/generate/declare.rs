@@ -133,6 +133,8 @@ impl Draft<'_> {
                     "core",
                     "Clone",
                     "Debug",
+                    // The functions' own argument would be a pattern of it.
+                    "q",
                 ];
                 if name != self.name && !word.contains(&name) {
                     let _ = writeln!(self.outside, "{allow}struct {name};");
