@@ -361,9 +361,13 @@ impl Judge<'_> {
     fn slopes(&mut self, at: &Point) {
         let (model, shape) = (self.model, self.shape);
         let n = shape.coordinates;
+        let (has, says) = model.has_jacobians();
+        if has != says {
+            self.report.findings.push(format!("Jacobians: {has}, by `REPORT` {says}"));
+        }
         let Some(slopes) = model.slopes(at) else {
             // With constraints there may be none: at singular positions, and where equations are too long.
-            if shape.rows == 0 {
+            if shape.rows == 0 && has {
                 self.report.findings.push("accelerations, but no Jacobians of them".to_owned());
             }
             return;

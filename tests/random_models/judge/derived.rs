@@ -11,12 +11,37 @@ use crate::{Emitted, Own, Point, Shape, Slopes, Subject};
 pub struct Derived<M: dynamics::model::Model> {
     pub model: M,
     pub own: fn(&M, &Coordinates<M>, &mut Own),
-    /// `slopes`, where the model has them.
-    pub slopes: Option<fn(&M, &Point) -> Option<Slopes>>,
+    pub slopes: Option<SlopesOf<M>>,
+    pub report: &'static str,
 }
 
-/// Derivatives of the accelerations. Models with friction by reactions have none.
-pub fn slopes<M: Linearize + Parameters>(model: &M, at: &Point) -> Option<Slopes> {
+/// Derivatives of the accelerations of a model.
+pub type SlopesOf<M> = fn(&M, &Point) -> Option<Slopes>;
+
+/// Finds them, as a method that a model with Jacobians has before it is borrowed once more.
+pub struct Find<M>(pub fn() -> M);
+
+/// Models with Jacobians.
+pub trait WithJacobians<M> {
+    fn slopes(&self) -> Option<SlopesOf<M>>;
+}
+impl<M: Linearize + Parameters> WithJacobians<M> for Find<M> {
+    fn slopes(&self) -> Option<SlopesOf<M>> {
+        Some(slopes)
+    }
+}
+
+/// All models: Jacobians that would be too large, or that friction by reactions does not have, are left out.
+pub trait Without<M> {
+    fn slopes(&self) -> Option<SlopesOf<M>>;
+}
+impl<M> Without<M> for &Find<M> {
+    fn slopes(&self) -> Option<SlopesOf<M>> {
+        None
+    }
+}
+
+fn slopes<M: Linearize + Parameters>(model: &M, at: &Point) -> Option<Slopes> {
     let s = &state::<M>(at);
     let n = M::COORDINATES.len();
     let by_state = model.state_jacobian(s).ok()?;
@@ -103,6 +128,10 @@ where
 
     fn slopes(&self, at: &Point) -> Option<Slopes> {
         self.slopes.and_then(|slopes| slopes(&self.model, at))
+    }
+
+    fn has_jacobians(&self) -> (bool, bool) {
+        (self.slopes.is_some(), !self.report.lines().any(|line| line.starts_with("Jacobians ")))
     }
 
     fn with_parameter(&self, at: &Point, index: usize, by: f64) -> Option<Vec<f64>> {

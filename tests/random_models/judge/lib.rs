@@ -7,7 +7,7 @@ mod derived;
 
 use dynamics::{Expr, Vec2, Vec3};
 
-pub use derived::{Derived, slopes};
+pub use derived::{Derived, Find, WithJacobians, Without};
 
 /// A place in state space: time, coordinates, velocities, inputs.
 #[derive(Clone, Debug)]
@@ -65,6 +65,8 @@ pub trait Subject {
     fn shape(&self) -> Shape;
     fn emitted(&self, at: &Point) -> Emitted;
     fn slopes(&self, at: &Point) -> Option<Slopes>;
+    /// Whether there are Jacobians, and whether `REPORT` says so.
+    fn has_jacobians(&self) -> (bool, bool);
     /// q̈ with one parameter changed by this much.
     fn with_parameter(&self, at: &Point, index: usize, by: f64) -> Option<Vec<f64>>;
     /// The model's own functions, q̈ and λ as given.

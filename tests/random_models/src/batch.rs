@@ -243,17 +243,17 @@ impl<'a> Batch<'a> {
 
 /// The program that judges these models.
 fn program(cases: &[&Case]) -> String {
-    let mut text = String::from("#![allow(mixed_script_confusables)]\n");
+    let mut text =
+        String::from("#![allow(mixed_script_confusables, unused_imports)]\nuse judge::{WithJacobians, Without};\n");
     for case in cases {
         text += &format!("mod {};\n", case.module);
     }
     text += "fn main() {\n    judge::run(&[\n";
     for case in cases {
         let module = &case.module;
-        // Accelerations are not linear in friction by reactions.
-        let slopes = if case.text.contains("q.slip(") { "None" } else { "Some(judge::slopes)" };
         text += &format!(
-            "        (\"{module}\", &judge::Derived {{ model: {module}::glue::model(), own: {module}::glue::own, slopes: {slopes} }}),\n"
+            "        (\"{module}\", &judge::Derived {{ model: {module}::glue::model(), own: {module}::glue::own, \
+             slopes: (&judge::Find({module}::glue::model)).slopes(), report: {module}::glue::REPORT }}),\n"
         );
     }
     text + "    ]);\n}\n"

@@ -28,7 +28,8 @@ pub fn glue(text: &str) -> String {
     }
     // Nothing here may be called anything that the model's names could shadow.
     format!(
-        "pub mod glue {{\n    pub fn model() -> super::{name} {{ super::{literal} }}\n    \
+        "pub mod glue {{\n    pub const REPORT: &::core::primitive::str = super::{name}::REPORT;\n    \
+         pub fn model() -> super::{name} {{ super::{literal} }}\n    \
          pub fn own(model: &super::{name}, q: &::dynamics::model::Coordinates<super::{name}>, own: &mut ::judge::Own) {{\n\
          {calls}    }}\n}}\n"
     )
