@@ -67,9 +67,9 @@ pub mod prelude {
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::{
         Analyze as _, BackboneError, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError, FitError,
-        Linearization, LinearizeError, NonlinearModes as _, PeriodicError, PeriodicMotions as _, SensitivityError,
-        SmallMotions as _, Stability, StabilityVerdict, StateSpace, Undecided, Vary as _, Vibration as _,
-        VibrationError, continuation, fold_curve, hopf_curve,
+        Linearization, LinearizeError, Loss, NonlinearModes as _, PeriodicError, PeriodicMotions as _,
+        SensitivityError, SmallMotions as _, Stability, StabilityVerdict, StateSpace, Undecided, Vary as _,
+        Vibration as _, VibrationError, continuation, fold_curve, hopf_curve,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;

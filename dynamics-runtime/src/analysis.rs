@@ -35,7 +35,7 @@ pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, Ru
 pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
 pub use page::Page;
 pub use parameters::{
-    EquilibriumChange, Fit, FitError, Fitted, Fitting, FrequencyChange, Gradient, Loss, Objective, Resampled,
+    EquilibriumChange, Fit, FitError, Fitted, Fitting, FrequencyChange, Gradient, Loss, Objective, Outlier, Resampled,
     Residuals, RunFailure, Sensitivities, Sensitivity, SensitivityError, Sweep, SweepAxis, SweepError, Sweeping,
     Variable, VariableError, Vary,
 };

@@ -13,7 +13,7 @@ mod statics;
 mod sweep;
 mod variable;
 
-pub use fit::{Fit, FitError, Fitted, Fitting, Loss, Resampled, Residuals};
+pub use fit::{Fit, FitError, Fitted, Fitting, Loss, Outlier, Resampled, Residuals};
 pub use gradient::{Gradient, Objective};
 pub use sensitivity::{Sensitivities, Sensitivity, SensitivityError};
 pub use statics::{EquilibriumChange, FrequencyChange};

@@ -27,7 +27,7 @@ pub use error::FitError;
 use experiment::{Experiment, Told, named};
 use levenberg::{Levenberg, Outcome};
 pub use resample::Resampled;
-pub use result::{Fit, Fitted, Residuals};
+pub use result::{Fit, Fitted, Outlier, Residuals};
 pub use robust::Loss;
 use robust::Weighed;
 
@@ -278,6 +278,31 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
     }
 
     pub(super) fn solve_from(&self, first: &DVector<f64>) -> Result<Fit, FitError> {
+        self.search_from(first).map_err(|error| self.explained(error, first))
+    }
+
+    /// A failure of the search with what it comes from: values at which there is no motion, or a datum that
+    /// stands out.
+    fn explained(&self, error: FitError, first: &DVector<f64>) -> FitError {
+        use SensitivityError::{Motion, NotFinite, OutOfRange, Solve, StepTooSmall};
+        let outlier = match &error {
+            FitError::Motion(Motion(_) | NotFinite { .. } | OutOfRange { .. } | Solve { .. } | StepTooSmall { .. })
+                if self.evaluate(first, true).is_err() =>
+            {
+                let values = self.unknowns.iter().zip(first).map(|(unknown, x)| (unknown.name.clone(), *x));
+                let FitError::Motion(cause) = error else { return error };
+                return FitError::FirstValues { values: values.collect(), cause: Box::new(cause) };
+            }
+            FitError::NotSettled { so_far, .. } | FitError::NothingFound { so_far, .. } => so_far.outlier(),
+            _ => None,
+        };
+        match outlier.or_else(|| result::outlier_at(self, first)).filter(|_| self.loss == Loss::Squares) {
+            Some(outlier) => FitError::Outlier { outlier: Box::new(outlier), cause: Box::new(error) },
+            None => error,
+        }
+    }
+
+    fn search_from(&self, first: &DVector<f64>) -> Result<Fit, FitError> {
         let bounds: Vec<[f64; 2]> = self.unknowns.iter().map(|unknown| unknown.bounds).collect();
         let values = self.series().flat_map(|s| s.points.iter().map(|(_, y)| y / s.sigma));
         let values = DVector::from_iterator(self.series().map(|s| s.points.len()).sum(), values);

@@ -7,7 +7,8 @@ use core::fmt;
 
 use super::super::sensitivity::SensitivityError;
 use super::super::variable::VariableError;
-use super::{Fit, Fitted};
+use super::{Fit, Fitted, Outlier};
+use crate::motion::numbers::Readable;
 
 /// Why unknowns were not found.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,8 +71,7 @@ pub enum FitError {
         /// What was given.
         limit: f64,
     },
-    /// The search settled where an unknown has run away, or is not known to any digit: the data, or an
-    /// outlier among them, lead nowhere.
+    /// The search settled where an unknown has run away, or is not known to any digit: the data lead nowhere.
     NothingFound {
         /// The unknown.
         name: String,
@@ -119,6 +119,20 @@ pub enum FitError {
     },
     /// The motion or its sensitivities do not exist.
     Motion(SensitivityError),
+    /// They do not exist with the values at which the search begins.
+    FirstValues {
+        /// Those values.
+        values: Vec<(String, f64)>,
+        /// Why.
+        cause: Box<SensitivityError>,
+    },
+    /// Least squares found nothing, and one datum stands out.
+    Outlier {
+        /// The datum: at the end of the search, or at the first values.
+        outlier: Box<Outlier>,
+        /// What the search met.
+        cause: Box<FitError>,
+    },
     /// The data do not tell some unknowns apart, or say nothing of one.
     Indistinguishable {
         /// Groups of unknowns of which one could make up for the others; groups of one have no influence on what was measured.
@@ -185,16 +199,7 @@ impl fmt::Display for FitError {
                     Some(Fitted { value, .. }) => write!(f, "{value:.3e}")?,
                     None => f.write_str("no number")?,
                 }
-                match so_far.outlier() {
-                    Some((quantity, row, part)) => write!(
-                        f,
-                        "; row {row} of `{quantity}` alone makes {:.1} % of χ²: leave it out, or ask for a loss that outliers do not decide, `.loss(Loss::CAUCHY)`",
-                        (100.0 * part).min(99.9)
-                    ),
-                    None => {
-                        f.write_str("; begin nearer, give bounds by `.find_within(..)`, or measure what depends on it")
-                    }
-                }
+                f.write_str("; begin nearer, give bounds by `.find_within(..)`, or measure what depends on it")
             }
             Self::BeforeStart { name, row, time, start } => write!(
                 f,
@@ -214,6 +219,21 @@ impl fmt::Display for FitError {
                 write!(f, "{data} data cannot tell {unknowns} unknowns{of_noise}; measure more, or find fewer")
             }
             Self::Motion(error) => error.fmt(f),
+            Self::FirstValues { values, cause } => {
+                f.write_str("there is no motion with the first values")?;
+                for (k, (name, value)) in values.iter().enumerate() {
+                    write!(f, "{} `{name}` = {}", if k > 0 { "," } else { "" }, Readable(*value))?;
+                }
+                // The state stands on further lines.
+                let cause = alloc::format!("{cause}");
+                let cause = cause.lines().next().unwrap_or_default();
+                write!(f, "; begin with values at which the model can be simulated. The simulation met: {cause}")
+            }
+            Self::Outlier { outlier, cause } => write!(
+                f,
+                "{outlier}; leave it out, or ask for a loss that outliers do not decide, `.loss(Loss::CAUCHY)`. \
+                 Least squares met: {cause}"
+            ),
             Self::Indistinguishable { groups, .. } => {
                 for (k, group) in groups.iter().enumerate() {
                     f.write_str(if k > 0 { "; " } else { "" })?;

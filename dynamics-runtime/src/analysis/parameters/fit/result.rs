@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::size;
-use super::robust::{Loss, Weighed};
+use super::robust::{self, Loss, Weighed};
 use super::{FitError, Problem, RANK};
 use crate::model::Parameters;
 use crate::motion::Simulate;
@@ -46,6 +46,42 @@ pub struct Residuals {
     pub neighbours: f64,
 }
 
+/// A datum that alone makes more than half of Σ residual² of its quantity, of ten data or more: an outlier, or
+/// what the model lacks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outlier {
+    /// The quantity.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: String,
+    /// The row, from 0.
+    pub row: usize,
+    /// Its time.
+    pub time: f64,
+    /// Model less measured.
+    pub residual: f64,
+    /// How many times the median of the other residuals that is; infinite where they are 0.
+    pub times: f64,
+    /// The part of Σ residual² that it makes.
+    pub part: f64,
+}
+
+impl Outlier {
+    /// The first one, and of which quantity.
+    fn among(residuals: &[Residuals]) -> Option<(usize, Self)> {
+        residuals.iter().enumerate().find_map(|(index, left)| {
+            let mut others: Vec<f64> = left.points.iter().map(|(_, r)| r.abs()).collect();
+            let row = (0..others.len()).max_by(|a, b| others[*a].total_cmp(&others[*b]))?;
+            let part = others[row].powi(2) / others.iter().map(|r| r * r).sum::<f64>();
+            let largest = others.swap_remove(row);
+            let times = largest / robust::median(&mut others);
+            let (quantity, unit, (time, residual)) = (left.name.clone(), left.unit.clone(), left.points[row]);
+            (left.points.len() >= 10 && part > 0.5)
+                .then_some((index, Self { quantity, unit, row, time, residual, times, part }))
+        })
+    }
+}
+
 /// The values that come nearest to the data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
@@ -83,18 +119,10 @@ impl Fit {
         self.found.iter().find(|fitted| fitted.name == name)
     }
 
-    /// The datum that alone makes more than half of Σ residual² of its quantity, of ten data or more: the
-    /// quantity, the row from 0, and its part. An outlier, or what the model lacks.
+    /// The datum that alone makes more than half of what is left of its quantity.
     #[must_use]
-    pub fn outlier(&self) -> Option<(&str, usize, f64)> {
-        let of = |left: &Residuals| {
-            let squares: f64 = left.points.iter().map(|(_, r)| r * r).sum();
-            let worst = left.points.iter().enumerate().max_by(|a, b| a.1.1.abs().total_cmp(&b.1.1.abs()));
-            let (row, (_, r)) = worst?;
-            let part = r * r / squares;
-            (left.points.len() >= 10 && part > 0.5).then_some((row, part))
-        };
-        self.residuals.iter().find_map(|left| of(left).map(|(row, part)| (left.name.as_str(), row, part)))
+    pub fn outlier(&self) -> Option<Outlier> {
+        Outlier::among(&self.residuals).map(|(_, outlier)| outlier)
     }
 
     /// χ² per degree of freedom: near 1 where model and given noise are right; `None` where no freedom is left.
@@ -176,6 +204,19 @@ impl Fit {
             iterations,
         })
     }
+}
+
+/// The datum that stands out at some values of the unknowns by what was measured, and not by what the model makes.
+pub(super) fn outlier_at<M: Simulate + Parameters + Clone>(
+    problem: &Problem<'_, M>,
+    at: &DVector<f64>,
+) -> Option<Outlier> {
+    let (residuals, _) = problem.evaluate(at, false).ok()?;
+    let left = by_quantity(problem, &residuals, &alloc::vec![1.0; residuals.len()]);
+    let (index, outlier) = Outlier::among(&left)?;
+    let (_, measured) = problem.series().nth(index)?.points[outlier.row];
+    let modelled = outlier.residual + measured;
+    (modelled.abs() < measured.abs()).then_some(outlier)
 }
 
 fn by_quantity<M: Simulate + Parameters + Clone>(

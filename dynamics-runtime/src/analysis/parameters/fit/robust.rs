@@ -180,13 +180,17 @@ fn by_rows(mut matrix: DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
 
 /// 1.4826 times the median of |r|.
 pub(super) fn median_size(residuals: &DVector<f64>) -> f64 {
-    let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let middle = sizes.len() / 2;
-    match sizes.len() {
+    NORMAL * median(&mut residuals.iter().map(|r| r.abs()).collect::<Vec<_>>())
+}
+
+/// 0 of nothing.
+pub(super) fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
         0 => 0.0,
-        odd if odd % 2 == 1 => NORMAL * sizes[middle],
-        _ => NORMAL * 0.5 * (sizes[middle - 1] + sizes[middle]),
+        odd if odd % 2 == 1 => values[middle],
+        _ => 0.5 * (values[middle - 1] + values[middle]),
     }
 }
 

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use super::{Fit, Loss};
+use super::{Fit, Loss, Outlier};
+use crate::motion::numbers::{Readable, Times};
 
 /// One line for each unknown, then correlations that matter, then one line for each quantity.
 impl fmt::Display for Fit {
@@ -36,12 +37,8 @@ impl fmt::Display for Fit {
         }
         // Of data without noise the errors of motions are left.
         let exact = self.residuals.iter().all(|left| left.explained == 1.0);
-        if let Some((quantity, row, part)) = self.outlier().filter(|_| !exact) {
-            writeln!(
-                f,
-                "row {row} of `{quantity}` alone makes {:.1} % of the squares of its residuals: an outlier?",
-                100.0 * part
-            )?;
+        if let Some(outlier) = self.outlier().filter(|_| !exact) {
+            writeln!(f, "{outlier}: an outlier?")?;
         }
         if self.loss != Loss::Squares {
             let all = self.residuals.iter().flat_map(|left| &left.weights);
@@ -51,5 +48,16 @@ impl fmt::Display for Fit {
         let noise = if self.absolute { "noise given" } else { "noise from the residuals" };
         write!(f, "χ² = {:.6e} with {} degrees of freedom ({noise}), ", self.chi_squared, self.freedom)?;
         write!(f, "independence {:.1e}, {} iterations", self.independence, self.iterations)
+    }
+}
+
+impl fmt::Display for Outlier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { quantity, unit, row, time, residual, times, part } = self;
+        let (time, part) = (Readable(*time), (100.0 * part).min(99.9));
+        write!(f, "row {row} of `{quantity}` (t = {time}) alone makes {part:.1} % of the squares of its residuals: ")?;
+        let space = if unit.is_empty() { "" } else { " " };
+        write!(f, "{:.3e}{space}{unit} off", residual.abs())?;
+        if times.is_finite() { write!(f, ", {} times the median of the others", Times(*times)) } else { Ok(()) }
     }
 }
