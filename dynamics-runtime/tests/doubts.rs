@@ -275,6 +275,31 @@ fn overflow_is_called_by_its_name() {
     }
 }
 
+/// Accelerations that are beyond all numbers at the start are called that, and not a matter of the tolerance; and
+/// those by the inverse square of a distance that vanishes, as of a plate that is pulled in, no jump.
+#[test]
+fn accelerations_beyond_all_bounds_are_called_by_their_name() {
+    for model in [Closure(|_, q, _| -1e160 * q), Closure(|_, q, _| 1e160 * q)] {
+        let error = model.simulate(at_rest_or_not([1.0], [0.0])).until(1.0).run().unwrap_err();
+        assert!(matches!(error.kind, SimulationErrorKind::Overflow { coordinate: "x", order: 2, .. }), "{error}");
+        assert!(error.to_string().contains("the acceleration of `x` is "), "{error}");
+    }
+    let [plate, stronger]: [fn(f64, f64, f64) -> f64; 2] =
+        [|_, q, u| 0.5 / (1.0 - q).powi(2) - q - 0.5 * u, |_, q, u| 4.5 / (1.0 - q).powi(2) - q - 0.5 * u];
+    for plate in [Closure(plate), Closure(stronger)] {
+        for tolerance in [1e-6, 1e-9, 1e-12] {
+            let run = plate.simulate(at_rest_or_not([0.0], [0.0])).until(100.0).tolerance(tolerance).run();
+            let error = run.unwrap_err();
+            assert!(matches!(error.kind, SimulationErrorKind::StepsVanish { .. }), "{error}");
+            assert!(error.state.q[0] < 1.0 && error.to_string().contains("as d - x in a force by"), "{error}");
+        }
+    }
+    // A jump is none of that.
+    let rubs = Closure(|_, q, u| 0.1 - q - 10.0 * u.signum());
+    let error = rubs.simulate(at_rest_or_not([0.0], [1.0])).until(10.0).tolerance(1e-9).run().unwrap_err();
+    assert!(!matches!(error.kind, SimulationErrorKind::StepsVanish { .. }), "{error}");
+}
+
 /// A summary takes no longer than some runs: of many coordinates some states are looked at, and what would
 /// take longer is named.
 #[test]

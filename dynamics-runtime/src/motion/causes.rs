@@ -14,9 +14,9 @@ use crate::constrain::assemble::{self, at_time};
 use crate::constrain::gradients::mass;
 use crate::constrain::held::active_rows;
 use crate::constrain::inertia::{Inertia, least_inertia, unit_inertias};
+use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::condition;
-use crate::constrain::with_workspace;
-use crate::constrain::{Gradients, Involved};
+use crate::constrain::{Gradients, Involved, solve_once, with_workspace};
 use crate::error::SolveError;
 use crate::integrate::{Method, StepOptions, Tolerances};
 use crate::model::{Constraints, Known, ModelState, Modes, Quantity, Vector};
@@ -30,6 +30,12 @@ const VANISHED: f64 = 1e-5;
 /// No motion comes here, in whatever unit; and what forces make of such values, as third powers of them and
 /// more, is infinite soon after.
 const BEYOND: f64 = 1e60;
+/// Times that are looked back, each four times the one before: up to a hundredth of t.
+const FOURFOLD: usize = 24;
+/// By which accelerations become smaller each time, and how often, where they grow without bounds: those by the
+/// inverse square root of a distance do by 2.
+const SHRINKS: f64 = 1.5;
+const IN_A_ROW: u32 = 5;
 /// Conditioning of constraints from which on it, and not the inertia of what they leave, is looked at.
 const WEAK: f64 = 1e5;
 
@@ -92,8 +98,8 @@ pub(super) fn explain<M: Constraints>(
     if !(creeps || collapses(&kind)) {
         return kind;
     }
-    if let Some((coordinate, rate, value)) = beyond_numbers(state) {
-        return Kind::Overflow { coordinate: M::COORDINATES[coordinate].name, rate, value, cause: Box::new(kind) };
+    if let Some((coordinate, order, value)) = beyond_numbers(model, state) {
+        return Kind::Overflow { coordinate: M::COORDINATES[coordinate].name, order, value, cause: Box::new(kind) };
     }
     // A step that was not made shorter has the corner somewhere in it; the straight way is not quite its own.
     let reach = match kind {
@@ -118,7 +124,9 @@ pub(super) fn explain<M: Constraints>(
         && let Some(cause) = jumps::explain(model, state, &kind)
         && core::mem::discriminant(&singular()) == core::mem::discriminant(&kind)
     {
-        return cause;
+        // Steps over a pole and back look like a jump.
+        let pole = matches!(cause, Kind::RestsOnJump { .. }).then(|| unbounded(model, state)).flatten();
+        return pole.unwrap_or(cause);
     }
     // A mass matrix that was found singular has named its coordinate.
     let says_so = matches!(kind, Kind::SingularMassMatrix(_));
@@ -127,15 +135,48 @@ pub(super) fn explain<M: Constraints>(
     {
         return Kind::InertiaVanishes { coordinates, share, cause: Box::new(kind) };
     }
-    idle(model, state, singular::explain(model, start, state, (kind, h), way))
+    let kind = idle(model, state, singular::explain(model, start, state, (kind, h), way));
+    match kind {
+        Kind::StepSizeTooSmall { .. } | Kind::StepNotSolved { .. } => unbounded(model, state).unwrap_or(kind),
+        kind => kind,
+    }
 }
 
-/// The largest element of a state, its coordinate and whether it is a velocity, where it is beyond all use.
-fn beyond_numbers<S: ModelState>(state: &S) -> Option<(usize, bool, f64)> {
-    let parts = [(false, state.q()), (true, state.u())];
-    let all =
-        parts.into_iter().flat_map(|(rate, part)| part.as_slice().iter().enumerate().map(move |(i, x)| (i, rate, *x)));
+/// The largest element of a state or its accelerations, its coordinate and the order of its derivative, where it is beyond all use.
+fn beyond_numbers<M: Constraints>(model: &M, state: &M::State) -> Option<(usize, u8, f64)> {
+    let accelerations = accelerations(model, state).unwrap_or_else(M::Vector::zeros);
+    let parts = [(0, state.q()), (1, state.u()), (2, &accelerations)];
+    let all = parts
+        .into_iter()
+        .flat_map(|(order, part)| part.as_slice().iter().enumerate().map(move |(i, x)| (i, order, *x)));
     all.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs())).filter(|(_, _, x)| x.abs() > BEYOND)
+}
+
+fn accelerations<M: Constraints>(model: &M, state: &M::State) -> Option<M::Vector> {
+    let constants = model.constants().ok()?;
+    Some(solve_once(model, &constants, state).ok()?.accelerations)
+}
+
+/// Whether accelerations grow without bounds towards a state, on the straight way to it: by a power of the distance, as those by 1/r² do, and not at one place, as where they
+/// jump. Back along the way, in times that are four times as long again and again, they become smaller again and again.
+fn unbounded<M: Constraints>(model: &M, state: &M::State) -> Option<Kind> {
+    let here = accelerations(model, state)?;
+    let at = state.t();
+    let (mut last, mut in_a_row) = (max_abs(here.as_slice()), 0);
+    let mut by = f64::EPSILON * at.abs();
+    for _ in 0..FOURFOLD {
+        let mut before = at_time(state, at - by);
+        (0..M::Vector::LEN).for_each(|i| before.q_mut()[i] -= by * state.u()[i]);
+        let size = max_abs(accelerations(model, &before)?.as_slice());
+        in_a_row = if size * SHRINKS <= last { in_a_row + 1 } else { 0 };
+        if in_a_row == IN_A_ROW {
+            let coordinates = Involved::ranked(M::COORDINATES, here.as_slice().iter().copied().enumerate());
+            return Some(Kind::StepsVanish { at, coordinates, rows: Involved::ranked(M::ROWS, core::iter::empty()) });
+        }
+        last = size;
+        by *= 4.0;
+    }
+    None
 }
 
 /// A singular mass matrix with all coordinates that have no inertia at all, and the parameters that may be why; as it is where that says no more.

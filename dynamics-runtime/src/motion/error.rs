@@ -139,10 +139,10 @@ pub enum SimulationErrorKind {
     },
     /// The motion grows without bounds, to where sums and products of its values are beyond all numbers.
     Overflow {
-        /// The coordinate that is the largest, or whose velocity is.
+        /// The coordinate that is the largest, or whose velocity or acceleration is.
         coordinate: &'static str,
-        /// Whether it is the velocity.
-        rate: bool,
+        /// Of which derivative by time the value is: 0 of the coordinate, 1 of its velocity, 2 of its acceleration.
+        order: u8,
         /// Its value.
         value: f64,
         /// What the method met.

@@ -74,7 +74,7 @@ impl fmt::Display for SimulationErrorKind {
                 if !rows.is_empty() {
                     write!(f, ", held by {rows}")?;
                 }
-                f.write_str("; a length or distance that vanishes does this: keep it above 0, or end the motion before, by an event or `.until(..)`")
+                f.write_str("; a length or distance that vanishes does this, as d - x in a force by 1/(d - x)^2: keep it above 0, as by a stop, or end the motion before, by an event or `.until(..)`")
             }
             Self::EventsAccumulate { event, at, squeezed: true } => write!(
                 f,
@@ -104,10 +104,11 @@ impl fmt::Display for SimulationErrorKind {
                 "constraint `{row}` has drifted in its {what} to {residual:e}, a distance of {distance:e} where {limit:e} is the limit; choose \
                  `Formulation::Projected`, tighten the tolerance, or raise `.drift_limit(..)`"
             ),
-            Self::Overflow { coordinate, rate, value, .. } => write!(
+            Self::Overflow { coordinate, order, value, .. } => write!(
                 f,
-                "the motion grows beyond all numbers: {}`{coordinate}` is {value:.1e}; end it before, or look for what feeds it, as a force or a damper of the wrong sign",
-                if *rate { "the velocity of " } else { "" }
+                "the motion grows beyond all numbers: {}`{coordinate}` is {value:.1e}; end it before, or look for what feeds it, as a force or a damper of the wrong sign, or \
+                 a start or a parameter that is far off",
+                ["", "the velocity of ", "the acceleration of "][usize::from(*order).min(2)]
             ),
             Self::SingularPosition { rows, coordinates, condition, met } => {
                 write!(
