@@ -180,3 +180,44 @@ fn fixed_steps_that_pass_over_gimbal_lock_are_told() {
     let summary = FREE.simulate(start).until(1.1).fixed_step(1e-4).run().unwrap().summary();
     assert!(summary.locking.is_none_or(|locking| !locking.doubtful), "{summary}");
 }
+
+/// A body about its centre, its energy written out in Euler parameters: ω = 2 G(p) ṗ.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(p: [_; 4])]
+struct Spinning {
+    inertia: [f64; 3],
+}
+
+#[dynamics]
+impl Spinning {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let [w, x, y, z] = q.p;
+        let about_x = 2.0 * (w * x.dt() - x * w.dt() + z * y.dt() - y * z.dt());
+        let about_y = 2.0 * (w * y.dt() - y * w.dt() + x * z.dt() - z * x.dt());
+        let about_z = 2.0 * (w * z.dt() - z * w.dt() + y * x.dt() - x * y.dt());
+        0.5 * (self.inertia[0] * about_x.powi(2)
+            + self.inertia[1] * about_y.powi(2)
+            + self.inertia[2] * about_z.powi(2))
+    }
+    #[holonomic]
+    fn norm(&self, q: &Coordinates<Self>) -> Expr {
+        let [w, x, y, z] = q.p;
+        0.5 * (w * w + x * x + y * y + z * z - 1.0)
+    }
+}
+
+/// M has rank 3 of 4, and the constraint holds the fourth direction: what is told is how well the two together
+/// determine the accelerations, which is badly only where the body itself has next to no inertia about an axis.
+#[test]
+fn conditioning_of_euler_parameters_is_that_of_what_the_constraint_leaves() {
+    let conditioning = |inertia| {
+        let body = Spinning { inertia };
+        let start = body.state().p([0.8, 0.0, 0.6, 0.0]).p_rate([0.3, 0.5, -0.4, 0.2]).build().unwrap();
+        let summary = body.simulate(start).until(1.0).run().unwrap().summary();
+        assert!(summary.conditioning.largest >= 1.0, "{summary}");
+        summary.conditioning.largest
+    };
+    assert!(conditioning([1.0, 2.0, 3.0]) < 30.0, "{}", conditioning([1.0, 2.0, 3.0]));
+    assert!(conditioning([1.0, 1.0, 1e-9]) > 1e7, "{}", conditioning([1.0, 1.0, 1e-9]));
+}

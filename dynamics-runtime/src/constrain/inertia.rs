@@ -33,14 +33,31 @@ pub(crate) fn unit_inertias<M: Constraints>(model: &M, state: &M::State) -> Vec<
 /// [`Inertia`] at a state; `None` where a value is not finite.
 pub(crate) fn least_inertia<M: Constraints>(model: &M, state: &M::State, scale: &[f64]) -> Option<Inertia> {
     let n = M::Vector::LEN;
+    // What is held has more inertia than any free direction.
+    let mut mass = left_inertia(model, state, scale, |mass, _| (n as f64 * max_abs(mass)).max(1.0))?;
+    let (mut v, mut sigma) = (vec![0.0; n * n], vec![0.0; n]);
+    let svd = Svd::new(n, &mut mass, &mut v, &mut sigma);
+    let least = (0..n).reduce(|a, b| if svd.sigma[b] < svd.sigma[a] { b } else { a })?;
+    let direction = svd.right(least);
+    let coordinates = Involved::ranked(M::COORDINATES, direction.iter().copied().enumerate());
+    Some(Inertia { least: svd.sigma[least].copysign(dot(svd.column(least), direction)), coordinates })
+}
+
+/// P M P + b (1 − P) by rows, P onto the velocities that the constraints leave, in scaled coordinates: the inertia of what moves, and b of what is held, `of_held` M by rows or
+/// P M P and how many directions are held. `None` where a value is not finite.
+pub(crate) fn left_inertia<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    scale: &[f64],
+    of_held: impl Fn(&[f64], usize) -> f64,
+) -> Option<Vec<f64>> {
+    let n = M::Vector::LEN;
     let mut mass = mass_of(model, state);
     (0..n * n).for_each(|k| mass[k] *= scale[k / n] * scale[k % n]);
     let held = held_directions(model, state, scale)?;
     if mass.iter().any(|x| !x.is_finite()) {
         return None;
     }
-    // P M P + b (1 − P): what is held has the inertia b, more than any free direction.
-    let bound = (n as f64 * max_abs(&mass)).max(1.0);
     let project = |x: &mut [f64]| {
         for direction in held.chunks_exact(n) {
             let along = dot(direction, x);
@@ -50,15 +67,11 @@ pub(crate) fn least_inertia<M: Constraints>(model: &M, state: &M::State, scale: 
     mass.chunks_exact_mut(n).for_each(project);
     transpose(&mut mass, n);
     mass.chunks_exact_mut(n).for_each(project);
+    let bound = of_held(&mass, held.len() / n);
     for direction in held.chunks_exact(n) {
         (0..n * n).for_each(|k| mass[k] += bound * direction[k / n] * direction[k % n]);
     }
-    let (mut v, mut sigma) = (vec![0.0; n * n], vec![0.0; n]);
-    let svd = Svd::new(n, &mut mass, &mut v, &mut sigma);
-    let least = (0..n).reduce(|a, b| if svd.sigma[b] < svd.sigma[a] { b } else { a })?;
-    let direction = svd.right(least);
-    let coordinates = Involved::ranked(M::COORDINATES, direction.iter().copied().enumerate());
-    Some(Inertia { least: svd.sigma[least].copysign(dot(svd.column(least), direction)), coordinates })
+    Some(mass)
 }
 
 fn mass_of<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {

@@ -9,6 +9,7 @@ use super::query::{Motion, Sampler};
 use super::record::Record;
 use super::simulate::Simulate;
 use crate::constrain::gradients::mass;
+use crate::constrain::inertia::{left_inertia, unit_inertias};
 use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::{Weakness, condition, weakness};
 use crate::constrain::{Involved, with_workspace};
@@ -24,7 +25,9 @@ use crate::model::{Constraints, Known, ModelState, Vector};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditioning {
     /// Largest κ over the accepted states: 1 for a diagonal M, infinite for a singular one, NaN where M is not a number. Coordinates without any
-    /// inertia, which constraints carry along, are left out.
+    /// inertia, which constraints carry along, are left out. Where M alone would lose half of the digits, as
+    /// where there are more coordinates than velocities (four Euler parameters of a body), κ is that of the
+    /// inertia of the velocities that the constraints leave.
     pub largest: f64,
     /// When it was met first.
     pub time: f64,
@@ -40,6 +43,8 @@ const MOST_COORDINATES: usize = 32;
 /// and [`LEAST_STATES`] at least.
 const PER_EVALUATION: f64 = 8.0;
 const LEAST_STATES: usize = 32;
+/// κ of M from which on it is asked what of M the constraints leave: half of the digits would be lost.
+const UNDETERMINED: f64 = 1e8;
 /// States between which the worst conditioning is looked for, in every step.
 const PARTS: usize = 4;
 /// A position at which the constraints are worse conditioned than this is a singular one.
@@ -129,8 +134,8 @@ impl<M: Simulate> Motion<'_, M> {
                     found = condition_of(M::COORDINATES.len(), mass, M::IS_HELD);
                     last = mass.to_vec();
                 }
-                found
-            })
+            });
+            if M::IS_HELD && found > UNDETERMINED { left_condition(self.model(), &state) } else { found }
         };
         let mut worst = (0, at(0));
         let mut looked_at = 1;
@@ -158,6 +163,17 @@ impl<M: Simulate> Motion<'_, M> {
 
 pub(super) fn condition_number<M: Constraints>(model: &M, state: &M::State) -> f64 {
     with_workspace::<M, _>(|workspace| condition_of(M::COORDINATES.len(), mass(model, state, workspace), M::IS_HELD))
+}
+
+/// κ of P S P + b (1 − P), P onto the velocities that the constraints leave, b the mean inertia of these.
+fn left_condition<M: Constraints>(model: &M, state: &M::State) -> f64 {
+    let n = M::COORDINATES.len();
+    let mean = |mass: &[f64], held: usize| match n.saturating_sub(held) {
+        0 => 1.0,
+        free => (0..n).map(|i| mass[i * n + i]).sum::<f64>() / free as f64,
+    };
+    let left = left_inertia(model, state, &unit_inertias(model, state), mean);
+    left.map_or(f64::NAN, |left| condition_of(n, &left, false))
 }
 
 /// Of M by rows; an exact 1 where it is diagonal. Coordinates without any inertia are carried along by
