@@ -250,11 +250,12 @@ impl Doubts {
         Ok(())
     }
 
-    /// What the energy shows. Where forces work and half steps agree it is not asked: works are integrated
-    /// over states between the ends of steps, which a step far longer than a stiff damper needs does not
-    /// resolve. With constraints it is asked always: whole and half steps may agree on the wrong branch.
+    /// What the energy shows. Where forces work and half steps agree, but for moments, it is not asked: works
+    /// are integrated over states between the ends of steps, which a step far longer than a stiff damper needs
+    /// does not resolve, and what they miss in a moment stays. With constraints it is asked always: whole and
+    /// half steps may agree on the wrong branch.
     fn write_energy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.works && self.halved_at_most.is_some_and(|times| times <= TOLD) {
+        if self.works && self.halved.is_some_and(|times| times <= TOLD) {
             return Ok(());
         }
         if let Some(times) = self.energy.filter(|times| *times > MUCH) {

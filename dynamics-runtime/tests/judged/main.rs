@@ -57,6 +57,15 @@ fn warnings_are_neither_missing_nor_false() {
     }
 }
 
+/// Works that are missed in the moments in which a relaxation oscillation falls stay in their account, and are
+/// no drift of a motion that half steps agree with otherwise.
+#[test]
+fn work_that_is_missed_in_a_moment_is_no_drift() {
+    let judged = motion(3594).expect("a motion that runs");
+    assert!(judged.name == "van der Pol" && judged.error < 2.0 && judged.shown > 100.0, "{}", judged.error);
+    assert!(judged.warnings.iter().all(|warning| !warning.contains("energy")), "{:?}", judged.warnings);
+}
+
 /// A parallelogram passes the positions in which its bars lie in a line: coefficients that are large for a
 /// moment are no growth.
 #[test]
