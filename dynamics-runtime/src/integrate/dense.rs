@@ -160,11 +160,14 @@ impl<V: Vector> Dense<V> for Hermite<V> {
     fn at(&self, theta: f64) -> Phase<V> {
         let Self { h, start, second, higher: [c3, c4, c5], rounding } = self;
         let (mut out, smoothly) = (*start, smoothly(theta));
+        // Slices: without optimisation an element of a vector is a call.
+        let [start, second, c3, c4, c5, rounding] = [&start.u, second, c3, c4, c5, rounding].map(Vector::as_slice);
+        let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
         for i in 0..V::LEN {
             let cubic = c3[i] + theta * (c4[i] + theta * c5[i]);
-            out.q[i] += theta * (h * start.u[i] + theta * (second[i] + theta * cubic)) + rounding[i] * smoothly;
+            q[i] += theta * (h * start[i] + theta * (second[i] + theta * cubic)) + rounding[i] * smoothly;
             let slope = 3.0 * c3[i] + theta * (4.0 * c4[i] + theta * 5.0 * c5[i]);
-            out.u[i] += theta * (2.0 * second[i] + theta * slope) / h;
+            u[i] += theta * (2.0 * second[i] + theta * slope) / h;
         }
         out
     }

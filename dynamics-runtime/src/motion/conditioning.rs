@@ -42,7 +42,7 @@ const MOST_COORDINATES: usize = 32;
 /// time in proportion to n: measured on a chain of 45 masses. So many are found as take as long as the run,
 /// and [`LEAST_STATES`] at least.
 const PER_EVALUATION: f64 = 8.0;
-const LEAST_STATES: usize = 32;
+const LEAST_STATES: usize = 8;
 /// κ of M from which on it is asked what of M the constraints leave: half of the digits would be lost.
 const UNDETERMINED: f64 = 1e8;
 /// States between which the worst conditioning is looked for, in every step.

@@ -112,9 +112,11 @@ impl<M: Simulate> Motion<'_, M> {
                 let theta = part * (k as f64 + node);
                 let y = path.at(theta);
                 let a = plant.accelerations(start.t + theta * h, &y.q, &y.u).ok()?;
-                for i in 0..M::Vector::LEN {
-                    sum[i] += part * weight * h * a[i];
-                    carried[i] += part * weight * h * h * (1.0 - theta) * a[i];
+                let weight = part * weight * h;
+                let sums = sum.as_mut_slice().iter_mut().zip(carried.as_mut_slice());
+                for ((sum, carried), a) in sums.zip(a.as_slice()) {
+                    *sum += weight * a;
+                    *carried += weight * h * (1.0 - theta) * a;
                 }
             }
             Some((sum, carried))
