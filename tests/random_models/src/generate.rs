@@ -168,15 +168,16 @@ impl Draft<'_> {
         let mut text = String::new();
         let mut fields = String::new();
         let mut values = Vec::new();
+        // No value is a bound that an expression has (`.min(0.9)`): there is no derivative at a corner.
+        let mut value = |from: f64| format!("{:.4}", from + 0.0003 + self.r.below(1000) as f64 / 1000.0);
         for p in &self.scalars {
-            values.push(format!("{p}: {:.3}", 0.4 + self.r.below(1000) as f64 / 1000.0));
+            values.push(format!("{p}: {}", value(0.4)));
         }
         if self.units {
-            values.extend(scales.iter().map(|(p, _)| format!("{p}: {:.3}", 0.6 + self.r.below(1000) as f64 / 1000.0)));
+            values.extend(scales.iter().map(|(p, _)| format!("{p}: {}", value(0.6))));
         }
         for (p, length) in &self.arrays {
-            let list: Vec<String> =
-                (0..*length).map(|_| format!("{:.3}", 0.3 + self.r.below(1000) as f64 / 1000.0)).collect();
+            let list: Vec<String> = (0..*length).map(|_| value(0.3)).collect();
             values.push(format!("{p}: [{}]", list.join(", ")));
         }
         for (p, shape) in &self.shapes {
