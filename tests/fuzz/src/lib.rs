@@ -9,6 +9,7 @@
 #[allow(dead_code)]
 #[path = "../../../dynamics-macros/src"]
 mod macros {
+    pub(crate) mod assertions;
     pub(crate) mod compile;
     pub(crate) mod diagnostics;
     pub(crate) mod elaborate;
@@ -19,7 +20,7 @@ mod macros {
     pub(crate) mod suggest;
     pub(crate) mod syntax;
 }
-use macros::{compile, diagnostics, elaborate, emit, expand, library, messages, suggest, syntax};
+use macros::{assertions, compile, diagnostics, elaborate, emit, expand, library, messages, suggest, syntax};
 
 pub mod corpus;
 pub mod engine;
