@@ -63,7 +63,8 @@ fn the_published_energies_and_stiff_motion() {
     // The eigenvalue −8.1e3/s bounds the step of an explicit method, not its error.
     let bounds = [promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2]), promise(BaumgarteTied, 1e-9, [1e-7; 3], [1e-10; 2])];
     keeps(&model, start, &references, &bounds);
-    // By itself a run goes over to Radau IIA: an eighth of the evaluations, for velocities of 4e-12 in place of 2e-13.
+    // By itself a run goes over to Radau IIA: an eighth of the evaluations, and velocities to 4e-12 in place
+    // of 2e-13.
     keeps(&model, start, &references, &[promise(Projected, 1e-13, [1e-13, 1e-11, 2e-11], [1e-12; 2])]);
     let explicit = [promise(Projected, 1e-13, [1e-13, 1e-11, 2e-12], [1e-12; 2])];
     keeps_with(methods::Dop853, &model, start, &references, &explicit);

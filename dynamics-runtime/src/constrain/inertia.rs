@@ -43,8 +43,9 @@ pub(crate) fn least_inertia<M: Constraints>(model: &M, state: &M::State, scale: 
     Some(Inertia { least: svd.sigma[least].copysign(dot(svd.column(least), direction)), coordinates })
 }
 
-/// P M P + b (1 − P) by rows, P onto the velocities that the constraints leave, in scaled coordinates: the inertia of what moves, and b of what is held, `of_held` M by rows or
-/// P M P and how many directions are held. `None` where a value is not finite.
+/// P M P + b (1 − P) by rows in scaled coordinates, P onto the velocities that the constraints leave. What
+/// moves has its own inertia; what is held has b, which `of_held` finds from P M P and how many are held.
+/// `None` where a value is not finite.
 pub(crate) fn left_inertia<M: Constraints>(
     model: &M,
     state: &M::State,

@@ -30,8 +30,8 @@ const VANISHED: f64 = 1e-5;
 /// No motion comes here, in whatever unit; and what forces make of such values, as third powers of them and
 /// more, is infinite soon after.
 const BEYOND: f64 = 1e60;
-/// Times that are looked back, each four times the one before: up to a hundredth of t.
-const FOURFOLD: usize = 24;
+/// Part of the time since the start that is looked back at most.
+const BACK: f64 = 0.01;
 /// By which accelerations become smaller each time, and how often, where they grow without bounds: those by the
 /// inverse square root of a distance do by 2.
 const SHRINKS: f64 = 1.5;
@@ -125,7 +125,7 @@ pub(super) fn explain<M: Constraints>(
         && core::mem::discriminant(&singular()) == core::mem::discriminant(&kind)
     {
         // Steps over a pole and back look like a jump.
-        let pole = matches!(cause, Kind::RestsOnJump { .. }).then(|| unbounded(model, state)).flatten();
+        let pole = matches!(cause, Kind::RestsOnJump { .. }).then(|| unbounded(model, start, state)).flatten();
         return pole.unwrap_or(cause);
     }
     // A mass matrix that was found singular has named its coordinate.
@@ -137,19 +137,22 @@ pub(super) fn explain<M: Constraints>(
     }
     let kind = idle(model, state, singular::explain(model, start, state, (kind, h), way));
     match kind {
-        Kind::StepSizeTooSmall { .. } | Kind::StepNotSolved { .. } => unbounded(model, state).unwrap_or(kind),
+        Kind::StepSizeTooSmall { .. } => unbounded(model, start, state).unwrap_or(kind),
         kind => kind,
     }
 }
 
-/// The largest element of a state or its accelerations, its coordinate and the order of its derivative, where it is beyond all use.
+/// The largest element of a state or its accelerations that is beyond all use: coordinate, order of the
+/// derivative, value.
 fn beyond_numbers<M: Constraints>(model: &M, state: &M::State) -> Option<(usize, u8, f64)> {
     let accelerations = accelerations(model, state).unwrap_or_else(M::Vector::zeros);
     let parts = [(0, state.q()), (1, state.u()), (2, &accelerations)];
     let all = parts
         .into_iter()
         .flat_map(|(order, part)| part.as_slice().iter().enumerate().map(move |(i, x)| (i, order, *x)));
-    all.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs())).filter(|(_, _, x)| x.abs() > BEYOND)
+    all.filter(|(_, _, x)| !x.is_nan())
+        .max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))
+        .filter(|(_, _, x)| x.abs() > BEYOND)
 }
 
 fn accelerations<M: Constraints>(model: &M, state: &M::State) -> Option<M::Vector> {
@@ -157,14 +160,15 @@ fn accelerations<M: Constraints>(model: &M, state: &M::State) -> Option<M::Vecto
     Some(solve_once(model, &constants, state).ok()?.accelerations)
 }
 
-/// Whether accelerations grow without bounds towards a state, on the straight way to it: by a power of the distance, as those by 1/r² do, and not at one place, as where they
-/// jump. Back along the way, in times that are four times as long again and again, they become smaller again and again.
-fn unbounded<M: Constraints>(model: &M, state: &M::State) -> Option<Kind> {
+/// Whether accelerations grow by a power of the distance on the straight way to a state, as by 1/r², and do not
+/// jump there. Back along the way, in times four times as long each, they become smaller each time.
+fn unbounded<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> Option<Kind> {
     let here = accelerations(model, state)?;
     let at = state.t();
     let (mut last, mut in_a_row) = (max_abs(here.as_slice()), 0);
-    let mut by = f64::EPSILON * at.abs();
-    for _ in 0..FOURFOLD {
+    let way = at - start.t();
+    let mut by = (f64::EPSILON * at.abs().max(way.abs())).copysign(way);
+    while by.abs() < BACK * way.abs() {
         let mut before = at_time(state, at - by);
         (0..M::Vector::LEN).for_each(|i| before.q_mut()[i] -= by * state.u()[i]);
         let size = max_abs(accelerations(model, &before)?.as_slice());

@@ -4,7 +4,7 @@
 //! steps: tolerances that are finer than the rounding of the values they are kept for; energy that drifts by
 //! more than so many permitted errors can; forces that its stages miss (`unseen.rs`); instability that long
 //! steps pass over (`outgrown.rs`); and what errors of steps add up to, with what the motion makes of them
-//! (`halves.rs`). The last is an estimate of the error, as a rule within a factor of two:
+//! (`halves.rs`). The last is an estimate of the error, as a rule no smaller and at most four times as large:
 //! [`Simulation::estimate_error`](super::Simulation::estimate_error), by a second run that chooses its own
 //! steps, depends on less.
 
@@ -74,7 +74,8 @@ pub struct Doubts {
     pub stiff: bool,
     /// The method has stages of too low an order to follow a stiff direction that turns.
     pub low_stages: bool,
-    /// Forces, dissipation or explicit time change the energy, and their work enters its drift.
+    /// Forces, dissipation or explicit time change the energy, and their work enters its drift; not said of models
+    /// with constraints.
     pub works: bool,
     /// The model has constraints, which a motion may go on along the wrong branch of.
     pub held: bool,

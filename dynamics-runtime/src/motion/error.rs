@@ -103,7 +103,7 @@ pub enum SimulationErrorKind {
     },
     /// Steps become shorter and shorter and come to no end before the time that they approach: accelerations grow without bounds there.
     StepsVanish {
-        /// That time, extrapolated.
+        /// That time: extrapolated, or that of the last state.
         at: f64,
         /// The coordinates that accelerate most at the last state.
         coordinates: Involved,

@@ -13,7 +13,7 @@ use verdict::{Judged, Row, Table, judge};
 
 /// Motions of the test suite, and how many of them may be beyond ten tolerances.
 const SEEDED: u64 = 60;
-const BEYOND: usize = 22;
+const BEYOND: usize = 22; // As measured: none more.
 
 /// Motion `seed` of a study.
 fn motion(seed: u64) -> Option<Judged> {
@@ -101,6 +101,7 @@ fn errors_of_attitudes_are_told() {
             let (shown, text) = (summary.doubts.halved.expect("half steps"), summary.to_string());
             assert!(error < 2.0 * shown, "{name} at {tolerance:e}: {error:.1} tolerances\n{text}");
             assert_eq!(text.contains("global error about"), shown > 10.0, "{text}");
+            assert_eq!(shown > 10.0, name != "flipping body", "{name} at {tolerance:e}: {error:.1} tolerances");
         }
     }
 }

@@ -110,7 +110,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let at = |kind| Halt { kind, h };
         let Plan { plant, watch, options, .. } = &mut *self.plan;
         // What the interpolant or the scan objects to lies within this step: the motion ends before it.
-        // It tells whether there is a crossing. Where that is, the method itself tells.
+        // It tells whether there is a crossing. Where one that acts is, the method itself tells; by implicit
+        // methods all of them.
         let dense = match self.stepper.dense(plant, step, false) {
             Ok(dense) => dense,
             Err(error) => return Err(self.take_back(step, at(evaluation::<M>(error)))),
