@@ -231,7 +231,7 @@ impl Elaborator<'_> {
 
     /// `integer as name`.
     pub(super) fn integer_cast(&mut self, integer: Integer, to: IntegerType, at: Span) -> Value {
-        if integer.value < 0 && !to.signed {
+        if integer.value < 0 && !to.signed && to.of_machine() {
             return self.fail(at, &messages::negative_index(integer.value));
         }
         let value = to.wrapped(integer.value);

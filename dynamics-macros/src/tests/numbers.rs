@@ -45,6 +45,7 @@ fn casts_and_methods_of_integers_are_those_of_rust() {
         (300_i32 as u8) as f64,
         (200_i32 as i8) as f64,
         (-1_i32 as i64) as f64,
+        (-1_i32 as u32) as f64,
         (70_000_usize as u16) as f64,
         (40_000_u16 as i16) as f64,
         (5_000_000_000_i64 as i32) as f64,
